@@ -24,7 +24,7 @@ import usdface
 from benchmarks.performers.solvers import write_character, write_trc
 from benchmarks.solve.faces import ROOT, Face, ict
 from usdface.arrays import FloatArray
-from usdface.retarget.bounded_least_squares import solve_bounded
+from usdface.retarget.solver.bounded_least_squares import solve_bounded
 
 NEUTRAL_FRAMES = (30, 5, 1)
 ONLY_SOLVED = usdface.ProcessOptions(express=False, closure=False)

@@ -20,7 +20,7 @@ from benchmarks.solve.faces import Face, bent, example, has_real_data, ict
 from usdface.arrays import FloatArray
 from usdface.face.bound_face import bound_face
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.one_camera import PinholeCamera
+from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_take import solve

@@ -129,13 +129,17 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.correction.gaps", "_SLOPE", EXPRESSED),
     ],
     "retarget": [
-        *rows("usdface.retarget.regularisation", "_ALIKE", SOLVED),
+        *rows("usdface.retarget.solver.regularisation", "_ALIKE", SOLVED),
         *rows(
-            "usdface.retarget.covariance", "_EXPECTED _BELIEF _LEAST _STEPS _BINS _SHOWN", SOLVED
+            "usdface.retarget.solver.covariance",
+            "_EXPECTED _BELIEF _LEAST _STEPS _BINS _SHOWN",
+            SOLVED,
         ),
-        *rows("usdface.retarget.solve", "_NEGLIGIBLE _ROUGH _JOINED _LEARNED_LONGER", SOLVED),
-        *rows("usdface.retarget.temporal_solve", "_PENALTY _STIFFEST", SOLVED),
-        *rows("usdface.retarget.temporal_solve", "_LEARNED_PENALTY _USUAL", SOLVED),
+        *rows(
+            "usdface.retarget.solver.solve", "_NEGLIGIBLE _ROUGH _JOINED _LEARNED_LONGER", SOLVED
+        ),
+        *rows("usdface.retarget.solver.temporal_solve", "_PENALTY _STIFFEST", SOLVED),
+        *rows("usdface.retarget.solver.temporal_solve", "_LEARNED_PENALTY _USUAL", SOLVED),
         *rows("usdface.retarget.pose_and_weights", "_ROUNDS _SETTLED_SHARE", SOLVED),
         *rows("usdface.retarget.map_choice", "_AS_GOOD", SOLVED),
         *rows("usdface.retarget.confidence", "_MANY", SOLVED),

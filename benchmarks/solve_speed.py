@@ -23,9 +23,9 @@ from usdface.arrays import FloatArray
 from usdface.face.shape_names import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import SolveOptions
-from usdface.retarget.bounded_least_squares import solve_bounded
-from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.solve import solve_weights
+from usdface.retarget.solver.bounded_least_squares import solve_bounded
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import solve_weights
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
@@ -119,8 +119,8 @@ def daqp_runs(case: Case, frames: int) -> dict[str, tuple[Run, int]]:
 def without_numba(run: Run) -> Run:
     def plain() -> None:
         with (
-            patch("usdface.retarget.bounded_least_squares.kernels", lambda *_: None),
-            patch("usdface.retarget.temporal_solve.kernels", lambda *_: None),
+            patch("usdface.retarget.solver.bounded_least_squares.kernels", lambda *_: None),
+            patch("usdface.retarget.solver.temporal_solve.kernels", lambda *_: None),
         ):
             run()
 

@@ -10,10 +10,10 @@ from worlds import World, make_world
 from usdface.arrays import FloatArray
 from usdface.face.dot_skin import DotSkin, dot_skin
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.film_head import film_head
-from usdface.retarget.filmed_head import FilmedHead
-from usdface.retarget.one_camera import PinholeCamera
-from usdface.retarget.views import Views
+from usdface.retarget.film.film_head import film_head
+from usdface.retarget.film.filmed_head import FilmedHead
+from usdface.retarget.film.one_camera import PinholeCamera
+from usdface.retarget.film.views import Views
 from usdface.takes import MarkerTake
 
 __all__ = [

@@ -12,7 +12,7 @@ from threadpoolctl import ThreadpoolController
 
 from usdface import assemble_shot, blas_threads, pipeline, retarget, retarget_take
 from usdface.blas_threads import BLAS_THREADS, limit_from_start, one_blas_thread
-from usdface.retarget.backend import on_all_cores
+from usdface.retarget.solver.backend import on_all_cores
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 CONTROLS = ThreadpoolController().select(user_api="blas")

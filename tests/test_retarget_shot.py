@@ -95,7 +95,7 @@ def test_no_file_format_is_loaded(world: World, tmp_path: Path) -> None:
 
 
 def test_the_function_has_the_name_that_a_subpackage_has() -> None:
-    import usdface.retarget.solve
+    import usdface.retarget.solver.solve
 
     assert callable(usdface.retarget)
     assert sys.modules["usdface.retarget"] is not usdface.retarget

@@ -343,7 +343,7 @@ class SolveOptions:
         real range-of-motion curves.
     prior : {"learned", "fixed"}
         "learned": which weights move, how far and which together is learned from the take
-        (`usdface.retarget.covariance`). "fixed": all alike, as `agility` and `spread` say.
+        (`usdface.retarget.solver.covariance`). "fixed": all alike, as `agility` and `spread` say.
     pace : float [rad/s]
         Where the prior is learned: weights move less above this frequency.
     spread : float [1]

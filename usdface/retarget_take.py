@@ -17,15 +17,15 @@ from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.progress import Progress
-from usdface.retarget.backend import compile_kernels
 from usdface.retarget.calibration import Calibrated, calibrate_take
-from usdface.retarget.dot_radii import dot_radii
-from usdface.retarget.film_head import film_head
-from usdface.retarget.filmed_head import FilmedHead
+from usdface.retarget.film.dot_radii import dot_radii
+from usdface.retarget.film.film_head import film_head
+from usdface.retarget.film.filmed_head import FilmedHead
+from usdface.retarget.film.views import Views
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget.views import Views
+from usdface.retarget.solver.backend import compile_kernels
 from usdface.retarget_setup import RetargetSetup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake
 

@@ -12,7 +12,7 @@ from benchmarks.solve.faces import Face
 from usdface.arrays import FloatArray
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.io.usd.rig_write import write_rig
-from usdface.retarget.bounded_least_squares import solve_bounded
+from usdface.retarget.solver.bounded_least_squares import solve_bounded
 
 __all__ = ["OURS", "SOLVERS", "write_character"]
 

@@ -15,8 +15,8 @@ from benchmarks.solve.worlds import METRES_PER_PIXEL, REST, World
 from usdface.arrays import FloatArray
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.options import MapOptions
-from usdface.retarget.bounded_least_squares import solve_bounded
 from usdface.retarget.rbf import fit_map
+from usdface.retarget.solver.bounded_least_squares import solve_bounded
 
 __all__ = ["BASELINES", "SAME"]
 

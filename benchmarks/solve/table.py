@@ -11,9 +11,9 @@ from benchmarks.solve.worlds import REST, World, worlds
 from usdface.arrays import FloatArray
 from usdface.options import ProcessOptions
 from usdface.retarget.confidence import confidence_of, within_bounds
-from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import usual_misfit
+from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget_shot import retarget
 from usdface.rigs import Rig
 from usdface.shot import Shot

@@ -6,18 +6,18 @@ from bands import dense
 from scipy.linalg import cholesky_banded, solve_banded
 
 from usdface.options import SolveOptions
-from usdface.retarget.bounds import Bounds
 from usdface.retarget.confidence import (
     Confidence,
     confidence_of,
     weight_deviations,
     within_bounds,
 )
-from usdface.retarget.covariance import inverse_bands
-from usdface.retarget.curvature import curvature_bands
-from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.solve import solve_weights
-from usdface.retarget.terms import SolverTerm
+from usdface.retarget.solver.bounds import Bounds
+from usdface.retarget.solver.covariance import inverse_bands
+from usdface.retarget.solver.curvature import curvature_bands
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import solve_weights
+from usdface.retarget.solver.terms import SolverTerm
 
 RNG = np.random.default_rng(21)
 OPTIONS = SolveOptions()

@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.options import SolveOptions
 from usdface.retarget.loose_weights import held_peaks, loose_weights
-from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solver.regularisation import Regularisation
 
 RNG = np.random.default_rng(0)
 REST = RNG.normal(size=(20, 3))

@@ -3,8 +3,8 @@ import numpy as np
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.options import SolveOptions
 from usdface.retarget.neutral_error import held_back, neutral_correction
-from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.solve import Iterate
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
 
 

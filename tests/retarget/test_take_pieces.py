@@ -3,7 +3,7 @@ import pytest
 from bands import dense
 
 from usdface.retarget import take_pieces
-from usdface.retarget.curvature import curvature_bands
+from usdface.retarget.solver.curvature import curvature_bands
 from usdface.retarget.take_pieces import overlap, pieces
 
 UNIT = np.eye(4)

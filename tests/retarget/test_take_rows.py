@@ -3,8 +3,8 @@ import pytest
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.options import SolveOptions
-from usdface.retarget.bounds import Bounds
-from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solver.bounds import Bounds
+from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.take_rows import TakeRows
 
 RNG = np.random.default_rng(3)

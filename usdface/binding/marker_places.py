@@ -13,7 +13,7 @@ from usdface.face.place_names import place_names
 from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
-from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
 

@@ -10,7 +10,7 @@ from usdface.binding.candidates import CandidateVertices
 from usdface.binding.observations import Observations
 from usdface.binding.registration import MOTION_ERROR, Registration, trust_of
 from usdface.geometry.rigid_modes import infinitesimal_motions
-from usdface.retarget.bounded_least_squares import solve_bounded
+from usdface.retarget.solver.bounded_least_squares import solve_bounded
 
 __all__ = ["Targets", "peak_motion", "unexplained_motion"]
 

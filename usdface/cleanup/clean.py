@@ -22,7 +22,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import CleanOptions
 from usdface.retarget.neutral import on_plane
-from usdface.retarget.noise import white_noise
+from usdface.retarget.solver.noise import white_noise
 from usdface.takes import MarkerTake
 
 __all__ = ["Cleaned", "clean_take"]

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.linalg import solveh_banded
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.retarget.curvature import curvature_bands
+from usdface.retarget.solver.curvature import curvature_bands
 
 __all__ = ["OWN", "fill_gaps", "frame_ranges"]
 

@@ -30,10 +30,10 @@ from usdface.performer_face import PerformerFace
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.loose_weights import held_peaks, loose_weights
 from usdface.retarget.performed_face import face_of_solution
-from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
-from usdface.retarget.solve import FEWEST_FRAMES
 from usdface.retarget.solve_take import solve_take
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget_setup import Calibration, RetargetSetup
 from usdface.takes import MarkerTake
 

@@ -16,7 +16,7 @@ from scipy.special import log_ndtr
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.geometry.rigid_modes import small_motions
 from usdface.options import NEXT_MARKERS
-from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solver.regularisation import Regularisation
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
 
@@ -140,7 +140,7 @@ def weight_deviations(
     Parameters
     ----------
     normal : (S, S) float64 [m^2]
-        As in `usdface.retarget.solve.solve_weights`.
+        As in `usdface.retarget.solver.solve.solve_weights`.
     step : float [s]
         Time between two frames; 0 for a single one.
     regularisation : Regularisation

@@ -14,14 +14,14 @@ from usdface.geometry.rigid_fit import Pose
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import as_large, as_performed
 from usdface.retarget.face_fit import FaceFit, refine_places
+from usdface.retarget.film.seen_weights import solve_seen_weights
+from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
-from usdface.retarget.seen_weights import solve_seen_weights
 from usdface.retarget.shrinkage import restored_findings, restoring_factors
-from usdface.retarget.solve import FEWEST_FRAMES
+from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.take_amplitudes import with_found_gains
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.retarget.views import Views
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
 

@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation
 from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.rigid_fit import Pose, similarity_fit
 from usdface.geometry.rigid_modes import small_motions
-from usdface.retarget.curvature import curvature_bands
+from usdface.retarget.solver.curvature import curvature_bands
 
 __all__ = ["head_motion", "smooth_motion"]
 

@@ -12,12 +12,12 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.face_fit import FaceFit, fit_face
+from usdface.retarget.film.unseen_shapes import unseen_shapes, without_shapes
 from usdface.retarget.first_pose import first_pose
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
 from usdface.retarget.performed_face import WornFace, fit_known_face, wear
-from usdface.retarget.unseen_shapes import unseen_shapes, without_shapes
 from usdface.retarget.usable_markers import determined, neutral_frames, usable_markers
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake

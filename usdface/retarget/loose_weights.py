@@ -4,10 +4,10 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.retarget.bounds import Bounds
 from usdface.retarget.confidence import weight_deviations
-from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.solve import solve_weights, with_learned_covariance
+from usdface.retarget.solver.bounds import Bounds
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import solve_weights, with_learned_covariance
 
 __all__ = ["held_peaks", "loose_weights"]
 

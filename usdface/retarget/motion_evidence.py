@@ -14,8 +14,8 @@ from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.retarget.noise import Unexplained
 from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.solver.noise import Unexplained
 from usdface.takes import visible
 
 __all__ = ["MotionEvidence"]

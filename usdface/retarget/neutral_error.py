@@ -8,8 +8,8 @@ in most frames.
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.solve import Iterate
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
 
 __all__ = ["held_back", "neutral_correction"]

@@ -12,7 +12,7 @@ from usdface.arrays import FloatArray
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.retarget.bounded_least_squares import solve_bounded
+from usdface.retarget.solver.bounded_least_squares import solve_bounded
 from usdface.takes import visible
 
 __all__ = ["estimate_neutral_weights", "without_weights"]

@@ -6,7 +6,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.options import PIN_REACH
-from usdface.retarget.bounds import Bounds
+from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget_setup import Pin
 
 __all__ = ["faded_at_pins", "pin_bounds", "pin_nearness", "with_pins"]

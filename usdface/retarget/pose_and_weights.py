@@ -20,14 +20,14 @@ from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.progress import Progress, Step
-from usdface.retarget.bounds import Bounds
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.neutral_error import held_back, neutral_correction
-from usdface.retarget.noise import Unexplained
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.solve import Iterate, reach
+from usdface.retarget.solver.bounds import Bounds
+from usdface.retarget.solver.noise import Unexplained
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import Iterate, reach
 from usdface.retarget.take_rows import TakeRows
 from usdface.retarget_setup import Pin, RetargetSetup
 from usdface.takes import visible

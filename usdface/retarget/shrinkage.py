@@ -24,7 +24,7 @@ from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.loose_weights import held_peaks
 from usdface.retarget.pins import faded_at_pins
 from usdface.retarget.pose_and_weights import PoseAndWeights
-from usdface.retarget.solve import FEWEST_FRAMES
+from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget_setup import Pin, RetargetSetup
 from usdface.takes import MarkerTake
 

@@ -7,7 +7,7 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.filmed_head import FilmedHead
+from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.neutral import on_plane
 from usdface.takes import MarkerTake, WeightsTake

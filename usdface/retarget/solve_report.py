@@ -13,9 +13,9 @@ from usdface.face.region_residuals import region_errors
 from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
-from usdface.retarget.noise import MOST
-from usdface.retarget.regularisation import Regularisation
 from usdface.retarget.solution import Solution
+from usdface.retarget.solver.noise import MOST
+from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
 

@@ -8,13 +8,13 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import as_performed
+from usdface.retarget.film.views import Views
 from usdface.retarget.fitted_take import fit_take
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.shrinkage import restored
 from usdface.retarget.solution import Solution
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget.usable_markers import unsolved_frames
-from usdface.retarget.views import Views
 from usdface.retarget_setup import Pin, RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
@@ -51,7 +51,7 @@ def solve_take(
     surface : MarkerSurface, optional
         The skin around the B vertices: markers may sit beside them.
     views : Views, optional
-        Of a take as one camera sees it (`usdface.retarget.filmed_head.FilmedHead.seen`).
+        Of a take as one camera sees it (`usdface.retarget.film.filmed_head.FilmedHead.seen`).
     correct_neutral : bool
         Correct the error of noisy neutral frames by the whole take.
     progress : Progress, optional

@@ -17,7 +17,7 @@ from usdface.retarget.calibrated_shapes import as_performed, enlarged
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.loose_weights import held_peaks, loose_weights
 from usdface.retarget.pose_and_weights import PoseAndWeights
-from usdface.retarget.solve import FEWEST_FRAMES
+from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 

@@ -8,7 +8,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.options import HeadMode, SolveOptions
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.regularisation import Regularisation
+from usdface.retarget.solver.regularisation import Regularisation
 
 __all__ = ["TakeEstimates"]
 

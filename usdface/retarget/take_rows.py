@@ -10,10 +10,10 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.retarget.bounds import Bounds
-from usdface.retarget.nonlinear_solve import first_guess, solve_nonlinear
-from usdface.retarget.regularisation import Regularisation
-from usdface.retarget.solve import Iterate, solve_weights, with_learned_covariance
+from usdface.retarget.solver.bounds import Bounds
+from usdface.retarget.solver.nonlinear_solve import first_guess, solve_nonlinear
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import Iterate, solve_weights, with_learned_covariance
 
 __all__ = ["TakeRows"]
 

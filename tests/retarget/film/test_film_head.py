@@ -1,0 +1,82 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from filmed import (
+    CAMERA,
+    COUNT,
+    FOCAL,
+    MESH,
+    NEUTRAL,
+    PLACES,
+    VERTICES,
+    WORLD,
+    filmed,
+    found,
+    placed,
+    true_weights,
+)
+
+from usdface.face.dot_skin import dot_skin
+from usdface.retarget.film.dot_centres import beside_means
+from usdface.retarget.film.film_head import film_head
+
+
+def test_the_head_moves_as_it_did_and_its_markers_stand_still() -> None:
+    take, motion = filmed(WORLD, 20.0)
+    head, codes = found(replace(take, focal_length=FOCAL))
+    assert codes == []
+    np.testing.assert_allclose(head.motion.rotations, motion.rotations, atol=1e-6)
+    np.testing.assert_allclose(head.motion.translations, motion.translations, atol=1e-6)
+    still = head.still(take).positions
+    np.testing.assert_allclose(still, WORLD.take.positions[..., :2], atol=1e-6)
+
+
+def test_a_turning_head_shows_the_focal_length() -> None:
+    take, _ = filmed(WORLD, 20.0)
+    head, codes = found(take)
+    assert codes == ["FOCAL_LENGTH_FOUND"]
+    assert head.camera.focal_length == pytest.approx(FOCAL, rel=0.15)
+
+
+def test_without_its_size_an_image_is_taken_to_be_centred_on_the_face() -> None:
+    take, _ = filmed(WORLD, 20.0)
+    head, codes = found(replace(take, image_size=None, focal_length=FOCAL))
+    assert codes == ["IMAGE_SIZE_ASSUMED"]
+    np.testing.assert_allclose(head.camera.centre, np.mean(take.positions[0], axis=0))
+
+
+def test_hidden_markers_stay_hidden_and_cost_nothing() -> None:
+    take, motion = filmed(WORLD, 15.0)
+    positions = take.positions.copy()
+    positions[5:20, 3] = np.nan
+    head, _ = found(replace(take, positions=positions, focal_length=FOCAL))
+    assert np.isnan(head.still(replace(take, positions=positions)).positions[5:20, 3]).all()
+    np.testing.assert_allclose(head.motion.rotations, motion.rotations, atol=1e-6)
+
+
+def test_five_markers_are_too_few() -> None:
+    take, _ = filmed(WORLD, 15.0)
+    names = take.names[:5]
+    few = replace(take, names=names, positions=take.positions[:, :5])
+    skin = VERTICES.select(np.arange(5))
+    assert film_head(few, names, skin, NEUTRAL, true_weights) == (None, [])
+
+
+def test_of_a_dot_the_middle_is_filmed_and_the_mean_of_its_skin_is_solved() -> None:
+    take, motion = filmed(WORLD, 20.0)
+    dots = dot_skin(MESH, PLACES, np.full(len(PLACES), 0.006))
+    pose = placed(motion)
+    weights = np.array(WORLD.weights)
+    moved = dots.mean_evaluator.displacements(weights).reshape(COUNT, -1, 3)
+    means = dots.rest + moved
+    middles = CAMERA.image(pose.to_take(means)) + beside_means(dots, weights, pose, CAMERA)
+    film = replace(take, positions=middles, focal_length=FOCAL)
+    off = [
+        np.abs(found(film, skin)[0].motion.rotations - motion.rotations).max()
+        for skin in (VERTICES, dots)
+    ]
+    assert off[1] < 1e-5 < 1e-3 < off[0]
+    np.testing.assert_allclose(
+        found(film, dots)[0].still(film).positions, means[..., :2], atol=1e-5
+    )

@@ -1,0 +1,47 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from usdface.retarget.film.views import Views
+
+RANDOM = np.random.default_rng(1)
+TURNS = Rotation.from_euler("y", [[0.0], [30.0]], degrees=True).as_matrix()
+VIEWS = Views(
+    ("a", "b"), np.repeat(TURNS[:, None, :2], 2, axis=1), np.array([[1.0, 0.5], [2.0, 0]])
+)
+
+
+def test_a_head_on_view_shows_two_axes_and_one_from_aside_depth() -> None:
+    moved = RANDOM.normal(size=(2, 6))
+    seen = VIEWS.seen(moved)
+    np.testing.assert_allclose(seen[0], moved[0].reshape(2, 3)[:, :2].ravel())
+    turned = moved[1].reshape(2, 3) @ TURNS[1].T
+    np.testing.assert_allclose(seen[1], turned[:, :2].ravel())
+
+
+def test_many_displacements_are_seen_as_each_by_itself() -> None:
+    many = RANDOM.normal(size=(2, 5, 6))
+    seen = VIEWS.weighed(VIEWS.seen(many))
+    for k in range(5):
+        np.testing.assert_allclose(seen[:, k], VIEWS.weighed(VIEWS.seen(many[:, k])))
+
+
+def test_samples_count_by_their_certainty() -> None:
+    ones = np.ones((2, 4))
+    assert VIEWS.weighed(ones).tolist() == [[1.0, 1.0, 0.5, 0.5], [2.0, 2.0, 0.0, 0.0]]
+    hidden = VIEWS.where(np.array([[True, False], [True, True]]))
+    assert hidden.certainty.tolist() == [[1.0, 0.0], [2.0, 0.0]]
+
+
+def test_views_of_some_markers_and_frames() -> None:
+    other = VIEWS.of(("b", "new"))
+    assert other.certainty.tolist() == [[0.5, 0.0], [0.0, 0.0]]
+    np.testing.assert_array_equal(other.slopes[:, 0], VIEWS.slopes[:, 1])
+    assert not other.slopes[:, 1].any()
+    assert VIEWS.of(VIEWS.markers) is VIEWS
+    assert VIEWS.at(slice(1, 2)).certainty.tolist() == [[2.0, 0.0]]
+
+
+def test_views_are_read_only() -> None:
+    with pytest.raises(ValueError, match="read-only"):
+        VIEWS.slopes[0] = 0.0

@@ -1,0 +1,116 @@
+import numpy as np
+import pytest
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.retarget.solver.noise import Unexplained, white_noise
+
+
+def all_seen(observed: FloatArray) -> BoolArray:
+    return np.ones(observed.shape, dtype=bool)
+
+
+def a_take_with_gaps() -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Return explained directions, noisy displacements by them, and where these are seen.
+
+    A fifth is occluded, and in nearly every frame something.
+    """
+    rng = np.random.default_rng(13)
+    explained = rng.normal(size=(5, 40))
+    motion = np.sin(np.arange(600)[:, None] * rng.uniform(0.02, 0.1, 5)) @ explained
+    seen = np.ones((600, 40), dtype=bool)
+    for column in range(40):
+        for start in rng.integers(0, 560, 4):
+            seen[start : start + 30, column] = False
+    return explained, motion + 1e-3 * rng.normal(size=(600, 40)), seen
+
+
+def test_the_noise_is_found_under_motion_and_misfit() -> None:
+    """Known noise, a moving face, and a slow misfit ten times as large as the noise."""
+    rng = np.random.default_rng(11)
+    times = np.arange(600) / 60
+    explained = rng.normal(size=(5, 40))
+    motion = np.sin(times[:, None] * rng.uniform(1, 5, 5)) @ explained
+    misfit = 1e-2 * np.sin(times[:, None] * 2.0) * rng.normal(size=40)
+    observed = motion + misfit + 1e-3 * rng.normal(size=(600, 40))
+    part = Unexplained.of(explained, all_seen(observed))
+    assert part.noise(observed) == pytest.approx(1e-3, rel=0.05)
+    observed[::50] += 1.0  # spikes
+    assert part.noise(observed) == pytest.approx(1e-3, rel=0.15)
+
+
+def test_noise_cannot_be_told_from_too_little() -> None:
+    short, explained = np.zeros((3, 4)), np.zeros((9, 2))
+    assert Unexplained.of(np.zeros((1, 4)), all_seen(short)).noise(short) == 0.0
+    assert Unexplained.of(np.eye(2), all_seen(explained)).noise(explained) == 0.0
+    assert white_noise(np.full((9, 2), np.nan)) == 0.0
+
+
+def test_the_misfit_is_found_under_motion_rest_and_noise() -> None:
+    """Rest has no misfit, an expression a lot, and a marker swapped now and then is none."""
+    rng = np.random.default_rng(12)
+    explained, rest = np.eye(60)[:5], np.eye(60)[5:]
+    motion = rng.normal(size=(1000, 5)) @ explained
+    direction = rng.normal(size=55)
+    misfit = (direction / np.sqrt(np.mean(direction**2))) @ rest
+    size = np.where(np.arange(1000) < 600, 0.0, 1e-2)[:, None]
+    observed = motion + size * misfit
+    part = Unexplained.of(explained, all_seen(observed))
+    assert part.misfit(observed, 0.0) == pytest.approx(1e-2)
+    noise = 1e-3 * rng.normal(size=(1000, 60))
+    assert part.misfit(motion + noise, 1e-3) < 4e-4
+    assert part.misfit(observed + noise, 1e-3) == pytest.approx(1e-2, rel=0.05)
+    observed[::50] += misfit
+    assert part.misfit(observed, 0.0) == pytest.approx(1e-2)
+
+
+def test_misfit_cannot_be_told_from_too_little() -> None:
+    values = np.ones((9, 4))
+    assert Unexplained.of(np.eye(4), all_seen(values)).misfit(values, 0.0) == 0.0
+    hidden = np.zeros((9, 4), dtype=bool)
+    assert Unexplained.of(np.eye(4)[:1], hidden).misfit(values, 0.0) == 0.0
+
+
+def test_occluded_markers_are_no_evidence_of_noise_and_misfit() -> None:
+    """Whatever fills the gaps: noise is the seen markers', and there is no misfit."""
+    explained, observed, seen = a_take_with_gaps()
+    part = Unexplained.of(explained, seen)
+    for filling in (0.0, 5.0):
+        filled = np.where(seen, observed, filling)
+        assert part.noise(filled) == pytest.approx(1e-3, rel=0.02)
+        assert part.misfit(filled, part.noise(filled)) < 2e-4
+
+
+def test_a_frame_is_judged_by_the_best_fit_to_its_seen_coordinates() -> None:
+    explained, observed, seen = a_take_with_gaps()
+    part = Unexplained.of(explained, seen)
+    squares, counts = part.squares(np.where(seen, observed, -3.0))
+    for place in (0, 100, -1):
+        frame = part.frames[place]
+        directions, values = explained[:, seen[frame]].T, observed[frame, seen[frame]]
+        left = values - directions @ np.linalg.lstsq(directions, values, rcond=None)[0]
+        assert counts[place] == len(values) - 5
+        assert squares[place] * counts[place] == pytest.approx(left @ left)
+
+
+def test_white_noise_skips_gaps() -> None:
+    values = 1e-3 * np.random.default_rng(14).normal(size=(2000, 3))
+    values[::9] = np.nan
+    assert white_noise(values) == pytest.approx(1e-3, rel=0.05)
+
+
+def test_blend_shapes_that_differ_by_the_rounding_of_a_file_are_one() -> None:
+    """10 nm, as float32 rounds: neither the noise nor the misfit of a take hangs on them."""
+    rng = np.random.default_rng(3)
+    shapes = 0.002 * rng.standard_normal((6, 60))
+    weights = rng.uniform(size=(400, 6))
+    observed = weights @ shapes + 0.0002 * rng.standard_normal((400, 60))
+    observed += 0.0004 * weights[:, :1] * rng.standard_normal(60)
+    seen = np.ones(observed.shape, dtype=bool)
+    found = []
+    for seed in range(4):
+        rounded = 1e-8 * np.random.default_rng(seed).standard_normal((2, 6, 60))
+        rest = Unexplained.of(np.vstack([shapes + rounded[0], shapes + rounded[1]]), seen)
+        noise = rest.noise(observed)
+        found.append((rest.basis.shape[1], noise, rest.misfit(observed, noise)))
+    assert {size for size, _, _ in found} == {54}
+    np.testing.assert_allclose([(a, b) for _, a, b in found], [found[0][1:]] * 4, rtol=0.05)

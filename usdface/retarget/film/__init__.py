@@ -1,0 +1,1 @@
+"""Heads before one camera: their pose, the view of each image, the weights that it shows."""

@@ -1,0 +1,88 @@
+"""Where a camera sees the middles of painted dots, beside the means of the skin under them."""
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from usdface.arrays import FloatArray
+from usdface.face.dot_skin import DotSkin
+from usdface.frame_blocks import by_blocks
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.film.one_camera import PinholeCamera
+
+__all__ = ["beside_means", "facing_shares"]
+
+
+def beside_means(
+    skin: DotSkin, weights: FloatArray, pose: Pose, camera: PinholeCamera
+) -> FloatArray:
+    """Return how far the middle of each dot is from the image of its skin's mean: (F, B, 2) [px].
+
+    The middle is the centroid, in the image, of all parts that face the camera; what hides them is
+    not reckoned with. 0 for a dot without skin, or of which nothing faces the camera.
+
+    Parameters
+    ----------
+    skin : DotSkin
+    weights : (F, S) float64
+        Of its evaluator.
+    pose : Pose
+        Of the head in camera space.
+    camera : PinholeCamera
+    """
+    owners = _owners(skin)
+
+    def beside(block: slice) -> FloatArray:
+        placed = _placed(skin, weights[block], pose, block)
+        corners = placed[:, skin.triangles]
+        areas = skin.shares * np.maximum(_image_areas(corners, camera), 0.0)
+        middles = camera.image(np.einsum("nk,fnkd->fnd", skin.centroids, corners))
+        whole = areas @ owners
+        sums = np.stack([(areas * middles[..., k]) @ owners for k in range(2)], axis=-1)
+        means = camera.image(np.einsum("bv,fvd->fbd", skin.means, placed, optimize=True))
+        seen = whole[..., None] > 0.0
+        return np.where(seen, sums / np.where(seen, whole[..., None], 1.0) - means, 0.0)
+
+    return by_blocks(len(weights), beside)
+
+
+def facing_shares(
+    skin: DotSkin, weights: FloatArray, pose: Pose, camera: PinholeCamera
+) -> FloatArray:
+    """Return the share of each dot's area that its slant leaves in the image: (F, B), 0 to 1.
+
+    1 head on, the cosine of the slant of a flat dot; 1 for a dot without skin. Parameters are those
+    of `beside_means`.
+    """
+    owners = _owners(skin)
+
+    def facing(block: slice) -> FloatArray:
+        corners = _placed(skin, weights[block], pose, block)[:, skin.triangles]
+        across = np.cross(
+            corners[..., 1, :] - corners[..., 0, :], corners[..., 2, :] - corners[..., 0, :]
+        )
+        scale = camera.focal_length / corners[..., 2].mean(axis=-1)  # px per metre
+        frontal = (skin.shares * np.linalg.norm(across, axis=-1) * scale**2) @ owners
+        shown = (skin.shares * np.maximum(_image_areas(corners, camera), 0.0)) @ owners
+        there = frontal > 0.0
+        return np.where(there, shown / np.where(there, frontal, 1.0), 1.0).clip(0.0, 1.0)
+
+    return by_blocks(len(weights), facing)
+
+
+def _owners(skin: DotSkin) -> csr_array:
+    """Return which dot (B) each part (N) is of: (N, B)."""
+    count, parts = len(skin.bound), len(skin.dots)
+    return csr_array((np.ones(parts), (np.arange(parts), skin.dots)), shape=(parts, count))
+
+
+def _placed(skin: DotSkin, weights: FloatArray, pose: Pose, block: slice) -> FloatArray:
+    """Return the vertices of some frames in camera space: (F, V, 3) [m]."""
+    moved = skin.evaluator.displacements(weights)
+    own = Pose(pose.rotations[block], pose.translations[block])
+    return np.asarray(own.to_take(skin.points + moved.reshape(len(moved), -1, 3)))
+
+
+def _image_areas(corners: FloatArray, camera: PinholeCamera) -> FloatArray:
+    """Return twice the area of triangles (F, N, 3, 3) in the image, below 0 if they face away."""
+    a, b, c = (camera.image(corners[:, :, k]) for k in range(3))
+    return np.asarray((b - a)[..., 0] * (c - a)[..., 1] - (b - a)[..., 1] * (c - a)[..., 0])

@@ -1,0 +1,179 @@
+"""Weights of a head that turns before a camera: what each image shows is solved as it shows it.
+
+The least squares of `usdface.retarget.solver.solve`, with a matrix of its own in every frame
+(`usdface.retarget.film.seen_take`)::
+
+    min over 0 <= w <= 1 of   sum_t |(1 - P_t) C_t (V_t D w_t - y_t)|^2 / 2 + the terms
+
+with D the shapes, V_t the camera's view of the markers, C_t the certainty of the samples and P_t
+the projector on what small motions of the head look like. The covariance of the weights is not
+learned: with it the weights of four of six films were worse, by up to 1.7 times. Blend shapes with
+inbetweens or combinations are solved in Gauss-Newton steps.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.geometry.gap_interpolation import interpolate_gaps
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.film.frame_normals import solve_by_frame
+from usdface.retarget.film.seen_take import SeenTake
+from usdface.retarget.film.views import Views
+from usdface.retarget.pins import pin_bounds
+from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.solver.bounds import Bounds
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.temporal_solve import Iterate
+from usdface.retarget.solver.terms import roughness
+from usdface.retarget_setup import RetargetSetup
+from usdface.takes import visible
+
+__all__ = ["solve_seen_weights"]
+
+# Gauss-Newton steps of rigs with inbetweens or combinations, and halvings of one. Set by hand.
+_STEPS, _HALVINGS = 12, 5
+# A ridge that tells rounding from a direction, of the mean diagonal entry.
+_ROUNDING = 1e-10
+
+
+def solve_seen_weights(
+    times: FloatArray,
+    positions: FloatArray,
+    target: FloatArray,
+    model: BlendShapeEvaluator,
+    space: SpaceMap,
+    pose: Pose,
+    setup: RetargetSetup,
+    names: tuple[str, ...],
+    views: Views,
+    *,
+    least_noise: float = 0.0,
+) -> PoseAndWeights:
+    """Solve the weights of a head as a camera sees it.
+
+    Parameters
+    ----------
+    times : (F,) float64 [s]
+    positions : (F, M, 2) float64
+        Rest places of the performer's markers plus how far they are seen to move; NaN where hidden.
+    target : (M, 3) float64 [m]
+        Neutral feature points on the character.
+    model : BlendShapeEvaluator
+        Of their displacements by the blend shapes: S shapes, 3 M coordinates.
+    space : SpaceMap
+        From the performer's neutral to `target`.
+    pose : Pose
+        Returned as it is.
+    setup : RetargetSetup
+    names : tuple of str, length S
+    views : Views
+        Of these M markers in these frames.
+    least_noise : float [m]
+        Standard deviation of a marker coordinate, as far as it is known before.
+    """
+    seen = visible(positions)
+    observed = np.nan_to_num(space.displacements(positions)[..., :2]).reshape(len(times), -1)
+    moving = setup.head == "solve"
+    film = SeenTake(model, views.where(seen), observed, target, moving)
+    noise = max(film.noise(), least_noise)
+    regularisation = Regularisation(
+        noise,
+        film.misfit(noise),
+        setup.solve,
+        tuple(names[shape] for shape in model.free),
+        size=rms_radius(target),
+    )
+    weights = _solved(film, times, regularisation, setup)
+    moved = model.displacements(weights)
+    left = (observed - film.views.seen(moved)).reshape(*seen.shape, 2)
+    displaced = moved.reshape(*seen.shape, 3) + (left[:, :, None] @ views.slopes)[:, :, 0]
+    displaced = np.where(seen[..., None], displaced, np.nan)
+    return PoseAndWeights(weights, pose, displaced, regularisation, 1, space)
+
+
+def _solved(
+    film: SeenTake, times: FloatArray, regularisation: Regularisation, setup: RetargetSetup
+) -> FloatArray:
+    """Return complete weights (F, S), with the pins of the setup.
+
+    Frames that show nothing follow their neighbours.
+    """
+    model, rows = film.model, film.model.limit_rows
+    solve = _one_step if model.linear else _gauss_newton
+    bounds = Bounds(rows=rows, limits=np.zeros(len(rows)))
+    shown = np.asarray(film.views.certainty.any(axis=1))
+    part = film if shown.all() else film.at(shown)
+    found = Iterate(np.zeros((len(part.observed), len(model.free))))
+    found = solve(part, times[shown], regularisation, bounds, found)
+    if part is not film:
+        weights = np.zeros((len(times), len(model.free)))
+        weights[shown] = found.weights
+        hidden = np.broadcast_to(~shown[:, None], weights.shape)
+        found = Iterate(interpolate_gaps(weights, hidden, times))
+    if setup.pins:
+        bounds = pin_bounds(setup.pins, regularisation.names, times, found.weights, rows)
+        found = solve(film, times, regularisation, bounds, found)
+    return model.complete(found.weights)
+
+
+def _one_step(
+    film: SeenTake,
+    times: FloatArray,
+    regularisation: Regularisation,
+    bounds: Bounds,
+    start: Iterate,
+) -> Iterate:
+    """Solve for the free weights of all frames, straight on from where they are."""
+    normals, right = film.equations(start.weights)
+    options, size = regularisation.options, right.shape[1]
+    floor = _ROUNDING * max(float(np.trace(normals.mean(axis=0))) / size, 1e-300)
+    terms = regularisation.added_to(np.zeros((size, size))) + floor * np.eye(size)
+    bands = regularisation.bands(times) * (options.mode != "frame")
+    return solve_by_frame(
+        normals + terms,
+        regularisation.pulled(right),
+        bands,
+        bounds,
+        start,
+        options.iterations,
+        options.tolerance,
+    )
+
+
+def _gauss_newton(
+    film: SeenTake,
+    times: FloatArray,
+    regularisation: Regularisation,
+    bounds: Bounds,
+    start: Iterate,
+) -> Iterate:
+    """Solve for the free weights of shapes whose paths bend."""
+    bands = regularisation.bands(times) * (regularisation.options.mode != "frame")
+
+    def cost(free: FloatArray) -> float:
+        left = film.left(film.model.complete(free))
+        own = 0.5 * float((left**2).sum()) + float(regularisation.value(free).sum())
+        return own + 0.5 * roughness(bands, free)
+
+    low, high = bounds.over(*start.weights.shape)
+    here = replace(start, weights=np.clip(start.weights, low, high))
+    value = cost(here.weights)
+    for number in range(_STEPS):
+        found = _one_step(film, times, regularisation, bounds, here)
+        step = found.weights - here.weights
+        size = 1.0
+        # The first step may have to leave bounds that its start broke.
+        for _ in range(_HALVINGS if number else 0):
+            if cost(here.weights + size * step) <= value:
+                break
+            size *= 0.5
+        here = replace(found, weights=here.weights + size * step)
+        value = cost(here.weights)
+        if size * float(np.abs(step).max(initial=0.0)) < regularisation.options.tolerance:
+            break
+    return here
