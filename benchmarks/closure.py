@@ -13,6 +13,7 @@ import argparse
 import json
 import sys
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -75,10 +76,21 @@ class World:
     pulses: str = "recorded"
 
 
+def bound_by_hand(head: str) -> dict[str, int]:
+    bind = json.loads((ROOT / "tests" / "data" / f"animface_{head}_bind.json").read_text())
+    return {name: place["point"] for name, place in bind["markers"].items()}
+
+
 def layouts() -> dict[str, np.ndarray]:
-    bind = json.loads((ROOT / "tests" / "data" / "animface_ict_bind.json").read_text())
-    animface = np.array([place["point"] for place in bind["markers"].values()])
-    return {"41 markers": animface, "68 landmarks": landmarks(SHARED)}
+    return {
+        "41 markers": np.array(list(bound_by_hand("ict").values())),
+        "68 landmarks": landmarks(SHARED),
+    }
+
+
+def nose_tip(count: int) -> str:
+    """Return the marker on the tip of the nose: of the landmarks the 31st."""
+    return f"m{30 if count == 68 else list(bound_by_hand('ict')).index('NoseHead')}"
 
 
 def recorded(mesh: Mesh, half: int) -> WeightsTake:
@@ -136,9 +148,13 @@ def bound_points(mesh: Mesh, world: World, seed: int) -> np.ndarray:
 
 
 def run(mesh: Mesh, take: WeightsTake, world: World, half: int) -> ShotResult:
-    markers = performed(mesh, take, world, half, 7)
-    binding = Binding(markers.names, bound_points(mesh, world, 11), mesh.name)
-    setup = RetargetSetup(binding, neutral=(0, NEUTRAL - 1), nose_tip="m0")
+    return on_face(mesh, performed(mesh, take, world, half, 7), bound_points(mesh, world, 11))
+
+
+def on_face(mesh: Mesh, markers: MarkerTake, places: np.ndarray) -> ShotResult:
+    """Retarget markers that are bound to `places` on a face."""
+    binding = Binding(markers.names, places, mesh.name)
+    setup = RetargetSetup(binding, neutral=(0, NEUTRAL - 1), nose_tip=nose_tip(len(places)))
     shot = Shot(Rig("Face", (mesh,)), markers, setup)
     return retarget(shot, options=ProcessOptions(express=False))
 
@@ -267,78 +283,110 @@ def lips_over_time(face: BoundFace, result: ShotResult, before: FloatArray) -> N
     )
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--held-out", action="store_true", help="score what was not looked at")
-    parser.add_argument("--takes", action="store_true", help="list the closings of the real takes")
-    arguments = parser.parse_args()
-    half = int(arguments.held_out)
-    mesh = ict_mesh(SHARED)
-    if arguments.takes:
-        real_takes(mesh)
-        return
-    take = recorded(mesh, half)
-    rng = np.random.default_rng(5 + half)
+def worlds() -> list[World]:
     places = layouts()
-    worlds = [World(name, points) for name, points in places.items()]
-    worlds += [World(f"{name}, 1 mm", points, noise=1e-3) for name, points in places.items()]
-    worlds += [World(f"{n}, strength 0.6", p, strength=0.6) for n, p in places.items()]
-    worlds += [World(f"{n}, 4 mm off", p, misplaced=0.004) for n, p in places.items()]
-    worlds += [World(f"{n}, no blinks", p, pulses="none") for n, p in places.items()]
+    found = [World(name, points) for name, points in places.items()]
+    found += [World(f"{name}, 1 mm", points, noise=1e-3) for name, points in places.items()]
+    found += [World(f"{n}, strength 0.6", p, strength=0.6) for n, p in places.items()]
+    found += [World(f"{n}, 4 mm off", p, misplaced=0.004) for n, p in places.items()]
+    return found + [World(f"{n}, no blinks", p, pulses="none") for n, p in places.items()]
+
+
+def scored(shown: WeightsTake, eyes: FloatArray) -> list[Score]:
+    """Compare what an ICT face showed with the course of both eyes (F, 2)."""
+    scores = []
+    for column, own in enumerate(lid_gaps_of(ict_face(), shown.names).values()):
+        truth = own.ends(shown.weights)[1] / own.ends(np.zeros((1, len(shown.names))))[1]
+        scores.append(score(truth, shown.weights[:, own.closer], eyes[:, column]))
+    return scores
+
+
+@cache
+def ict_face() -> BoundFace:
+    return BoundFace(ict_mesh(SHARED), (), np.zeros(0, int)).with_layout(())
+
+
+def counts(scores: list[Score]) -> list[str]:
+    wrong = f"{100 * np.mean([s.wrong for s in scores]):.1f}"
+    sums = [sum(getattr(s, name) for s in scores) for name in ("closed", "heard", "partial")]
+    return [*map(str, sums), str(sum(s.false for s in scores)), wrong]
+
+
+def own_head(take: WeightsTake, half: int) -> Table:
+    """Retarget all worlds to the ICT face itself."""
     table = Table(title=f"{'second' if half else 'first'} half of the recording")
-    for column in (
-        "world",
-        "closed",
-        "found",
-        "partial",
-        "false",
-        "shut wrongly %",
-        "lids cross mm",
-        "before mm",
-        "open mm",
-    ):
+    columns = "world,closed,found,partial,false,shut wrongly %,lids cross mm,before mm,open mm"
+    for column in columns.split(","):
         table.add_column(column, justify="left" if column == "world" else "right")
-    face = BoundFace(mesh, (), np.zeros(0, int)).with_layout(())
-    gaps = lid_gaps_of(face, mesh.shape_names)
-    for world in worlds:
+    rng = np.random.default_rng(5 + half)
+    gaps = lid_gaps_of(ict_face(), ict_mesh(SHARED).shape_names)
+    for world in worlds():
         shown = take if world.pulses == "recorded" else without_blinks(take, rng)
-        result = run(mesh, shown, world, half)
-        scores = []
-        for column, own in enumerate(gaps.values()):
-            truth = own.ends(shown.weights)[1] / own.ends(np.zeros((1, len(shown.names))))[1]
-            blink = shown.weights[:, own.closer]
-            scores.append(score(truth, blink, result.closure.eyes[:, column]))
+        result = run(ict_mesh(SHARED), shown, world, half)
+        scores = scored(shown, result.closure.eyes)
         final, solved = result.weights.weights, result.solved.weights
         ends = [own.ends(final) for own in gaps.values()]
         before = min(float(own.least(solved).min()) for own in gaps.values())
         shut = np.concatenate(
             [end[1][result.closure.eyes[:, k] > 0.999] for k, end in enumerate(ends)]
         )
-        lips = lip_gaps_of(face, mesh.shape_names)
-        lip_truth, lip_before, lip_after = (
-            1000 * lips.opened(each).max(axis=1) for each in (shown.weights, solved, final)
-        )
-        touch, parted = lip_truth < 0.5, lip_truth > 2.0
-        print(
-            f"  lips touch in {touch.sum()} frames: open by more than 1 mm in "
-            f"{(lip_before[touch] > 1).sum()} before, {(lip_after[touch] > 1).sum()} after; "
-            f"open in {parted.sum()}: nearer by "
-            f"{np.quantile((lip_before - lip_after)[parted], 0.99):.2f} mm (99 %)"
-        )
+        lips_that_touch(shown, solved, final)
         crossing = min(float(end[0].min()) for end in ends)
         table.add_row(
             world.name,
-            str(sum(s.closed for s in scores)),
-            str(sum(s.heard for s in scores)),
-            str(sum(s.partial for s in scores)),
-            str(sum(s.false for s in scores)),
-            f"{100 * np.mean([s.wrong for s in scores]):.1f}",
+            *counts(scores),
             f"{max(-1000 * crossing, 0):.2f}",
             f"{max(-1000 * before, 0):.2f}",
             f"{1000 * np.median(shut):.2f}" if len(shut) else "",
         )
         print(world.name, [(s.missed_frames, s.false_frames) for s in scores])
-    Console().print(table)
+    return table
+
+
+def lips_that_touch(shown: WeightsTake, solved: FloatArray, final: FloatArray) -> None:
+    """Print how far lips are open that touch on the performer, and parted ones come nearer."""
+    lips = lip_gaps_of(ict_face(), shown.names)
+    truth, before, after = (
+        1000 * lips.opened(each).max(axis=1) for each in (shown.weights, solved, final)
+    )
+    touch, parted = truth < 0.5, truth > 2.0
+    print(
+        f"  lips touch in {touch.sum()} frames: open by more than 1 mm in "
+        f"{(before[touch] > 1).sum()} before, {(after[touch] > 1).sum()} after; "
+        f"open in {parted.sum()}: nearer by "
+        f"{np.quantile((before - after)[parted], 0.99):.2f} mm (99 %)"
+    )
+
+
+def other_heads(take: WeightsTake, half: int) -> Table:
+    """Retarget the world of 41 markers to heads that are not of the performer's model."""
+    table = Table(title=f"other heads, {'second' if half else 'first'} half, 41 markers")
+    for column in ("head", "closed", "found", "partial", "false", "shut wrongly %"):
+        table.add_column(column, justify="left" if column == "head" else "right")
+    world = World("41 markers", layouts()["41 markers"])
+    markers = performed(ict_mesh(SHARED), take, world, half, 7)
+    for head in ("makehuman", "example"):
+        own = bound_by_hand(head)
+        places = np.array([own[name] for name in bound_by_hand("ict")])
+        result = on_face(head_mesh(head), markers, places)
+        scores = scored(take, result.closure.eyes)
+        table.add_row(head, *counts(scores))
+        print(head, [(s.missed_frames, s.false_frames) for s in scores])
+    return table
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--held-out", action="store_true", help="score what was not looked at")
+    parser.add_argument("--takes", action="store_true", help="list the closings of the real takes")
+    parser.add_argument("--heads", action="store_true", help="score MakeHuman and the example")
+    arguments = parser.parse_args()
+    if arguments.takes:
+        real_takes(ict_mesh(SHARED))
+        return
+    half = int(arguments.held_out)
+    take = recorded(ict_mesh(SHARED), half)
+    Console().print((other_heads if arguments.heads else own_head)(take, half))
 
 
 if __name__ == "__main__":

@@ -30,8 +30,8 @@ OUTPUT = ROOT / "usdface" / "face" / "face_motion.json"
 LAYOUTS = ("68", "41")
 RIGS = {"ICT": "ict", "MakeHuman targets": "makehuman", "example": "example"}
 JOINTS = "MakeHuman joints"
-# Gaze and what the markers of a face do not see.
-LEFT_OUT = (61, 62, 63, 64)
+# Gaze, but for eyes that look down: upper lids follow them.
+LEFT_OUT = (61, 62, 63)
 # MakeHuman's unit poses of each action unit.
 POSES = {
     1: ("LeftInnerBrowUp", "RightInnerBrowUp"),

@@ -9,6 +9,7 @@ from slits import slit_face
 
 from usdface.closure.closing_displacements import (
     closing_displacements,
+    glance_of_another_face,
     lids_of_another_face,
     near_lids,
 )
@@ -72,6 +73,26 @@ def test_without_markers_near_the_eyes_nothing_is_known() -> None:
         assert not lids_of_another_face(face, gaps, NAMES)
         closing = closing_displacements(face, gaps, NAMES, face.markers)
         assert not near_lids(closing, gaps).any()
+
+
+def test_lids_follow_eyes_that_look_down_unless_the_rig_says_how() -> None:
+    face = bound(MESH)
+    for gaps in lid_gaps_of(face, NAMES).values():
+        upper = face.markers.index(f"eye_{gaps.eye}_up")
+        glance = glance_of_another_face(face, gaps, NAMES)
+        assert glance is not None and glance[upper, 1] < -0.1 * gaps.opening
+        (other,) = set(EYES) - {gaps.eye}
+        assert not glance[face.markers.index(f"eye_{other}_up")].any()
+    own = tuple(
+        BlendShape(f"eyeLookDown{side}", shape.indices, 0.5 * shape.offsets)
+        for shape in MESH.shapes
+        for side in ("Left", "Right")
+        if shape.name == f"eyeBlink{side}"
+    )
+    looking = bound(replace(MESH, shapes=(*MESH.shapes, *own)))
+    names = looking.shape_names
+    for gaps in lid_gaps_of(looking, names).values():
+        assert glance_of_another_face(looking, gaps, names) is None
 
 
 def test_a_performer_blinks_on_a_rig_whose_lids_move_no_marker() -> None:

@@ -236,3 +236,14 @@ def test_an_eye_is_not_held_closed_where_its_brow_lowers_the_lid() -> None:
     ]
     lowered = find_closings(times, closing, own=eyes + 0.3 * shut[:, None])
     assert [each.kind for each in lowered] == ["blink"] * len(BLINKS)
+
+
+def test_an_eye_that_stays_down_with_the_gaze_is_not_held_closed() -> None:
+    """As low as in a blink for a second: closed, unless eyes may look down half as much."""
+    times, eyes = world()
+    shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
+    down = eyes + shut
+    kinds = [each.kind for each in find_closings(times, down, lids=down)]
+    assert kinds.count("held") == 2
+    found = find_closings(times, down, lids=down, glanced=eyes + 0.5 * shut)
+    assert [each.kind for each in found] == ["blink"] * len(BLINKS)

@@ -1,9 +1,13 @@
 """How much of the opening between the lids is gone, as the blend shapes together explain it."""
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 from closing_world import BLINKS, TIMES, markers, performance, result
 from slits import slit_face
 
+from usdface.closure.closing_displacements import glance_of_another_face
 from usdface.closure.lid_estimate import lid_estimate
 from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.shot import ShotResult
@@ -35,3 +39,24 @@ def test_it_is_in_proportion_and_of_each_eye() -> None:
 def test_an_eye_without_markers_is_not_seen() -> None:
     estimate = estimate_of(result(markers(MESH, performance(NAMES), without=("eye_right",))))
     assert np.isnan(estimate[:, 1]).all() and np.isfinite(estimate[:, 0]).all()
+
+
+def test_eyes_that_may_look_down_need_not_be_closed() -> None:
+    """Markers that move as a scanned face's do under a glance, on a rig that only blinks."""
+    face = result(markers(MESH, performance(NAMES))).shot.face
+    gaps = lid_gaps_of(face, NAMES)
+    take = markers(MESH, np.zeros_like(performance(NAMES)))
+    own = [face.markers.index(name) for name in take.names]
+    positions = take.positions.copy()
+    for gap in gaps.values():
+        glance = glance_of_another_face(face, gap, NAMES)
+        assert glance is not None
+        positions[120:240] += 1.5 * glance[own]
+    shot = result(replace(take, positions=positions))
+    assert shot.solution is not None
+    blinks, looks = (
+        lid_estimate(face, gaps, NAMES, shot.solution, glances=down) for down in (False, True)
+    )
+    assert np.abs(looks[:100]).max() < 0.05
+    assert looks[150:200].mean() == pytest.approx(1.5 * 0.47, abs=0.1)
+    assert looks[150:200].mean() < blinks[150:200].mean() - 0.02

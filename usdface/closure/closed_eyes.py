@@ -97,8 +97,13 @@ def close_eyes(
     lids = lid_markers(face, gaps, solved.names, solution) if solution else []
     alone = lid_motion(lids, solution) if solution else None
     least = least_pulses(face, gaps, solved.names, solution) if solution else None
-    gone = lid_estimate(face, gaps, solved.names, solution) if solution else None
-    closings = find_closings(solved.times, signal, own=alone, least=least, lids=gone)
+    gone, glanced = (
+        lid_estimate(face, gaps, solved.names, solution, glances=down) if solution else None
+        for down in (False, True)
+    )
+    closings = find_closings(
+        solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced
+    )
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     findings = _unseen(gaps, signal)
     if solution:

@@ -10,9 +10,10 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.lid_gaps import LidGaps
 from usdface.face.bound_face import BoundFace
+from usdface.face.expression_poses import units_of
 from usdface.face.face_motion import motion_at
 
-__all__ = ["closing_displacements", "lids_of_another_face", "near_lids"]
+__all__ = ["closing_displacements", "glance_of_another_face", "lids_of_another_face", "near_lids"]
 
 # A marker that the closing shape moves by less, as a share of the farthest, does not count.
 _MOVED = 0.15
@@ -21,8 +22,8 @@ _MOVED = 0.15
 _NEAR = 0.1
 # The one rig of the table that is made of scans; the others are drawn.
 _SCANNED = "ICT"
-# FACS: 5 raises the upper lid, 7 tightens the lids, 43 closes the eyes.
-_RAISED, _TIGHTENED, _CLOSED = 5, 7, 43
+# FACS: 5 raises the upper lid, 7 tightens the lids, 43 closes the eyes, 64 is eyes that look down.
+_RAISED, _TIGHTENED, _CLOSED, _GLANCED = 5, 7, 43, 64
 
 
 def closing_displacements(
@@ -64,11 +65,7 @@ def lids_of_another_face(
     """
     if near_lids(_own_closing(face, gaps, names), gaps).any():
         return {}
-    known = (motion_at(face, (_SCANNED,)) or {}).get(_SCANNED, {})
-    # What is on the midline is of neither eye: a mirrored face is to be a mirrored answer.
-    to_left = face.neutral[:, 0] - face.midline
-    own = to_left > 0.0 if gaps.eye == "left" else to_left < 0.0
-    moved = {unit: own[:, None] * by_unit for unit, by_unit in known.items()}
+    moved = _as_scanned(face, gaps)
     if not moved or not near_lids(moved[_CLOSED], gaps).any():
         return {}
     return {
@@ -76,6 +73,38 @@ def lids_of_another_face(
         **dict.fromkeys(gaps.tighteners, moved[_TIGHTENED]),
         **dict.fromkeys(gaps.raisers, moved[_RAISED]),
     }
+
+
+def glance_of_another_face(
+    face: BoundFace, gaps: LidGaps, names: tuple[str, ...]
+) -> FloatArray | None:
+    """Return what eyes that look down do to a face's markers on another face: (M, 3) [m].
+
+    Upper lids follow the gaze, on most characters the eyeballs alone. None where a blend shape of
+    the rig moves the markers near the lids of an eye so, or the other face does not.
+
+    Parameters
+    ----------
+    face : BoundFace
+    gaps : LidGaps
+        Of the blend shapes `names`.
+    names : tuple of str, length T
+    """
+    own = [name for name, units in units_of(names).items() if _GLANCED in units]
+    glances = [face.offsets[face.shape_names.index(name)] for name in own]
+    moved = _as_scanned(face, gaps).get(_GLANCED)
+    if moved is None or any(near_lids(glance, gaps).any() for glance in glances):
+        return None
+    return moved if near_lids(moved, gaps).any() else None
+
+
+def _as_scanned(face: BoundFace, gaps: LidGaps) -> dict[int, FloatArray]:
+    """Return what the action units of a scanned face do to the markers of an eye's side."""
+    known = (motion_at(face, (_SCANNED,)) or {}).get(_SCANNED, {})
+    # What is on the midline is of neither eye: a mirrored face is to be a mirrored answer.
+    to_left = face.neutral[:, 0] - face.midline
+    own = to_left > 0.0 if gaps.eye == "left" else to_left < 0.0
+    return {unit: own[:, None] * by_unit for unit, by_unit in known.items()}
 
 
 def _own_closing(face: BoundFace, gaps: LidGaps, names: tuple[str, ...]) -> FloatArray:

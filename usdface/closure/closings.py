@@ -43,6 +43,7 @@ def find_closings(
     own: FloatArray | None = None,
     least: FloatArray | None = None,
     lids: FloatArray | None = None,
+    glanced: FloatArray | None = None,
 ) -> list[EyeClosing]:
     """Find blinks and closed eyes.
 
@@ -62,6 +63,10 @@ def find_closings(
         frames of an eye that is not seen. A lid that comes down only to where it rests closes no
         eye, and the take's blinks all end at closed lids.
 
+    glanced : (F, 2) float64, optional
+        The same if eyes may look down: an eye that stays down need not be closed. As `lids`, if
+        left out.
+
     Returns
     -------
     list of EyeClosing
@@ -77,7 +82,9 @@ def find_closings(
         scale[:] = np.nan
     blinks, peaks = find_blinks(times, pulses, skin, scale, least)
     gone, swept = _opening_gone(lids, closing.shape, step)
-    now, gone = gone, maximum_filter1d(gone, 2 * round(APART / step) + 1, axis=0)
+    now = gone if glanced is None else _opening_gone(glanced, closing.shape, step)[0]
+    around = 2 * round(APART / step) + 1
+    gone = maximum_filter1d(gone, around, axis=0)
     shut = _most_gone(gone[peaks]) >= _least_gone(gone, peaks)
     blinks = [blink for blink, is_shut in zip(blinks, shut, strict=True) if is_shut]
     peaks = peaks[shut]
@@ -90,7 +97,7 @@ def find_closings(
         np.isfinite(scale), np.maximum(np.median(smooth[peaks], axis=0), scale), np.nan
     )
     # Closed by the markers and by the lids' estimate: the lesser of both.
-    lid_level = np.median(gone[peaks], axis=0)
+    lid_level = np.median(maximum_filter1d(now, around, axis=0)[peaks], axis=0)
     known = np.isfinite(lid_level) & (lid_level > 0)
     smooth[:, known] = np.minimum(smooth, now * (level / np.where(known, lid_level, 1.0)))[:, known]
     held = find_held_eyes(times, smooth, level, _by_itself(own, smooth))

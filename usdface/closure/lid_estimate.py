@@ -13,6 +13,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.closure.closing_displacements import (
     closing_displacements,
+    glance_of_another_face,
     lids_of_another_face,
     near_lids,
 )
@@ -25,12 +26,19 @@ __all__ = ["lid_estimate"]
 
 # Standard deviations of the weights around rest: of the shapes that close an eye, and all others.
 _CLOSER, _OTHERS = 1.0, 0.3
+# Of the opening that a glance down takes where the rig does not say: that of the ICT face.
+_GLANCE = 0.47
 # Least misfit of a rig's blend shapes to a face [m].
 _MISFIT = 3e-4
 
 
 def lid_estimate(
-    face: BoundFace, gaps: Mapping[Eye, LidGaps], names: tuple[str, ...], solution: Solution
+    face: BoundFace,
+    gaps: Mapping[Eye, LidGaps],
+    names: tuple[str, ...],
+    solution: Solution,
+    *,
+    glances: bool = False,
 ) -> FloatArray:
     """Return how much of each eye's opening is gone: (F, 2), 1 closed; NaN where it is not seen.
 
@@ -41,6 +49,8 @@ def lid_estimate(
     names : tuple of str, length T
         The blend shapes that `gaps` are of.
     solution : Solution
+    glances : bool
+        Lids follow eyes that look down, as on a scanned face if not on the rig.
     """
     frames = len(solution.feature_points)
     estimate = np.full((frames, 2), np.nan)
@@ -61,11 +71,17 @@ def lid_estimate(
             offsets[shape] = elsewhere
     deviations = np.full(len(names), _OTHERS)
     deviations[[gaps[eye].closer for eye in seen]] = _CLOSER
-    moved = deviations[:, None] * offsets[:, order].reshape(len(names), -1)
+    taken = np.array([_closed_by(gaps[eye], len(names)) for eye in seen])
+    for row, eye in enumerate(seen):
+        glance = glance_of_another_face(face, gaps[eye], names) if glances else None
+        if glance is not None:
+            offsets = np.concatenate([offsets, glance[None]])
+            deviations = np.append(deviations, _CLOSER)
+            taken = np.c_[taken, _GLANCE * (np.arange(len(seen)) == row)]
+    moved = deviations[:, None] * offsets[:, order].reshape(len(offsets), -1)
     unexplained = solution.noise**2 + max(solution.misfit, _MISFIT) ** 2
-    normal = moved @ moved.T + unexplained * np.eye(len(names))
-    to_weights = deviations[:, None] * np.linalg.solve(normal, moved)
-    closed = np.array([_closed_by(gaps[eye], len(names)) for eye in seen]) @ to_weights
+    normal = moved @ moved.T + unexplained * np.eye(len(moved))
+    closed = taken @ (deviations[:, None] * np.linalg.solve(normal, moved))
     columns = [EYES.index(eye) for eye in seen]
     for block in frame_blocks(frames):
         at = solution.displaced(block)

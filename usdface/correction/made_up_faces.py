@@ -19,6 +19,8 @@ from usdface.rule_design.movements import movements, single_movements
 
 __all__ = ["faces_of_nothing", "made_up_faces"]
 
+# FACS: 64 is eyes that look down, which is no expression.
+_GLANCE = 64
 # Faces for each expression by the character's own blend shapes, and by action units in the
 # directions of several rigs.
 _OWN, _OTHERS = 100, 300
@@ -112,7 +114,7 @@ def _motion_of_units(
     others = motion_at(face, rigs)
     if not others:
         return None
-    units = tuple(sorted(set().union(*others.values())))
+    units = tuple(sorted(set().union(*others.values()) - {_GLANCE}))
     moved = np.full((1 + len(others), len(units), 3 * len(face.markers)), np.nan)
     for column, unit in enumerate(units):
         if (own := _unit(face, unit)).any():
