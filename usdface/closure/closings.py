@@ -62,7 +62,6 @@ def find_closings(
         Estimate of how much of the opening between the lids is gone (`lid_estimate`); NaN in all
         frames of an eye that is not seen. A lid that comes down only to where it rests closes no
         eye, and the take's blinks all end at closed lids.
-
     glanced : (F, 2) float64, optional
         The same if eyes may look down: an eye that stays down need not be closed. As `lids`, if
         left out.
