@@ -99,9 +99,11 @@ def lay_markers(
     setup, notes = determined(setup, take, positions, offsets)
     unseen = unseen_shapes(offsets[..., : take.dimension])
     findings += notes + [finding("SHAPE_UNSEEN", shape_names[k]) for k in np.flatnonzero(unseen)]
-    coordinates = (3 * np.array(used)[:, None] + np.arange(3)).ravel()
-    flat = BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
-    model = without_shapes(model.select(coordinates) if model else flat, unseen)
+    if model:
+        model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
+    else:
+        model = BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
+    model = without_shapes(model, unseen)
     neutral = _without_neutral_weights(neutral, points, model, shape_names, take, setup)
     frames = neutral_frames(positions, setup)
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None

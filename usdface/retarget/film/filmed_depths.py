@@ -21,8 +21,6 @@ _DEPTH_SPREAD = 0.08
 # tell depths. By 0.003, 0.01 and 0.03 a filmed head at rest (10 s by a phone, the recorded curves
 # from 100 s on) has weights that are off by 0.108, 0.095 and 0.095, without it by 0.110.
 _MISFIT = 0.01
-# Of the trace of the poses' normal matrix: a pose is free.
-_FREE = 1e-12
 
 
 def refined_depths(
@@ -92,6 +90,8 @@ def _ways(film: FilmedTake, camera: PinholeCamera, look: Pose) -> FloatArray:
 def _explained(poses: FloatArray, shapes: FloatArray, variance: float) -> FloatArray:
     """Return T, of which T T' takes out what poses, and weights of about 1, explain.
 
+    Where nothing is seen a pose is free up to a radian, or a metre, as a weight is up to 1.
+
     Parameters
     ----------
     poses : (F, M, 2, 6) float64 [px]
@@ -106,11 +106,7 @@ def _explained(poses: FloatArray, shapes: FloatArray, variance: float) -> FloatA
     both = np.concatenate([poses, shapes], axis=-1)
     flat = both.reshape(len(both), -1, both.shape[-1])
     normal = flat.transpose(0, 2, 1) @ flat
-    ridge = np.full((len(flat), both.shape[-1]), variance)
-    # Where nothing is seen a pose is free, too: up to a radian, or a metre.
-    free = _FREE * np.trace(normal[:, :6, :6], axis1=1, axis2=2)
-    ridge[:, :6] = np.maximum(free, variance)[:, None]
-    half = np.linalg.cholesky(normal + ridge[:, None] * np.eye(both.shape[-1]))
+    half = np.linalg.cholesky(normal + variance * np.eye(both.shape[-1]))
     taken = np.linalg.solve(half, flat.transpose(0, 2, 1)).transpose(0, 2, 1)
     return np.asarray(taken.reshape(both.shape))
 
