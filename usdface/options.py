@@ -368,6 +368,10 @@ class SolveOptions:
     symmetry : float [1]
         Penalty on the difference of left and right shapes, relative to the error of the
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
+    vergence : float [1]
+        Expected difference of the two eyes' weights for one direction of gaze: eyes move together.
+        Eyes that meet 0.5 m away turn in by 4 degrees each, a tenth of a look to the side; large
+        = each eye by itself.
     iterations : int
         Iterations of the whole-take solve at 30 Hz, up to twice as many at faster rates; 1.3
         times as many where the prior is learned.
@@ -469,6 +473,13 @@ class SolveOptions:
         default=0.0,
         metadata=_row(
             "Penalty on what left and right differ by, relative to the markers' error [1]."
+        ),
+    )
+    vergence: float = field(
+        default=0.1,
+        metadata=_row(
+            "Expected difference of the two eyes' gaze [1]; large = each eye by itself.",
+            above_zero=True,
         ),
     )
     iterations: int = field(default=100, metadata=_row(above_zero=True))

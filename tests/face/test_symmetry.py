@@ -1,6 +1,6 @@
 import pytest
 
-from usdface.face.symmetry import mirrored_pairs, symmetric_pairs
+from usdface.face.symmetry import gaze_pairs, mirrored_pairs, symmetric_pairs
 
 
 @pytest.mark.parametrize("left, right", [("Left", "Right"), ("_L", "_R"), ("_left", "_right")])
@@ -19,3 +19,19 @@ def test_directions_are_each_others_mirror_image_though_no_face_shows_both() -> 
     names = ("jawRight", "jawLeft", "smile.l", "smile.r")
     assert mirrored_pairs(names).tolist() == [[1, 0], [2, 3]]
     assert symmetric_pairs(names).tolist() == [[2, 3]]
+
+
+@pytest.mark.parametrize("left, right", [("Left", "Right"), ("_L", "_R")])
+def test_both_eyes_turn_to_one_side_up_and_down(left: str, right: str) -> None:
+    ways = ("Out", "In", "Up", "Down")
+    names = tuple(f"eyeLook{way}{side}" for side in (left, right) for way in ways)
+    assert gaze_pairs(("jawOpen", *names)).tolist() == [[1, 6], [2, 5], [3, 7], [4, 8]]
+
+
+def test_action_units_of_gaze_are_pairs_by_their_sides() -> None:
+    assert gaze_pairs(("AU64_R", "AU64_L", "AU12_L", "AU12_R")).tolist() == [[1, 0]]
+
+
+def test_shapes_that_turn_both_eyes_or_one_alone_are_no_gaze_pair() -> None:
+    assert gaze_pairs(("lookLeft", "lookRight", "lookUp", "aa")).shape == (0, 2)
+    assert gaze_pairs(("eyeLookInLeft", "eyeLookInRight", "jawOpen")).shape == (0, 2)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.closure.blink_gaze import without_glances
 from usdface.closure.closing_displacements import lids_of_another_face
 from usdface.closure.closings import find_closings
 from usdface.closure.eye_closing import EyeClosing, closing_course, nearest_frame
@@ -108,7 +109,7 @@ def close_eyes(
     findings = _unseen(gaps, signal)
     if solution:
         findings += _by_another_face(face, gaps, solved.names)
-    closed = weights
+    closed = without_glances(weights, solved.times, solved.names, closings, near_pins)
     for eye, own in gaps.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
     for eye, own in gaps.items():

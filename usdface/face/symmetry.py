@@ -1,14 +1,17 @@
-"""Pairs of mirrored blend shapes, by name."""
+"""Pairs of mirrored blend shapes, and of those that turn both eyes alike, by name."""
 
 import numpy as np
 
 from usdface.arrays import IntArray
+from usdface.face.expression_poses import units_of
 from usdface.face.shape_names import shape_key
 
-__all__ = ["mirrored_pairs", "symmetric_pairs"]
+__all__ = ["gaze_pairs", "mirrored_pairs", "symmetric_pairs"]
 
 # Left and right of these are directions, not sides; they exclude each other.
 _DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose", "eyelookin", "eyelookout"))
+# FACS: eyes that turn left, right, up and down.
+_GAZE = (61, 62, 63, 64)
 
 
 def mirrored_pairs(names: tuple[str, ...]) -> IntArray:
@@ -26,6 +29,20 @@ def symmetric_pairs(names: tuple[str, ...]) -> IntArray:
     """
     sides = [pair for base, pair in _pairs(names) if base not in _DIRECTIONS]
     return np.array(sides, dtype=np.int64).reshape(-1, 2)
+
+
+def gaze_pairs(names: tuple[str, ...]) -> IntArray:
+    """Return the left and the right eye's shape for each direction of gaze: (P, 2) int64.
+
+    As ``eyeLookOutLeft`` and ``eyeLookInRight``. Shapes that turn both eyes are in none.
+    """
+    units = units_of(names)
+    directions = []
+    for unit in _GAZE:
+        sides = {shape_key(name)[1]: name for name, own in units.items() if unit in own}
+        if {"left", "right"} <= sides.keys():
+            directions.append((names.index(sides["left"]), names.index(sides["right"])))
+    return np.array(directions, dtype=np.int64).reshape(-1, 2)
 
 
 def _pairs(names: tuple[str, ...]) -> list[tuple[str, tuple[int, int]]]:

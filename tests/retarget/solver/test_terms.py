@@ -14,6 +14,7 @@ from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import solve_weights
 from usdface.retarget.solver.terms import (
     TERMS,
+    Gaze,
     Restraint,
     Ridge,
     Smoothness,
@@ -68,6 +69,24 @@ def test_the_terms_are_those_of_the_equation() -> None:
     assert Sparsity().value(held, w) == pytest.approx(error * 0.7 * w.sum())
     assert Symmetry().value(held, w) == pytest.approx(error * 30 * 0.4**2 / 2)
     assert Smoothness().bands(held, times)[2, 2] == pytest.approx(6 * 0.3**2 * 2 / 27)
+
+
+def test_eyes_that_look_apart_cost_what_the_equation_says() -> None:
+    names = ("eyeLookInLeft", "jawOpen", "eyeLookOutRight", "eyeLookInRight")
+    held = Regularisation(0.3, 0.1, replace(OPTIONS, vergence=0.1), names)
+    w = np.array([[0.9, 0.5, 0.2, 0.9]])
+    assert Gaze().value(held, w) == pytest.approx(held.variance / 0.1**2 * 0.7**2 / 2)
+    assert Gaze().matrix(replace(held, names=NAMES), 4) is None
+
+
+def test_an_eye_that_no_marker_shows_looks_where_the_other_looks() -> None:
+    names = ("eyeLookInLeft", "eyeLookOutRight")
+    normal, truth = np.diag([1e-4, 0.0]), np.array([[0.6, 0.0]])
+    for vergence, other in ((1e-4, 0.6), (1e6, 0.0)):
+        options = SolveOptions(spread=1e3, vergence=vergence, iterations=5000, tolerance=1e-12)
+        held = Regularisation(1e-4, 0.0, options, names)
+        found = solve_weights(normal, truth @ normal, np.zeros(1), held).weights
+        np.testing.assert_allclose(found, [[0.6, other]], atol=1e-3)
 
 
 def test_restraint_is_of_the_misfit_and_the_faces_size() -> None:

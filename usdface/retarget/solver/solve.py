@@ -7,6 +7,7 @@ e = v + 2 misfit^2 (misfit: the difference of face and rig), is::
                             + e / spread^2 * sum_t |w_t|^2 / 2
                             + e * sparsity * sum_t |w_t|_1
                             + e * symmetry * sum_t sum_(i, j) (w_ti - w_tj)^2 / 2
+                            + e / vergence^2 * sum_t sum_(k, l) (w_tk - w_tl)^2 / 2
                             + v * smoothness / agility * integral |w''|^2 dt / 2
 
 which is the most probable take if weights are about `spread` large, their second
@@ -22,7 +23,8 @@ over time of `usdface.retarget.solver.covariance`.
 
 Each row is a term of `usdface.retarget.solver.terms`. Sparsity and symmetry are off by default.
 They too are measured against the error: weights that are exponential with mean 1 / `sparsity`, left
-and right that differ by about 1 / sqrt(`symmetry`).
+and right (i, j) that differ by about 1 / sqrt(`symmetry`). The two eyes' shapes (k, l) for one
+direction of gaze differ by about `vergence`.
 Bounds other than 0 to 1, pins and inequalities are `usdface.retarget.solver.bounds.Bounds`.
 """
 

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from usdface.arrays import FloatArray
-from usdface.face.symmetry import symmetric_pairs
+from usdface.arrays import FloatArray, IntArray
+from usdface.face.symmetry import gaze_pairs, symmetric_pairs
 from usdface.retarget.solver.covariance import inverse_bands
 from usdface.retarget.solver.curvature import curvature_bands
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "TERMS",
+    "Gaze",
     "Restraint",
     "Ridge",
     "Smoothness",
@@ -140,13 +141,25 @@ class Symmetry(SolverTerm):
 
     def matrix(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
         strength = held.variance * held.options.symmetry
-        if not strength:
+        return strength * _differences(symmetric_pairs(held.names), size) if strength else None
+
+
+class Gaze(SolverTerm):
+    """Both eyes look the same way: ``e / vergence^2 * (w_l - w_r)^2 / 2``.
+
+    The pairs turn both eyes to one side, up or down (`usdface.face.symmetry.gaze_pairs`): eyes move
+    together (E. Hering, "Die Lehre vom binocularen Sehen", 1868: equal innervation). Without it a
+    frown, which draws the skin around the eyes inwards, is taken for eyes that cross.
+    """
+
+    settings = ("vergence",)
+    by_shape = True
+
+    def matrix(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
+        pairs = gaze_pairs(held.names)
+        if not len(pairs):
             return None
-        pairs = symmetric_pairs(held.names)
-        difference = np.zeros((len(pairs), size))
-        difference[np.arange(len(pairs)), pairs[:, 0]] = 1.0
-        difference[np.arange(len(pairs)), pairs[:, 1]] = -1.0
-        return np.asarray(strength * difference.T @ difference)
+        return held.variance / held.options.vergence**2 * _differences(pairs, size)
 
 
 class Smoothness(SolverTerm):
@@ -168,7 +181,15 @@ class Smoothness(SolverTerm):
         return np.asarray(curvature_bands(times) * stiffness)
 
 
-TERMS: tuple[SolverTerm, ...] = (Ridge(), Sparsity(), Restraint(), Symmetry(), Smoothness())
+TERMS: tuple[SolverTerm, ...] = (Ridge(), Sparsity(), Restraint(), Symmetry(), Gaze(), Smoothness())
+
+
+def _differences(pairs: IntArray, size: int) -> FloatArray:
+    """Return D, (S, S), of which w' D w is the sum of (w_l - w_r)^2 over pairs (P, 2)."""
+    differences = np.zeros((len(pairs), size))
+    differences[np.arange(len(pairs)), pairs[:, 0]] = 1.0
+    differences[np.arange(len(pairs)), pairs[:, 1]] = -1.0
+    return np.asarray(differences.T @ differences)
 
 
 def roughness(bands: FloatArray, weights: FloatArray) -> float:
