@@ -10,7 +10,7 @@ NAMES = ("eyeBlinkLeft", "eyeLookDownLeft", "eyeLookDownRight", "jawOpen")
 TIMES = np.arange(0, 2, 1 / 60)
 BLINK = EyeClosing("blink", (0, 1), 1.0, 1.06, 1.1, 1.26, 1.0)
 FREE = np.zeros((len(TIMES), len(NAMES)))
-INSIDE = (TIMES >= BLINK.start) & (TIMES < BLINK.end)
+INSIDE = (BLINK.start <= TIMES) & (BLINK.end > TIMES)
 DIP = 0.5 * np.sin(np.pi * np.clip((TIMES - BLINK.start) / 0.26, 0, 1))
 
 
