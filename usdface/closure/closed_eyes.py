@@ -109,7 +109,9 @@ def close_eyes(
     findings = _unseen(gaps, signal)
     if solution:
         findings += _by_another_face(face, gaps, solved.names)
-    closed = without_glances(weights, solved.times, solved.names, closings, near_pins)
+    closed = weights
+    if solution:  # a take of weights has seen the eyes
+        closed = without_glances(weights, solved.times, solved.names, closings, near_pins)
     for eye, own in gaps.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
     for eye, own in gaps.items():
