@@ -220,6 +220,7 @@ def real_takes(mesh: Mesh) -> None:
         for name in ("Jaw", "Eyebrows"):
             take, _ = read_take(SHARED / "animface" / f"{name}.c3d")
             shots[f"{name} on {head}"] = assemble_shot(other, take, setup=bind)[0]
+            shots[f"{name} on {head}, places proposed"] = assemble_shot(other, take)[0]
     take, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
     shots["Live Link Face"] = Shot(rig, take, unbound(take))
     head, _ = read_rig(ROOT / "examples" / "head.usdc")

@@ -21,8 +21,11 @@ from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
+from usdface.options import ProcessOptions
 from usdface.retarget_setup import Binding, RetargetSetup
-from usdface.rigs import Mesh
+from usdface.retarget_shot import retarget
+from usdface.rigs import Mesh, Rig
+from usdface.shot_assembly import assemble_shot
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -75,3 +78,24 @@ def test_named_markers_land_where_a_person_puts_them(
     assert setup.neutral == NEUTRAL[Path(file).stem]
     # No marker is nearer to the place of another one.
     assert (apart.argmin(axis=1) == np.arange(len(own))).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("head", ["ict", "makehuman", "example"])
+@pytest.mark.parametrize(
+    ("name", "blinks"), [("Jaw", (59, 323, 999, 1568)), ("Eyebrows", (24, 101))]
+)
+def test_blinks_close_on_the_first_try(
+    shared_data: Path, head: str, name: str, blinks: tuple[int, ...]
+) -> None:
+    """Frames of the blinks by eye; the second of Eyebrows is seen by one marker alone."""
+    take, _ = read_take(shared_data / "animface" / f"{name}.c3d")
+    shot, _ = assemble_shot(Rig("Face", (head_mesh(head, shared_data),)), take)
+    closure = retarget(shot, options=ProcessOptions(express=False)).closure
+    assert closure is not None
+    found = [each for each in closure.closings if each.closing.kind == "blink"]
+    expected = blinks[:1] if (head, name) == ("example", "Eyebrows") else blinks
+    assert len(found) == len(closure.closings) == len(expected)
+    for each, frame in zip(found, expected, strict=True):
+        assert abs(each.peak - frame) <= 2 and each.closing.eyes == (0, 1)
+        assert closure.eyes[each.peak].min() > 0.95

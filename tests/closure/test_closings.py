@@ -169,6 +169,16 @@ def test_a_pulse_that_closes_less_than_half_of_the_blinks_is_none(reach: float) 
         assert len(find_closings(times, eyes + squint, lids=lids)) == count
 
 
+def test_a_pulse_as_large_as_the_blinks_is_one_though_the_lids_seem_open() -> None:
+    """Markers at wrong places: the estimate of what is gone drifts with the jaw."""
+    times, eyes = world()
+    drift = swell(times, 5.6, 1.9, -0.3)[:, None]
+    pulse = blink(times, 6.4)[:, None]
+    for share, count in ((0.9, len(BLINKS) + 1), (0.6, len(BLINKS))):
+        lids = 0.55 * eyes + drift + 0.55 * share * pulse
+        assert len(find_closings(times, eyes + pulse, lids=lids)) == count
+
+
 def test_quick_squints_of_lids_that_move_more_otherwise_are_no_blinks() -> None:
     times, eyes = world()
     narrowed = 0.8 * np.clip(np.minimum(times - 5.6, 7.5 - times) / 0.5, 0, 1)[:, None]

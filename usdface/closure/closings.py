@@ -29,6 +29,11 @@ _OWN = 0.5
 # other persons 0.46 and more, and 0.58 of the blinks; of two real takes 0.35, and 0.56; of lids
 # that came back from wide open 0.29 at most.
 _GONE, _GONE_OF_BLINKS = 0.25, 0.5
+# A pulse that takes away as much of the opening as the take's other blinks (upper quartile), `_GONE`
+# at least, is one of them, though less is gone where markers are bound to wrong places. Blinks of
+# two real takes on three heads, with vertices that were proposed, 0.74 to 1.26, and 0.13 gone and
+# more; half a blink of the recording 0.45 to 0.67 (0.89 in one of ten worlds).
+_AS_FAR, _AWAY = 0.7, 0.1
 # An eye is held closed only in a take whose blinks take away so much of the opening: geometric mean
 # of the share of all of it, and of the share of the most that is ever gone, as lids may move less
 # than the rig's. Of takes with blinks 0.33 to 0.61, of two real takes 0.48 and more; with fast
@@ -84,7 +89,9 @@ def find_closings(
     now = gone if glanced is None else _opening_gone(glanced, closing.shape, step)[0]
     around = 2 * round(APART / step) + 1
     gone = maximum_filter1d(gone, around, axis=0)
-    shut = _most_gone(gone[peaks]) >= _least_gone(gone, peaks)
+    most = _most_gone(gone[peaks])
+    alike = _as_far(swept[peaks], blinks) & (most >= _AWAY)
+    shut = (most >= _least_gone(gone, peaks)) | alike
     blinks = [blink for blink, is_shut in zip(blinks, shut, strict=True) if is_shut]
     peaks = peaks[shut]
     if not blinks:
@@ -163,6 +170,18 @@ def _least_gone(gone: FloatArray, peaks: IntArray) -> float:
     known = tops[np.isfinite(tops)]
     level = float(np.quantile(known, 0.75)) if len(known) else 0.0
     return max(_GONE, _GONE_OF_BLINKS * level)
+
+
+def _as_far(swept: FloatArray, blinks: Sequence[EyeClosing]) -> BoolArray:
+    """Whether pulses that take away `swept` (N, 2) of the opening go as far as the others: (N,)."""
+    known = np.isfinite(swept).all(axis=0)
+    if not known.any() or not len(swept):
+        return np.zeros(len(swept), dtype=bool)
+    swept = swept[:, known]
+    share = swept / np.maximum(np.quantile(swept, 0.75, axis=0), 1e-9)
+    alone = np.array([blink.guessed or len(blink.eyes) < 2 for blink in blinks])
+    reached = np.where(alone, share.max(axis=1), share.mean(axis=1)) >= _AS_FAR
+    return np.asarray(reached & (swept.max(axis=1) >= _GONE))
 
 
 def _most_gone(gone: FloatArray) -> FloatArray:
