@@ -29,10 +29,10 @@ _OWN = 0.5
 # other persons 0.46 and more, and 0.58 of the blinks; of two real takes 0.35, and 0.56; of lids
 # that came back from wide open 0.29 at most.
 _GONE, _GONE_OF_BLINKS = 0.25, 0.5
-# A pulse that takes away as much of the opening as the take's other blinks (upper quartile), `_GONE`
-# at least, is one of them, though less is gone where markers are bound to wrong places. Blinks of
-# two real takes on three heads, with vertices that were proposed, 0.74 to 1.26, and 0.13 gone and
-# more; half a blink of the recording 0.45 to 0.67 (0.89 in one of ten worlds).
+# A pulse that takes away as much of the opening as the take's other blinks (upper quartile), at
+# least `_GONE`, is one of them, though less is gone where markers are bound to wrong places. Blinks
+# of two real takes on three heads, with vertices that were proposed, 0.74 to 1.26, and 0.13 gone
+# and more; half a blink of the recording 0.45 to 0.67 (0.89 in one of ten worlds).
 _AS_FAR, _AWAY = 0.7, 0.1
 # An eye is held closed only in a take whose blinks take away so much of the opening: geometric mean
 # of the share of all of it, and of the share of the most that is ever gone, as lids may move less

@@ -104,7 +104,7 @@ def solve_pose_and_weights(
         A first guess, or the pose where it is known.
     setup : RetargetSetup
     names : tuple of str, length S
-        The blend shapes; needed where the setup has pins or asks for symmetry.
+        The blend shapes; needed for pins, symmetry and gaze.
     neutral_frames : (M,) int64, optional
         Frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int
