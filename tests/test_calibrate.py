@@ -32,6 +32,7 @@ def face(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_calibrated_shot_gives_the_character_its_own_range(face: Path) -> None:
     before = {path: hashlib.sha256(path.read_bytes()).digest() for path in face.iterdir()}
     out = face / "who.json"

@@ -68,6 +68,7 @@ def test_each_emotion_is_heard_where_it_is_shown(
         assert strengths[emotion] > 0.3
 
 
+@pytest.mark.slow
 def test_the_peaks_show_the_units_of_their_emotions(
     folder: Path, shown: dict[str, int], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -281,6 +281,7 @@ def test_an_export_goes_through_the_hooks(example: Path, shot: Path) -> None:
     assert "HOOK_SKIPPED" in {f.code for f in packed.findings}
 
 
+@pytest.mark.slow
 def test_the_command_line_names_and_skips_them(example: Path, shot: Path) -> None:
     """In a process of its own, as a user has it."""
     environment = os.environ | {"PYTHONPATH": str(example)}

@@ -70,6 +70,7 @@ def test_anonymous_markers_in_any_pose_and_size_find_their_vertices(
     assert [f.code for f in findings] == ["BIND_PROPOSED"]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("as_users_have_it")
 def test_vertices_whose_confidence_fails_are_proposed_without_one(
     world: World, monkeypatch: pytest.MonkeyPatch

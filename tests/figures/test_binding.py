@@ -27,6 +27,7 @@ def test_the_figure_is_the_same_twice(tmp_path: Path, suffix: str) -> None:
         assert all(f"<!-- {name} -->" in one.read_text() for name in BINDING.markers)
 
 
+@pytest.mark.slow
 def test_what_is_not_sure_looks_different_and_has_a_scale(tmp_path: Path) -> None:
     doubtful = replace(BINDING, confidence=np.linspace(0, 1, len(BINDING.markers)))
     sure = replace(BINDING, confidence=np.ones(len(BINDING.markers)))

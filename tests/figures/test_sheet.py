@@ -14,6 +14,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return shoot(make_world(head_moves=False).write(tmp_path_factory.mktemp("sheet")))
 
 
+@pytest.mark.slow
 def test_the_sheet_names_frames_reasons_and_residuals(
     shot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -32,6 +32,7 @@ def solved(shot: Path) -> ShotResult:
     return retarget(read_shot(stage, "shot")[0].shot)
 
 
+@pytest.mark.slow
 def test_process_draws_the_take_and_the_same_take_the_same(shot: Path, tmp_path: Path) -> None:
     drawn = []
     for name in ("one.png", "two.png"):

@@ -90,6 +90,7 @@ def test_each_gap_of_a_range_is_named_for_itself():
     assert gap.message.startswith("no term of a covers 3 to 7, 9.8 to 10; ")
 
 
+@pytest.mark.slow
 def test_every_rule_is_compared_with_the_first_that_asks_for_the_same():
     texts = [f"IF a IS high THEN joy IS {n / 5000}" for n in range(5000)]
     codes = found(*texts)

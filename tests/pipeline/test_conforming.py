@@ -50,6 +50,7 @@ def conform(folder: Path, *options: str) -> int:
     return main(["conform", str(folder / "reel.edl"), *takes, *show, *out, *options])
 
 
+@pytest.mark.slow
 def test_each_clip_is_delivered_from_its_take(folder: Path) -> None:
     assert conform(folder, "--handles", "2") == 0
     document = json.loads((folder / "reel.json").read_text())

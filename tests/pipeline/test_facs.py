@@ -55,6 +55,7 @@ def test_faults_are_findings_in_table_and_json(
     assert rows["browInnerUp"]["shown"] == "AU18"
 
 
+@pytest.mark.slow
 def test_the_figure_names_shapes_and_verdicts(spoilt: Path, tmp_path: Path) -> None:
     result = usdface.check(spoilt, facs=True, figure=tmp_path / "a.svg")
     assert result.written == (tmp_path / "a.svg",)

@@ -33,6 +33,7 @@ def run(shot: Path, *options: str) -> dict[str, object]:
     return json.loads(report.read_text())["summary"]
 
 
+@pytest.mark.slow
 def test_tasks_in_any_order_give_the_bytes_of_one_run(shot: Path) -> None:
     run(shot)
     results = sorted((shot.parent / "shot.usdface").glob("*.usdc"))

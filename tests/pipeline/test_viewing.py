@@ -129,6 +129,7 @@ def report(folder: Path, name: str, confidence: object) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_the_page_shows_images_of_the_footage_with_labelled_dots(
     filmed_shot: Path, tmp_path: Path
 ) -> None:

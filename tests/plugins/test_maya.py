@@ -151,6 +151,7 @@ def test_maya_starts_without_its_usd_plug_in(monkeypatch: pytest.MonkeyPatch) ->
     assert "usdface is not registered" in found.warnings[0]
 
 
+@pytest.mark.slow
 def test_schemas_that_come_too_late_change_nothing(folder: Path) -> None:
     """Maya has stages open before our code runs: USD's schema registry is closed by then."""
     script = f"""

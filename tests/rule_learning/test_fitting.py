@@ -239,6 +239,7 @@ def test_a_system_for_other_markers_is_refused(folder, tmp_path):
     assert not (tmp_path / "shot.usda").exists()
 
 
+@pytest.mark.slow
 def test_the_command_shows_rules_and_confusion(folder, tmp_path, capsys):
     common = ["--rig", str(folder / "rig.usda"), "--bind", str(folder / "bind.json")]
     common += ["--labels", str(folder / "labels.csv")]

@@ -50,6 +50,7 @@ def test_the_bundle_names_all_that_a_farm_must_know(show: Path, tmp_path: Path) 
     assert [shot["name"] for shot in bundle["shots"]["shots"]] == ["a", "b", "c", "d"]
 
 
+@pytest.mark.slow
 def test_the_list_of_a_bundle_gives_the_results_of_the_show(show: Path, tmp_path: Path) -> None:
     listed = write_sequence_job(show, tmp_path / "job").written[-1]
     (row,) = process_sequence(listed, root=show.parent, index="2").value

@@ -133,6 +133,7 @@ def test_shots_of_one_take_and_face_share_a_solve(place: Path) -> None:
     assert used == {"solve": "cached", "express": "computed"}
 
 
+@pytest.mark.slow
 def test_another_character_shares_the_cleaned_take_with_the_bytes_of_its_own_clean_up(
     tmp_path: Path,
 ) -> None:
