@@ -1,19 +1,19 @@
 """Proposed bindings: a vertex for each marker of a take, with its confidence."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from usdface.advice import advice
 from usdface.arrays import BoolArray, IntArray
-from usdface.binding.anchor_check import check_anchors, without_anchors
+from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
 from usdface.binding.confidence import placement_confidence
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.binding.landmarks import find_landmarks
 from usdface.binding.name_priors import name_priors, named_heights
-from usdface.binding.named_search import register_markers
+from usdface.binding.named_search import NameCheck, register_markers
 from usdface.binding.neutral_frames import (
     FEWEST_MARKERS,
     MOST_PEAKS,
@@ -82,6 +82,68 @@ def propose(
     surface = face_surface(mesh)
     used, duplicates = _usable(take, given)
     names = tuple(take.names[i] for i in used)
+    found = _registered(take, used, surface, setup, _anchors(names, given, surface), find_neutral)
+    chosen = _one_vertex_each(found.markers)
+    confidence, failed = advice(
+        "confidence of the proposed vertices",
+        lambda: np.round(placement_confidence(found.markers, chosen), 3),
+        np.full(len(chosen), np.nan),
+    )
+    check, off = found.check, _off_face(found.markers)
+    asked = check.contradicted | check.exchanged
+    confidence = np.where(asked, np.minimum(confidence, 0.0), confidence)
+    new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
+    bound, unsure = new[~(confidence[new] < _UNSURE)], new[confidence[new] < _UNSURE]
+    wrong = tuple((names[anchor.marker], anchor) for anchor in found.doubted)
+    doubted = {name for name, _ in wrong}
+    vertices = surface.vertices[chosen]
+    binding = Binding(
+        (*given, *(names[i] for i in bound)),
+        np.array([*given.values(), *vertices[bound]], dtype=np.int64),
+        setup.binding.mesh,
+        np.array([*(0.0 if name in doubted else 1.0 for name in given), *confidence[bound]]),
+    )
+    left_out = Binding(
+        tuple(names[i] for i in unsure), vertices[unsure], setup.binding.mesh, confidence[unsure]
+    )
+    neutral = found.neutral if find_neutral else setup.neutral
+    peaks = tuple(found.peaks.tolist())
+    return Proposal(
+        setup=replace(setup, binding=binding, unsure=left_out, neutral=neutral, peaks=peaks),
+        placed=tuple(names[i] for i in new),
+        never_seen=tuple(take.names[i] for i in np.flatnonzero(~take.visible.any(axis=0))),
+        duplicates=duplicates,
+        doubted=wrong,
+        off_face=tuple(names[i] for i in np.flatnonzero(off)),
+        contradicted=_contradicted_names(mesh, names, vertices, check.contradicted),
+        exchanged=tuple(names[i] for i in np.flatnonzero(check.exchanged)),
+        names_unused=found.named and not check.used,
+        failed=tuple(failed),
+    )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Registered:
+    """Markers on a face: how their names agree, the anchors that do not fit, and the frames."""
+
+    markers: RegisteredMarkers
+    check: NameCheck
+    named: bool
+    doubted: tuple[DoubtedAnchor, ...]
+    neutral: tuple[int, int]
+    peaks: IntArray
+
+
+def _registered(
+    take: MarkerTake,
+    used: IntArray,
+    surface: FaceSurface,
+    setup: RetargetSetup,
+    anchors: IntArray,
+    find_neutral: bool,
+) -> _Registered:
+    """Register the markers `used` (M,) of a take, with those anchors (M,) that fit the others."""
+    names = tuple(take.names[i] for i in used)
     stabilised = stabilised_take(positions_3d(take)[:, used])
     held = held_poses(stabilised, take.times)
     likely = held[0].frames
@@ -93,7 +155,7 @@ def propose(
         stabilised.positions,
         neutral,
         peaks,
-        anchors=_anchors(names, given, surface),
+        anchors=anchors,
         heights=named_heights(names),
         named=name_priors(names, landmarks) if landmarks else None,
     )
@@ -104,49 +166,12 @@ def propose(
         registered, check = register_markers(surface, observations)
     if find_neutral:
         neutral = _explaining_neutral(registered, stabilised, held, peaks=peaks)
-        setup = replace(setup, neutral=neutral)
         if check.used and neutral != likely:
             peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
             observations = _from_neutral(observations, stabilised, neutral, peaks=peaks)
             registered, check = register_markers(surface, observations)
-    chosen = _one_vertex_each(registered)
-    confidence, failed = advice(
-        "confidence of the proposed vertices",
-        lambda: np.round(placement_confidence(registered, chosen), 3),
-        np.full(len(chosen), np.nan),
-    )
-    off = _off_face(registered)
-    asked = check.contradicted | check.exchanged
-    confidence = np.where(asked, np.minimum(confidence, 0.0), confidence)
-    new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
-    bound, unsure = new[~(confidence[new] < _UNSURE)], new[confidence[new] < _UNSURE]
-    wrong = tuple((names[anchor.marker], anchor) for anchor in doubted)
-    doubted_names = {name for name, _ in wrong}
-    vertices = surface.vertices[chosen]
-    binding = Binding(
-        (*given, *(names[i] for i in bound)),
-        np.array([*given.values(), *vertices[bound]], dtype=np.int64),
-        setup.binding.mesh,
-        np.array([*(0.0 if n in doubted_names else 1.0 for n in given), *confidence[bound]]),
-    )
-    left_out = Binding(
-        tuple(names[i] for i in unsure),
-        vertices[unsure],
-        setup.binding.mesh,
-        confidence[unsure],
-    )
-    return Proposal(
-        setup=replace(setup, binding=binding, unsure=left_out, peaks=tuple(peaks.tolist())),
-        placed=tuple(names[i] for i in new),
-        never_seen=tuple(take.names[i] for i in np.flatnonzero(~take.visible.any(axis=0))),
-        duplicates=duplicates,
-        doubted=wrong,
-        off_face=tuple(names[i] for i in np.flatnonzero(off)),
-        contradicted=_contradicted_names(mesh, names, vertices, check.contradicted),
-        exchanged=tuple(names[i] for i in np.flatnonzero(check.exchanged)),
-        names_unused=observations.named is not None and not check.used,
-        failed=tuple(failed),
-    )
+    named = observations.named is not None
+    return _Registered(registered, check, named, doubted, neutral, peaks)
 
 
 def _contradicted_names(
