@@ -370,7 +370,7 @@ class SolveOptions:
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
     vergence : float [1]
         Expected difference of the two eyes' weights for one direction of gaze: eyes move together.
-        Eyes that meet 0.5 m away turn in by 4 degrees each, a tenth of a look to the side; large
+        Eyes that meet 0.25 m away turn in by 7 degrees each, a fifth of a look to the side; large
         = each eye by itself.
     iterations : int
         Iterations of the whole-take solve at 30 Hz, up to twice as many at faster rates; 1.3
@@ -476,7 +476,7 @@ class SolveOptions:
         ),
     )
     vergence: float = field(
-        default=0.1,
+        default=0.2,
         metadata=_row(
             "Expected difference of the two eyes' gaze [1]; large = each eye by itself.",
             above_zero=True,
