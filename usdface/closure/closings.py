@@ -32,7 +32,8 @@ _GONE, _GONE_OF_BLINKS = 0.25, 0.5
 # A pulse that takes away as much of the opening as the take's other blinks (upper quartile), at
 # least `_GONE`, is one of them, though less is gone where markers are bound to wrong places. Blinks
 # of two real takes on three heads, with vertices that were proposed, 0.74 to 1.26, and 0.13 gone
-# and more; half a blink of the recording 0.45 to 0.67 (0.89 in one of ten worlds).
+# and more; half a blink of the recording 0.45 to 0.67 (0.89 in one of ten worlds). In takes whose
+# pulses do not tell the level (`_SWEPT`) none is: quick squints are as large as each other.
 _AS_FAR, _AWAY = 0.7, 0.1
 # An eye is held closed only in a take whose blinks take away so much of the opening: geometric mean
 # of the share of all of it, and of the share of the most that is ever gone, as lids may move less
@@ -90,8 +91,9 @@ def find_closings(
     around = 2 * round(APART / step) + 1
     gone = maximum_filter1d(gone, around, axis=0)
     most = _most_gone(gone[peaks])
-    alike = _as_far(swept[peaks], blinks) & (most >= _AWAY)
-    shut = (most >= _least_gone(gone, peaks)) | alike
+    shut = most >= _least_gone(gone, peaks)
+    if blinks and _tell_the_level(gone, swept[peaks]):
+        shut |= _as_far(swept[peaks], blinks) & (most >= _AWAY)
     blinks = [blink for blink, is_shut in zip(blinks, shut, strict=True) if is_shut]
     peaks = peaks[shut]
     if not blinks:
@@ -175,7 +177,7 @@ def _least_gone(gone: FloatArray, peaks: IntArray) -> float:
 def _as_far(swept: FloatArray, blinks: Sequence[EyeClosing]) -> BoolArray:
     """Whether pulses that take away `swept` (N, 2) of the opening go as far as the others: (N,)."""
     known = np.isfinite(swept).all(axis=0)
-    if not known.any() or not len(swept):
+    if not known.any():
         return np.zeros(len(swept), dtype=bool)
     swept = swept[:, known]
     share = swept / np.maximum(np.quantile(swept, 0.75, axis=0), 1e-9)
