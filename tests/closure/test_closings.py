@@ -179,6 +179,17 @@ def test_a_pulse_as_large_as_the_blinks_is_one_though_the_lids_seem_open() -> No
         assert len(find_closings(times, eyes + pulse, lids=lids)) == count
 
 
+def test_pulses_that_are_small_for_these_lids_make_no_blinks_of_each_other() -> None:
+    times, eyes = world()
+    drift = swell(times, 5.6, 1.9, -0.15)[:, None]
+    pulse = blink(times, 6.4)[:, None]
+    for narrowed, count in ((0.5, len(BLINKS) + 1), (1.6, len(BLINKS))):
+        slow = swell(times, 3.5, 1.3, narrowed)[:, None]
+        lids = 0.3 * (eyes + pulse) + drift + slow
+        found = blinks(find_closings(times, eyes + pulse, lids=lids))
+        assert len(found) == count
+
+
 def test_quick_squints_of_lids_that_move_more_otherwise_are_no_blinks() -> None:
     times, eyes = world()
     narrowed = 0.8 * np.clip(np.minimum(times - 5.6, 7.5 - times) / 0.5, 0, 1)[:, None]
