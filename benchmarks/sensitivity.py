@@ -58,6 +58,7 @@ SOLVED, RESTED = "solve_figures:figures", "binding:neutral_figures"
 CALIBRATED, EXPRESSED = "calibration:figures", "expressions:layer_figures"
 DESIGNED, LEARNED = "expressions:design_figures", "fuzzy_variants:figures"
 JUDGED = "facs:figures"
+CLOSED = "closure_figures:figures"
 FILMED, NAMED = "footage_figures:figures", "footage_figures:name_figures"
 TABLE: dict[str, list[Constant]] = {
     "binding": [
@@ -117,6 +118,16 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.rule_learning.fallback_rules", "_MOVED _MOVEMENTS _LEAST_MET", LEARNED),
         *rows("usdface.rule_learning.fallback_rules", "_CONDITION_COST _NOISE_COST", LEARNED),
         *rows("usdface.rule_learning.fallback_rules", "_TOGETHER _SHORTLIST", LEARNED),
+    ],
+    "closure": [
+        *rows("usdface.closure.lid_pulses", "LONGEST _SMOOTHING _ABOVE_NOISE APART", CLOSED),
+        *rows("usdface.closure.lid_pulses", "LEAST_HEIGHT", CLOSED),
+        *rows("usdface.closure.closings", "_BETTER_SEEN _OWN _MEASURED", CLOSED),
+        *rows("usdface.closure.blinks", "_DOUBTED _SURE _ALONE _SHARED _SLOW _WIDEST", CLOSED),
+        *rows("usdface.closure.held_eyes", "_CLOSED _OPEN _HALF_OPEN _HELD", CLOSED),
+        *rows("usdface.closure.held_eyes", "_STILL_CLOSED _CLOSED_ALONE _CONTRADICTED", CLOSED),
+        *rows("usdface.closure.lid_depth", "_GONE _GONE_OF_BLINKS _AS_FAR _AWAY", CLOSED),
+        *rows("usdface.closure.lid_depth", "_SHOWN _AS_DEEP _SWEPT _SWEPT_BY_CLOSER", CLOSED),
     ],
     "correction": [
         *rows("usdface.options", "RESPONSE BLEND_TIME FEATURE_SMOOTHING", EXPRESSED),

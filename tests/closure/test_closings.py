@@ -6,6 +6,7 @@ import pytest
 from usdface.arrays import FloatArray
 from usdface.closure.closings import find_closings
 from usdface.closure.eye_closing import EyeClosing
+from usdface.closure.solved_lids import SolvedLids
 
 RATES = (24.0, 30.0, 60.0, 120.0)
 BLINKS = (1.0, 2.3, 3.1, 5.0)
@@ -203,6 +204,26 @@ def test_an_eye_is_not_held_closed_where_its_lids_are_apart() -> None:
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
     kinds = [each.kind for each in find_closings(times, eyes + shut, lids=eyes + 0.4 * shut)]
     assert kinds == ["blink"] * len(BLINKS)
+
+
+def test_a_squint_that_is_solved_half_open_closes_no_eye_though_the_markers_say_so() -> None:
+    times, eyes = world()
+    quick = blink(times, 6.0)[:, None]
+    long = np.clip(np.minimum(times - 6.6, 7.8 - times) / 0.2, 0, 1)[:, None]
+    seen = eyes + quick + long
+    for share, kinds in ((1.0, ["blink"] * 5 + ["held"] * 2), (0.5, ["blink"] * 4)):
+        solved = SolvedLids(eyes + share * (quick + long), eyes + share * (quick + long))
+        found = find_closings(times, seen, lids=0.8 * seen, solved=solved)
+        assert [each.kind for each in found] == kinds
+
+
+def test_pulses_that_are_solved_as_squints_do_not_tell_when_an_eye_is_held_closed() -> None:
+    times, eyes = world()
+    shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
+    seen = eyes + shut
+    for share, held in ((1.0, 2), (0.1, 0)):
+        found = find_closings(times, seen, lids=seen, solved=SolvedLids(seen, share * seen))
+        assert len(found) - len(blinks(found)) == held
 
 
 def test_an_eye_that_closes_harder_than_it_blinks_is_closed_while_it_does() -> None:

@@ -15,6 +15,7 @@ from usdface.closure.lid_estimate import lid_estimate
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
 from usdface.closure.lid_signal import least_pulses, lid_signal
+from usdface.closure.solved_lids import solved_lids
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.retarget.solution import Solution
@@ -102,8 +103,9 @@ def close_eyes(
         lid_estimate(face, gaps, solved.names, solution, glances=down) if solution else None
         for down in (False, True)
     )
+    shown = solved_lids(face, gaps, solved) if solution else None
     closings = find_closings(
-        solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced
+        solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced, solved=shown
     )
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     findings = _unseen(gaps, signal)

@@ -14,7 +14,15 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.blinks import blink_height, find_blinks
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.held_eyes import find_held_eyes
+from usdface.closure.lid_depth import (
+    LidDepth,
+    as_deep_as_others,
+    lid_depth,
+    pulses_that_close,
+    tell_the_level,
+)
 from usdface.closure.lid_pulses import APART, lid_pulses
+from usdface.closure.solved_lids import SolvedLids
 
 __all__ = ["find_closings"]
 
@@ -24,22 +32,8 @@ _BETTER_SEEN = 0.3
 # Of the way of a lid marker: if less of it is the lid's own, without the skin around it, a lowered
 # brow brought it down (AnimFace: blinks 1, a frown 0.15 to 0.3).
 _OWN = 0.5
-# Shares of the opening that are gone in a closed eye at least: of the whole, as lids of a performer
-# who moves them less than the rig, and of that of the take's blinks. Of 416 recorded closed eyes on
-# other persons 0.46 and more, and 0.58 of the blinks; of two real takes 0.35, and 0.56; of lids
-# that came back from wide open 0.29 at most.
-_GONE, _GONE_OF_BLINKS = 0.25, 0.5
-# A pulse that takes away as much of the opening as the take's other blinks (upper quartile), at
-# least `_GONE`, is one of them, though less is gone where markers are bound to wrong places. Blinks
-# of two real takes on three heads, with vertices that were proposed, 0.74 to 1.26, and 0.13 gone
-# and more; half a blink of the recording 0.45 to 0.67 (0.89 in one of ten worlds). In takes whose
-# pulses do not tell the level (`_SWEPT`) none is: quick squints are as large as each other.
-_AS_FAR, _AWAY = 0.7, 0.1
-# An eye is held closed only in a take whose blinks take away so much of the opening: geometric mean
-# of the share of all of it, and of the share of the most that is ever gone, as lids may move less
-# than the rig's. Of takes with blinks 0.33 to 0.61, of two real takes 0.48 and more; with fast
-# squints and glances in their place 0.17 to 0.31 (more in noise).
-_SWEPT = 0.25
+# Least share of the opening that solved blinks take away for it to be a measure.
+_MEASURED = 0.1
 
 
 def find_closings(
@@ -50,6 +44,7 @@ def find_closings(
     least: FloatArray | None = None,
     lids: FloatArray | None = None,
     glanced: FloatArray | None = None,
+    solved: SolvedLids | None = None,
 ) -> list[EyeClosing]:
     """Find blinks and closed eyes.
 
@@ -71,6 +66,9 @@ def find_closings(
     glanced : (F, 2) float64, optional
         The same if eyes may look down: an eye that stays down need not be closed. As `lids`, if
         left out.
+    solved : SolvedLids, optional
+        A pulse that the solve shows as less than the take's blinks closes no eye, nor do pulses
+        that it makes of squints and glances tell when an eye is held closed.
 
     Returns
     -------
@@ -86,28 +84,23 @@ def find_closings(
     if not np.nanmax(scale, initial=0.0) >= _BETTER_SEEN:
         scale[:] = np.nan
     blinks, peaks = find_blinks(times, pulses, skin, scale, least)
-    gone, swept = _opening_gone(lids, closing.shape, step)
-    now = gone if glanced is None else _opening_gone(glanced, closing.shape, step)[0]
-    around = 2 * round(APART / step) + 1
-    gone = maximum_filter1d(gone, around, axis=0)
-    most = _most_gone(gone[peaks])
-    shut = most >= _least_gone(gone, peaks)
-    if blinks and _tell_the_level(gone, swept[peaks]):
-        shut |= _as_far(swept[peaks], blinks) & (most >= _AWAY)
-    blinks = [blink for blink, is_shut in zip(blinks, shut, strict=True) if is_shut]
-    peaks = peaks[shut]
-    if not blinks:
-        return []
-    if not _tell_the_level(gone, swept[peaks]):
+    unknown = np.full(closing.shape, np.nan)
+    solved = SolvedLids(unknown, unknown) if solved is None else solved
+    depth = lid_depth(unknown if lids is None else lids, step)
+    shown, by_closer = lid_depth(solved.closed, step), lid_depth(solved.by_closer, step)
+    closed = pulses_that_close(depth, peaks, blinks)
+    closed[closed] = as_deep_as_others(shown, peaks[closed])
+    blinks = [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
+    peaks = peaks[closed]
+    if not blinks or not tell_the_level(depth, shown, by_closer, peaks):
         return blinks
     # Only blinks say at which level an eye is closed: from rest it is their height or more.
     level = np.where(
         np.isfinite(scale), np.maximum(np.median(smooth[peaks], axis=0), scale), np.nan
     )
-    # Closed by the markers and by the lids' estimate: the lesser of both.
-    lid_level = np.median(maximum_filter1d(now, around, axis=0)[peaks], axis=0)
-    known = np.isfinite(lid_level) & (lid_level > 0)
-    smooth[:, known] = np.minimum(smooth, now * (level / np.where(known, lid_level, 1.0)))[:, known]
+    # Closed by the markers, by the lids' estimate and as solved: the least of the three.
+    for each in (depth if glanced is None else lid_depth(glanced, step), shown):
+        smooth = _no_further_than(each, smooth, level, peaks)
     held = find_held_eyes(times, smooth, level, _by_itself(own, smooth))
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
     return sorted(closings, key=lambda each: each.closed)
@@ -136,64 +129,17 @@ def _pulses(
     return smooth, pulses, skin
 
 
-def _opening_gone(
-    lids: FloatArray | None, shape: tuple[int, ...], step: float
-) -> tuple[FloatArray, FloatArray]:
-    """Return how much of the opening of each eye is gone: (F, 2).
+def _no_further_than(
+    depth: LidDepth, smooth: FloatArray, level: FloatArray, peaks: IntArray
+) -> FloatArray:
+    """Return how far the eyes are closed (F, 2), by another measure where that says less.
 
-    And how much of it a pulse around a frame takes away at most: (F, 2). Both infinite where that
-    is not known.
+    Both are by their `level` (2,) at the peaks of the blinks.
     """
-    gone, swept = np.full(shape, np.inf), np.full(shape, np.inf)
-    if lids is None:
-        return gone, swept
-    for eye in np.flatnonzero(np.isfinite(lids).all(axis=0)):
-        gone[:, eye], pulses, _ = lid_pulses(lids[:, eye], step)
-        swept[:, eye] = maximum_filter1d(pulses, 2 * round(APART / step) + 1)
-    return gone, swept
-
-
-def _tell_the_level(gone: FloatArray, swept: FloatArray) -> bool:
-    """Whether pulses that take away `swept` (N, 2) of the opening tell when an eye is closed.
-
-    Blinks go through most of what the lids do at all; quick squints and glances do not.
-    """
-    known = np.isfinite(swept).all(axis=0)
-    if not known.any():
-        return True
-    height = float(np.quantile(swept[:, known].max(axis=1), 0.75))
-    low, high = np.quantile(gone[:, known].max(axis=1), [0.1, 0.99])
-    return height**2 >= _SWEPT**2 * float(high - low)
-
-
-def _least_gone(gone: FloatArray, peaks: IntArray) -> float:
-    """Return how much of the opening is gone where an eye is closed, at least."""
-    tops = _most_gone(gone[peaks])
-    known = tops[np.isfinite(tops)]
-    level = float(np.quantile(known, 0.75)) if len(known) else 0.0
-    return max(_GONE, _GONE_OF_BLINKS * level)
-
-
-def _as_far(swept: FloatArray, blinks: Sequence[EyeClosing]) -> BoolArray:
-    """Whether pulses that take away `swept` (N, 2) of the opening go as far as the others: (N,)."""
-    known = np.isfinite(swept).all(axis=0)
-    if not known.any():
-        return np.zeros(len(swept), dtype=bool)
-    swept = swept[:, known]
-    share = swept / np.maximum(np.quantile(swept, 0.75, axis=0), 1e-9)
-    alone = np.array([blink.guessed or len(blink.eyes) < 2 for blink in blinks])
-    reached = np.where(alone, share.max(axis=1), share.mean(axis=1)) >= _AS_FAR
-    return np.asarray(reached & (swept.max(axis=1) >= _GONE))
-
-
-def _most_gone(gone: FloatArray) -> FloatArray:
-    """Return how much is gone of the opening of the eye that is closed further: (N,).
-
-    An eye of which that is not known says nothing; infinite where it is known of neither.
-    """
-    known = np.isfinite(gone)
-    most = np.where(known, gone, -np.inf).max(axis=1)
-    return np.asarray(np.where(known.any(axis=1), most, np.inf))
+    own = np.median(depth.most[peaks], axis=0)
+    known = np.isfinite(own) & (own > _MEASURED)
+    share = level / np.where(known, own, 1.0)
+    return np.asarray(np.where(known, np.minimum(smooth, depth.gone * share), smooth))
 
 
 def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:

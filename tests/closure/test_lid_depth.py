@@ -1,0 +1,85 @@
+"""Depth of pulses: deep ones are blinks, shallow ones and those of other shapes are not."""
+
+import numpy as np
+import pytest
+
+from usdface.closure.eye_closing import EyeClosing
+from usdface.closure.lid_depth import (
+    as_deep_as_others,
+    lid_depth,
+    pulses_that_close,
+    tell_the_level,
+)
+
+STEP = 1 / 60
+TIMES = np.arange(0, 8, STEP)
+STARTS = np.array([1.0, 2.3, 3.6, 5.0])
+PEAKS = np.round((STARTS + 0.1) / STEP).astype(np.int64)
+BLINK = EyeClosing("blink", (0, 1), 0.0, 0.05, 0.1, 0.2, 1.0)
+
+
+def pulses(heights: list[float]) -> np.ndarray:
+    """Return a curve (F, 2) that is as high as asked around each peak for 0.2 s."""
+    each = [
+        height * np.sin(np.pi * np.clip((TIMES - start) / 0.2, 0, 1))
+        for height, start in zip(heights, STARTS, strict=True)
+    ]
+    return np.repeat(np.sum(each, axis=0)[:, None], 2, axis=1)
+
+
+def narrowed(depth: float) -> np.ndarray:
+    """Return a curve (F, 2) of lids that are half closed from 6 s on."""
+    return np.repeat(depth * np.clip((TIMES - 6.0) / 0.5, 0, 1)[:, None], 2, axis=1)
+
+
+def test_depth_of_a_curve() -> None:
+    depth = lid_depth(0.3 + pulses([1.0, 0.5, 1.0, 1.0]), STEP)
+    np.testing.assert_allclose(depth.most[PEAKS][:, 0], [1.3, 0.8, 1.3, 1.3], atol=0.08)
+    np.testing.assert_allclose(depth.swept[PEAKS][:, 0], [1.0, 0.5, 1.0, 1.0], atol=0.08)
+    assert (depth.gone <= depth.most).all()
+
+
+def test_an_eye_that_is_not_seen_is_infinitely_deep() -> None:
+    curve = pulses([1.0, 1.0, 1.0, 1.0])
+    curve[:, 1] = np.nan
+    depth = lid_depth(curve, STEP)
+    assert np.isinf(depth.gone[:, 1]).all() and np.isfinite(depth.gone[:, 0]).all()
+    assert pulses_that_close(depth, PEAKS, [BLINK] * 4).all()
+    unknown = lid_depth(np.full(curve.shape, np.nan), STEP)
+    assert pulses_that_close(unknown, PEAKS, [BLINK] * 4).all()
+    assert as_deep_as_others(unknown, PEAKS).all()
+    assert tell_the_level(unknown, unknown, unknown, PEAKS)
+
+
+@pytest.mark.parametrize("reach", [0.5, 1.0])
+def test_a_pulse_that_is_solved_less_deep_than_the_others_leaves_the_eye_open(
+    reach: float,
+) -> None:
+    solved = lid_depth(reach * pulses([1.0, 0.5, 0.9, 1.0]), STEP)
+    assert as_deep_as_others(solved, PEAKS).tolist() == [True, False, True, True]
+
+
+def test_a_solve_that_hardly_shows_blinks_is_not_asked() -> None:
+    solved = lid_depth(0.2 * pulses([1.0, 0.3, 0.0, 1.0]), STEP)
+    assert as_deep_as_others(solved, PEAKS).all()
+
+
+def test_the_eye_that_closes_further_counts() -> None:
+    winks = pulses([1.0, 1.0, 1.0, 1.0]) * [1.0, 0.0]
+    assert as_deep_as_others(lid_depth(winks, STEP), PEAKS).all()
+
+
+def test_only_blinks_tell_the_level() -> None:
+    """By the closing shape; squints that take away as much of the opening do not."""
+    curve = pulses([1.0, 0.9, 1.0, 1.0]) + narrowed(0.8)
+    depth = lid_depth(curve, STEP)
+    assert tell_the_level(depth, depth, depth, PEAKS)
+    by_others = lid_depth(0.1 * curve, STEP)
+    assert not tell_the_level(depth, depth, by_others, PEAKS)
+    shallow = lid_depth(0.15 * pulses([1.0, 1.0, 1.0, 1.0]) + narrowed(0.8), STEP)
+    assert not tell_the_level(shallow, depth, depth, PEAKS)
+
+
+def test_no_pulses() -> None:
+    depth, none = lid_depth(narrowed(0.8), STEP), np.zeros(0, np.int64)
+    assert len(pulses_that_close(depth, none, [])) == len(as_deep_as_others(depth, none)) == 0

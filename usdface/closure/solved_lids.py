@@ -1,0 +1,66 @@
+"""How far the lids are closed as solved, and how far by the closing blend shape alone.
+
+The solve weighs all markers and all of the take, and so tells a squint from half a blink where
+markers beside the eye show both alike.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray, frozen
+from usdface.closure.closing_displacements import lids_of_another_face
+from usdface.closure.lid_gaps import EYES, Eye, LidGaps
+from usdface.face.bound_face import BoundFace
+from usdface.takes import WeightsTake
+
+__all__ = ["SolvedLids", "solved_lids"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SolvedLids:
+    """How far solved weights close the left and the right eye.
+
+    Attributes
+    ----------
+    closed : (F, 2) float64
+        Share of the opening that all blend shapes take away: 1 closed, more where the lids would
+        cross; NaN in all frames of an eye that the solve says nothing of.
+    by_closer : (F, 2) float64
+        Weight of the blend shape that closes the eye: 1 closed.
+    """
+
+    closed: FloatArray
+    by_closer: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("closed", "by_closer"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+
+def solved_lids(face: BoundFace, gaps: Mapping[Eye, LidGaps], solved: WeightsTake) -> SolvedLids:
+    """Measure how far solved weights close each eye, at its widest place.
+
+    Parameters
+    ----------
+    face : BoundFace
+    gaps : mapping of "left", "right" to LidGaps
+        Of the blend shapes of `solved`.
+    solved : WeightsTake
+
+    Returns
+    -------
+    SolvedLids
+        NaN for an eye that is missing, or whose blend shapes move no marker
+        (`lids_of_another_face`): its lids are not solved.
+    """
+    closed, by_closer = (np.full((len(solved.times), 2), np.nan) for _ in range(2))
+    for eye, own in gaps.items():
+        if lids_of_another_face(face, own, solved.names):
+            continue
+        column = EYES.index(eye)
+        neutral = float(own.widest(np.zeros((1, len(solved.names))))[0])
+        closed[:, column] = 1.0 - own.widest(solved.weights) / neutral
+        by_closer[:, column] = solved.weights[:, own.closer]
+    return SolvedLids(closed, by_closer)
