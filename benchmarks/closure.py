@@ -119,6 +119,27 @@ def without_blinks(take: WeightsTake, rng: np.random.Generator) -> WeightsTake:
     return replace(take, weights=weights)
 
 
+def with_winks(take: WeightsTake, rng: np.random.Generator) -> WeightsTake:
+    """Add winks of one eye, from as fast as a blink to half a second, with a raised cheek."""
+    weights = take.weights.copy()
+    for start in rng.choice(np.arange(60, len(weights) - 60, 60), 16, replace=False):
+        down, shut, up = (int(rng.integers(*span)) for span in ((3, 6), (2, 18), (4, 9)))
+        rise = np.concatenate([np.arange(down) / down, np.ones(shut), np.linspace(1, 0, up)])
+        own, other = ("L", "R") if rng.integers(2) else ("R", "L")
+        shares = {
+            f"eyeBlink_{own}": (0.85, 1.0),
+            f"eyeSquint_{own}": (0.2, 0.6),
+            f"cheekSquint_{own}": (0.2, 0.6),
+            f"mouthSmile_{own}": (0.1, 0.5),
+            f"eyeBlink_{other}": (0.0, 0.2),
+            f"eyeSquint_{other}": (0.0, 0.3),
+        }
+        for name, span in shares.items():
+            part = weights[start : start + len(rise), take.names.index(name)]
+            part[:] = np.maximum(part, rng.uniform(*span) * rise**2 * (3 - 2 * rise))
+    return replace(take, weights=weights)
+
+
 def performed(mesh: Mesh, take: WeightsTake, world: World, half: int, seed: int) -> MarkerTake:
     packed = np.load(SHARED / "ict_identities" / "identity_offsets.npz")
     person = mesh.points + 0.01 * sum(w * packed[name] for name, w in PERSONS[half].items())
@@ -131,6 +152,9 @@ def performed(mesh: Mesh, take: WeightsTake, world: World, half: int, seed: int)
     face += world.noise * rng.standard_normal(face.shape)
     names = tuple(f"m{k}" for k in range(len(world.points)))
     return MarkerTake(names, take.times, face, take.rate)
+
+
+PULSES = {"recorded": lambda take, _: take, "none": without_blinks, "winks": with_winks}
 
 
 def bound_points(mesh: Mesh, world: World, seed: int) -> np.ndarray:
@@ -290,7 +314,8 @@ def worlds() -> list[World]:
     found += [World(f"{name}, 1 mm", points, noise=1e-3) for name, points in places.items()]
     found += [World(f"{n}, strength 0.6", p, strength=0.6) for n, p in places.items()]
     found += [World(f"{n}, 4 mm off", p, misplaced=0.004) for n, p in places.items()]
-    return found + [World(f"{n}, no blinks", p, pulses="none") for n, p in places.items()]
+    found += [World(f"{n}, no blinks", p, pulses="none") for n, p in places.items()]
+    return found + [World(f"{n}, winks", p, pulses="winks") for n, p in places.items()]
 
 
 def scored(shown: WeightsTake, eyes: FloatArray) -> list[Score]:
@@ -322,7 +347,7 @@ def own_head(take: WeightsTake, half: int) -> Table:
     rng = np.random.default_rng(5 + half)
     gaps = lid_gaps_of(ict_face(), ict_mesh(SHARED).shape_names)
     for world in worlds():
-        shown = take if world.pulses == "recorded" else without_blinks(take, rng)
+        shown = PULSES[world.pulses](take, rng)
         result = run(ict_mesh(SHARED), shown, world, half)
         scores = scored(shown, result.closure.eyes)
         final, solved = result.weights.weights, result.solved.weights

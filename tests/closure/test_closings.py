@@ -107,10 +107,27 @@ def test_an_eye_that_stays_shut_is_held() -> None:
 
 def test_an_eye_alone_must_be_shut_wholly() -> None:
     times, eyes = world()
-    narrowed = 0.9 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
+    narrowed = 0.87 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
     for other, held in ((1.0, 2), (0.5, 0)):
         found = find_closings(times, eyes + narrowed[:, None] * [1.0, other])
         assert [each.kind for each in found].count("held") == held
+
+
+def test_winks_of_one_eye_do_not_tell_when_the_other_is_closed() -> None:
+    """The lids of both are half closed at the end, where the markers show more."""
+    times = np.arange(0, 12, 1 / 60)
+    both = blink(times, 1.0) + blink(times, 2.0)
+    winks = sum(
+        np.clip(np.minimum((times - start) / 0.08, (start + 0.34 - times) / 0.16), 0, 1)
+        for start in (3.0, 4.2, 5.4, 6.6, 7.8)
+    )
+    seen = np.stack([both + winks, both], axis=1)
+    narrowed = np.clip(np.minimum(times - 9.0, 11.0 - times) / 0.2, 0, 1)[:, None]
+    for depth, held in ((0.5, []), (1.0, [(0,), (1,)])):
+        lids = seen + depth * narrowed
+        found = find_closings(times, seen + narrowed, lids=lids, solved=SolvedLids(lids, lids))
+        assert [each.eyes for each in blinks(found)] == [(0, 1)] * 2 + [(0,)] * 5
+        assert sorted(each.eyes for each in found if each.kind == "held") == held
 
 
 def test_of_two_eyes_narrowed_alike_none_is_shut_alone() -> None:

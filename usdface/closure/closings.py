@@ -32,6 +32,8 @@ _BETTER_SEEN = 0.3
 # Of the way of a lid marker: if less of it is the lid's own, without the skin around it, a lowered
 # brow brought it down (AnimFace: blinks 1, a frown 0.15 to 0.3).
 _OWN = 0.5
+# Of the height of an eye's blinks: with less of it an eye takes no part in one. Set by hand.
+_TAKES_PART = 0.5
 # Least share of the opening that solved blinks take away for it to be a measure.
 _MEASURED = 0.1
 
@@ -94,13 +96,12 @@ def find_closings(
     peaks = peaks[closed]
     if not blinks or not tell_the_level(depth, shown, by_closer, peaks):
         return blinks
-    # Only blinks say at which level an eye is closed: from rest it is their height or more.
-    level = np.where(
-        np.isfinite(scale), np.maximum(np.median(smooth[peaks], axis=0), scale), np.nan
-    )
+    # Only its own blinks say at which level an eye is closed: from rest it is their height or more.
+    own_peaks = _eyes_that_blink(pulses, scale, blinks, peaks, step)
+    level = np.maximum(_level(smooth[peaks], own_peaks), scale)
     # Closed by the markers, by the lids' estimate and as solved: the least of the three.
     for each in (depth if glanced is None else lid_depth(glanced, step), shown):
-        smooth = _no_further_than(each, smooth, level, peaks)
+        smooth = _no_further_than(each, smooth, level, _level(each.most[peaks], own_peaks))
     held = find_held_eyes(times, smooth, level, _by_itself(own, smooth))
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
     return sorted(closings, key=lambda each: each.closed)
@@ -129,14 +130,32 @@ def _pulses(
     return smooth, pulses, skin
 
 
+def _eyes_that_blink(
+    pulses: FloatArray,
+    scale: FloatArray,
+    blinks: Sequence[EyeClosing],
+    peaks: IntArray,
+    step: float,
+) -> BoolArray:
+    """Return which eyes show each blink: (N, 2); not the open one of a wink, or a hidden one."""
+    around = maximum_filter1d(pulses, 2 * round(APART / step) + 1, axis=0)[peaks]
+    closed = np.array([[eye in blink.eyes for eye in (0, 1)] for blink in blinks])
+    return np.asarray(closed & (around >= _TAKES_PART * scale))
+
+
+def _level(curves: FloatArray, used: BoolArray) -> FloatArray:
+    """Return the median of (N, 2) for each eye, over the rows that are used; NaN without one."""
+    own = [curves[used[:, eye], eye] for eye in (0, 1)]
+    return np.array([np.median(each) if len(each) else np.nan for each in own])
+
+
 def _no_further_than(
-    depth: LidDepth, smooth: FloatArray, level: FloatArray, peaks: IntArray
+    depth: LidDepth, smooth: FloatArray, level: FloatArray, own: FloatArray
 ) -> FloatArray:
     """Return how far the eyes are closed (F, 2), by another measure where that says less.
 
-    Both are by their `level` (2,) at the peaks of the blinks.
+    At the peaks of the blinks the two are `level` and `own` (2,).
     """
-    own = np.median(depth.most[peaks], axis=0)
     known = np.isfinite(own) & (own > _MEASURED)
     share = level / np.where(known, own, 1.0)
     return np.asarray(np.where(known, np.minimum(smooth, depth.gone * share), smooth))

@@ -15,7 +15,7 @@ _CLOSED, _OPEN = 0.85, 0.35
 _HALF_OPEN = 0.65
 # Closed at this where the other eye is below the second: one eye alone may be a twitch of its
 # cheek.
-_CLOSED_ALONE, _CONTRADICTED = 0.95, 0.75
+_CLOSED_ALONE, _CONTRADICTED = 0.9, 0.75
 # Of the usual level of an eye that is held closed: below it the eye is closing or opening, even
 # where the blinks of the take go no further. Set by hand.
 _STILL_CLOSED = 0.8
