@@ -120,7 +120,7 @@ def without_blinks(take: WeightsTake, rng: np.random.Generator) -> WeightsTake:
 
 
 def with_winks(take: WeightsTake, rng: np.random.Generator) -> WeightsTake:
-    """Add winks of one eye, from as fast as a blink to half a second, with a raised cheek."""
+    """Add winks of one eye, from as fast as a blink to a second, with a raised cheek."""
     weights = take.weights.copy()
     for start in rng.choice(np.arange(60, len(weights) - 60, 60), 16, replace=False):
         down, shut, up = (int(rng.integers(*span)) for span in ((3, 6), (2, 18), (4, 9)))
