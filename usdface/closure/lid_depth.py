@@ -117,7 +117,8 @@ def as_deep_as_others(solved: LidDepth, peaks: IntArray) -> BoolArray:
     known = most[np.isfinite(most)]
     level = float(np.quantile(known, 0.75)) if len(known) else 0.0
     asked = float(np.clip((level - _HARDLY) / (_SHOWN - _HARDLY), 0.0, 1.0))
-    return np.asarray(most >= asked * _AS_DEEP * level)
+    # A lid that is solved as wider than at rest is no evidence where none is solved as closing.
+    return np.asarray(np.maximum(most, 0.0) >= asked * _AS_DEEP * level)
 
 
 def tell_the_level(lids: LidDepth, solved: LidDepth, by_closer: LidDepth, peaks: IntArray) -> bool:
