@@ -88,6 +88,7 @@ def test_one_more_movement_makes_no_other_emotion_of_an_expression(
     assert heard.max() <= LOUDEST.get(kind, 0.65)
 
 
+@pytest.mark.slow
 def test_a_range_of_motion_is_hardly_ever_an_emotion_and_hardly_moved(
     face: tuple[str, Face], shared_data: Path
 ) -> None:

@@ -138,7 +138,10 @@ LENGTHS = pytest.mark.parametrize("frames", [pytest.param(SHORT, id="20 seconds"
 
 
 @LENGTHS
-@pytest.mark.parametrize(("head", "bound"), [("stabilised", 1.0), ("solve", 1.15)])
+@pytest.mark.parametrize(
+    ("head", "bound"),
+    [pytest.param("stabilised", 1.0, marks=pytest.mark.slow), ("solve", 1.15)],
+)
 def test_under_noise_weights_come_back_better_than_frame_by_frame(
     truth: Truth, ict_rig: Path, tmp_path: Path, frames: slice, head: str, bound: float
 ) -> None:
@@ -156,7 +159,7 @@ def test_under_noise_weights_come_back_better_than_frame_by_frame(
 
 
 @LENGTHS
-@pytest.mark.parametrize("head", ["stabilised", "solve"])
+@pytest.mark.parametrize("head", [pytest.param("stabilised", marks=pytest.mark.slow), "solve"])
 def test_without_noise_weights_come_back_as_they_were(
     truth: Truth, ict_rig: Path, tmp_path: Path, frames: slice, head: str
 ) -> None:

@@ -61,7 +61,11 @@ def errors(
 @pytest.mark.parametrize(("head", "most"), [("ict", 0.04), ("makehuman", 0.04), ("example", 0.055)])
 @pytest.mark.parametrize(
     ("file", "marker_set"),
-    [("Jaw.c3d", "animface"), ("Eyebrows.trc", "animface"), ("Jaw.c3d", "camel")],
+    [
+        ("Jaw.c3d", "animface"),
+        ("Eyebrows.trc", "animface"),
+        pytest.param("Jaw.c3d", "camel", marks=pytest.mark.slow),
+    ],
 )
 def test_named_markers_land_where_a_person_puts_them(
     shared_data: Path, head: str, most: float, file: str, marker_set: str

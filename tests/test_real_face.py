@@ -18,6 +18,9 @@ from usdface.io.usd.rig import read_rig
 from usdface.retarget.neutral import neutral_markers
 from usdface.takes import MarkerTake
 
+# Whole takes through all files; the clone of a user lacks them.
+pytestmark = pytest.mark.slow
+
 BIND = Path(__file__).resolve().parent / "data" / "animface_ict_bind.json"
 # Where the skull shows least of an expression; good enough to tell what the chin does.
 HEAD = ("ForeHead_M", "ForeHead_L", "ForeHead_R", "NoseTop", "NoseHead")
