@@ -153,31 +153,6 @@ def test_a_performer_who_shows_less_is_read_in_proportion_to_that() -> None:
     np.testing.assert_allclose(faint[:, 0], np.linspace(0, 0.06, 7))
 
 
-@pytest.mark.parametrize(
-    ("strength", "gain"), [(0.3, 1.0), (0.4, 1.0), (0.5, 1.5), (0.6, 1.25), (0.75, 1.0), (1.0, 1.0)]
-)
-def test_an_emotion_that_is_nowhere_heard_whole_is_read_in_proportion_to_that(
-    strength: float, gain: float
-) -> None:
-    course = np.linspace(0, strength, 7)[:, None]
-    unlike = likeness_of(np.zeros((7, 1)), np.zeros((7, 1)))
-    strongest = np.array([strength])
-    heard = performers_outputs(course, unlike, np.ones(1), strongest)
-    np.testing.assert_allclose(heard, gain * course)
-    rules_alone = performers_outputs(course, unlike, np.zeros(1), strongest)
-    np.testing.assert_array_equal(rules_alone, course)
-
-
-def test_a_performer_who_shows_more_is_heard_by_more() -> None:
-    strengths = np.linspace(0, 1, 101)
-    unlike = likeness_of(np.zeros((1, 1)), np.zeros((1, 1)))
-    heard = [
-        performers_outputs(np.full((1, 1), s), unlike, np.ones(1), np.array([s])).item()
-        for s in strengths
-    ]
-    assert np.diff(heard).min() > -1e-12 and heard[-1] == 1.0
-
-
 def test_a_doubtful_likeness_is_no_more_certain_for_a_weak_performer() -> None:
     doubtful = likeness_of(np.full((3, 1), 0.9), np.zeros((3, 1)), certain=0.2)
     heard = performers_outputs(np.zeros((3, 1)), doubtful, np.ones(1), doubtful.shown.max(axis=0))

@@ -48,10 +48,6 @@ _SHRINKAGE = 0.8
 # Likeness alone is an output of at most so much. A performer who shows less than the second at most
 # is heard in proportion, so many times as strong.
 _MOST, _USUAL, _WEAKEST = 0.5, 0.45, 2.0
-# An emotion that is clearly shown in a take, between the first two, but nowhere by as much as the
-# third, is read in proportion to that: markers that sit elsewhere hear a whole expression by less.
-# The character's own pose at 70 % is heard by 0.72; speech alone by less than the first.
-_SHOWN, _WHOLE = (0.4, 0.5), 0.75
 # RMS displacement of a coordinate [m] below which motion is noise, and below which its direction
 # decides less and less.
 _STILL, _SMALL = 0.00014, 0.0005
@@ -186,16 +182,14 @@ def performers_outputs(
         How far likeness to each emotion counts, 0 to 1.
     strength : (E,) float64
         The largest output or `Likeness.shown` of each emotion over the take: a performer who shows
-        less than a half of the character's pose is read in proportion to that (sizes are larger
-        then, no likeness is more certain), and so is one whose expressions are heard by less.
+        less than a half of the character's pose is read in proportion to that. Sizes are larger
+        then, no likeness is more certain.
     silencing : float
         How far likeness to another emotion silences a rule, 0 to 1.
     """
     gain = np.clip(_USUAL / np.maximum(strength, 1e-12), 1.0, _WEAKEST)
     shown = np.minimum(likeness.certain * np.minimum(gain * likeness.size, 1.0), _MOST)
-    heard = np.maximum(outputs * (1.0 - silencing * likeness.contrary), weights * shown)
-    lacking = np.maximum(_WHOLE / np.maximum(strength, _SHOWN[0]) - 1.0, 0.0)
-    return heard * (1.0 + weights * _ramp(strength, _SHOWN) * lacking)
+    return np.maximum(outputs * (1.0 - silencing * likeness.contrary), weights * shown)
 
 
 def _lengths(rows: FloatArray) -> FloatArray:
