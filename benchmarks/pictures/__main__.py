@@ -5,6 +5,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from benchmarks.pictures.ict_materials import with_ict_materials
 from benchmarks.pictures.rendering import pictures
 from benchmarks.pictures.sheet import draw_sheets
 from benchmarks.pictures.shots import HEADS, TAKES, played
@@ -37,9 +38,11 @@ def main() -> None:
         for take, head, result in played(parsed.takes, parsed.heads, Path(folder)):
             begin = time.perf_counter()
             frames = {n: "asked for" for n in parsed.frames or ()} or peak_frames(result)
-            rows, shot = list(frames), result.shot
+            rows, rig = list(frames), result.shot.rig
+            if head == "ict":
+                rig = with_ict_materials(rig)
             raw, corrected = (
-                pictures(shot.rig, weights.names, weights.weights[rows], parsed.blender)
+                pictures(rig, weights.names, weights.weights[rows], parsed.blender)
                 for weights in (result.solved, result.weights)
             )
             path = parsed.output / f"{take}_{head}"
