@@ -15,6 +15,7 @@ from rich.table import Table
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
+from benchmarks.performers.worlds import to_extremes  # noqa: E402
 from benchmarks.solve.faces import Face, bent, ict  # noqa: E402
 from usdface.arrays import FloatArray  # noqa: E402
 from usdface.face.bound_face import bound_face  # noqa: E402
@@ -27,9 +28,6 @@ REST, NOISE, SIZE = 15, 3e-4, 1.1
 BEND = 0.004
 PERFORMERS = 4
 TRAINED, SCORED = slice(0, 2015), slice(2015, 4030)
-# Shapes that the recording hardly moves do not go to their extreme.
-MOVED = 0.25
-HELD = 3
 
 
 def performance(
@@ -42,12 +40,6 @@ def performance(
     return MarkerTake(face.names, np.arange(len(places)) / face.rate, places, face.rate)
 
 
-def to_extremes(curves: FloatArray) -> FloatArray:
-    """Stretch recorded curves so that each shape goes to 1: a range of motion."""
-    top = np.sort(curves, axis=0)[-HELD]
-    return (curves / np.where(top > MOVED, top, 1.0)).clip(0, 1)
-
-
 def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -55,7 +47,7 @@ def rms(values: FloatArray) -> float:
 def figures() -> dict[str, float]:
     """Return the RMS error of amplitudes that one performer's range of motion tells."""
     face = ict(SHARED)
-    names, curves = face.mesh.shape_names, to_extremes(face.curves.clip(0, 1)[TRAINED])
+    names, curves = face.mesh.shape_names, to_extremes(face.curves[TRAINED])
     setup = RetargetSetup(
         Binding(face.names, face.points),
         head="stabilised",

@@ -37,8 +37,25 @@ def ours(performance: Performance, face: Face, character: Path) -> FloatArray:
 def with_file(performance: Performance, face: Face, character: Path) -> FloatArray:
     """Solve with a performer's file from their other take, as `usdface calibrate` writes it."""
     assert performance.other is not None
+    return _calibrated(performance, performance.other, face, character)
+
+
+def with_range_of_motion(performance: Performance, face: Face, character: Path) -> FloatArray:
+    """Solve with a performer's file from their range of motion: `usdface calibrate --extremes`."""
+    assert performance.range_of_motion is not None
+    return _calibrated(performance, performance.range_of_motion, face, character, extremes=True)
+
+
+def _calibrated(
+    performance: Performance,
+    other: Performance,
+    face: Face,
+    character: Path,
+    *,
+    extremes: bool = False,
+) -> FloatArray:
     file = character.parent / "performer.json"
-    usdface.calibrate(make_shot(performance.other, face, character), file)
+    usdface.calibrate(make_shot(other, face, character), file, extremes=extremes)
     return processed(make_shot(performance, face, character, file), performance, face)
 
 
@@ -119,6 +136,7 @@ def best_linear(performance: Performance, face: Face, character: Path) -> FloatA
 SOLVERS = {
     OURS: ours,
     "the same, performer's file": with_file,
+    "the same, from a range of motion": with_range_of_motion,
     "least squares, similarity, Butterworth 6 Hz": least_squares,
     "the same, best linear maps (told)": best_linear,
 }

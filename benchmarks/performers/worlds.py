@@ -31,6 +31,7 @@ __all__ = [
     "Row",
     "perform",
     "strengths_of",
+    "to_extremes",
 ]
 
 # Performers that were looked at while the solve was made, and those looked at once, at the end.
@@ -42,6 +43,9 @@ SKIN = 9409
 # Settings of the solve were found on the first half of the recorded curves. It is the other take of
 # a performer; the second half is scored.
 OTHER_TAKE, SCORED = slice(0, 2015), slice(2015, 4030)
+# In a range of motion each shape goes to 1 for so many frames, but for those that the recording
+# moves by less than this.
+_HELD, _MOVED = 3, 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +98,9 @@ class Performance:
         Of the performer's shapes at the markers.
     neutral_frames : int
         Before the performance.
-    other : Performance or None
-        Another take of this performer: a performer's file is made of it.
+    other, range_of_motion : Performance or None
+        Other takes of this performer, of which a performer's file is made: the other half of the
+        curves as recorded, and stretched so that each movement goes to its extreme.
     """
 
     positions: FloatArray
@@ -107,6 +112,7 @@ class Performance:
     offsets: FloatArray
     neutral_frames: int
     other: "Performance | None" = None
+    range_of_motion: "Performance | None" = None
 
 
 def perform(
@@ -115,15 +121,28 @@ def perform(
     row: Row,
     *,
     part: slice | None = None,
+    extremes: bool = False,
     noise: float = NOISE,
     neutral_frames: int = NEUTRAL_FRAMES,
 ) -> Performance:
-    """Let performer `number` perform a part of the recorded curves; that of the row if left out."""
-    other = None
+    """Let performer `number` perform a part of the recorded curves, or stretched to extremes.
+
+    Without a part it is that of the row, and there are other takes.
+    """
+    other = range_of_motion = None
     if part is None:
         part = slice(*row.part)
-        other = perform(
-            data, number, row, part=OTHER_TAKE, noise=noise, neutral_frames=neutral_frames
+        other, range_of_motion = (
+            perform(
+                data,
+                number,
+                row,
+                part=OTHER_TAKE,
+                extremes=stretched,
+                noise=noise,
+                neutral_frames=neutral_frames,
+            )
+            for stretched in (False, True)
         )
     face = ict(data)
     neutral, offsets = _performer(data, number)
@@ -132,7 +151,7 @@ def perform(
     worn = face.points
     if row.misplaced:
         worn = _beside(_graph(data), face.points, row.misplaced, rng)
-    truth = face.curves[part]
+    truth = to_extremes(face.curves[part]) if extremes else face.curves[part]
     moved = strengths[:, None, None] * offsets[:, worn]
     played = np.concatenate([np.zeros((neutral_frames, truth.shape[1])), truth])
     still = neutral[worn] + np.tensordot(played, moved, 1)
@@ -148,7 +167,15 @@ def perform(
         moved,
         neutral_frames,
         other,
+        range_of_motion,
     )
+
+
+def to_extremes(curves: FloatArray) -> FloatArray:
+    """Stretch recorded curves (F, S) so that each shape goes to 1: a range of motion."""
+    curves = curves.clip(0, 1)
+    top = np.sort(curves, axis=0)[-_HELD]
+    return np.asarray((curves / np.where(top > _MOVED, top, 1.0)).clip(0, 1))
 
 
 def strengths_of(number: int, count: int) -> FloatArray:

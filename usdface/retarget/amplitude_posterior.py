@@ -4,10 +4,14 @@ A take alone cannot tell a small smile from a low amplitude: only the product of
 weight moves the markers. A peak p of that product says that the weight there was at most 1, so that
 the amplitude is p or more. Where the performer went to the extreme, the weight there was 1, and the
 amplitude is p. Both are likelihoods of it; with its prior they give a posterior on a grid.
+
+How much amplitudes differ at all is a trait of the performer, which all extremes of a range of
+motion show together: where they lie near 1, those that are seen badly do, too (a hierarchical
+prior: Gelman et al., "Bayesian Data Analysis", 3rd edition, chapter 5).
 """
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, softmax
 
 from usdface.arrays import FloatArray
 from usdface.options import AMPLITUDE_RANGE, AMPLITUDE_SPREAD
@@ -20,12 +24,14 @@ _REACH = 0.05
 # Peaks of weights that are no extremes are anywhere, on a logarithmic scale, from this to 1: two
 # deviations of a weight at 0.3 mm of noise (0.023, docs/measurements.md).
 _LEAST = 0.05
+# Standard deviations of a performer's amplitudes that are compared, each as likely as the others.
+_SPREADS = AMPLITUDE_SPREAD * np.linspace(0.1, 1.0, 10)
 
 
 def amplitude_posterior(
     peaks: FloatArray, deviations: FloatArray, reached: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return each amplitude and its standard deviation: (S,), (S,).
+    """Return each amplitude, and its standard deviation by its own peak: (S,), (S,).
 
     Parameters
     ----------
@@ -39,21 +45,32 @@ def amplitude_posterior(
     Notes
     -----
     The likelihood of a peak p with deviation s is ``reached * N(p; g, s^2 + (0.05 g)^2)`` plus
-    ``(1 - reached) * P(g > p) / (p log 20)``; the prior N(1, 0.2^2) on [0.5, 2]. Without
-    extremes, a peak well below 1 says nothing and leaves the prior as it is.
+    ``(1 - reached) * P(g > p) / (p log 20)``; the prior N(1, d^2) on [0.5, 2]. Without extremes d
+    is 0.2, and a peak well below 1 says nothing and leaves the prior as it is. With extremes the
+    posterior is the mean of those by d = 0.02, 0.04, ... 0.2, weighted by the probability of all
+    peaks together.
     """
     peak = np.maximum(peaks, _LEAST)[:, None]
     error = np.maximum(deviations, 1e-6)[:, None]
     width = np.hypot(error, _REACH * _GRID)
     extreme = np.exp(-0.5 * ((peak - _GRID) / width) ** 2) / (np.sqrt(2.0 * np.pi) * width)
     below = ndtr((_GRID - peak) / error) / (-peak * np.log(_LEAST))
-    prior = np.exp(-0.5 * ((_GRID - 1.0) / AMPLITUDE_SPREAD) ** 2)
-    density = prior * (reached * extreme + (1.0 - reached) * below)
-    total = density.sum(axis=1)
+    likelihood = reached * extreme + (1.0 - reached) * below
+    spreads = _SPREADS if reached else _SPREADS[-1:]
+    priors = np.exp(-0.5 * ((_GRID - 1.0) / spreads[:, None]) ** 2)
+    priors /= priors.sum(axis=1, keepdims=True)
+    density = likelihood * priors[:, None]  # (D, S, G)
+    total = density.sum(axis=2)
     # A peak beyond the whole range: all that is left is its end.
-    density = np.where(total[:, None] > 0.0, density, AMPLITUDE_RANGE[1] <= _GRID)
-    density /= density.sum(axis=1, keepdims=True)
-    mean = density @ _GRID
+    beyond = (total == 0.0)[..., None]
+    density = np.where(beyond, AMPLITUDE_RANGE[1] <= _GRID, density)
+    density /= density.sum(axis=2, keepdims=True)
+    evidence = np.log(total, out=np.full(total.shape, -np.inf), where=total > 0.0)
+    means = density @ _GRID
+    own = density[-1]
+    deviations = np.sqrt(np.maximum(own @ _GRID**2 - means[-1] ** 2, 0.0))
     # Cut off on one side, the prior has a mean that says more than the take does; its peak stays.
-    amplitudes = mean if reached else _GRID[density.argmax(axis=1)]
-    return amplitudes, np.sqrt(np.maximum(density @ _GRID**2 - mean**2, 0.0))
+    if not reached:
+        return _GRID[own.argmax(axis=1)], deviations
+    seen = np.isfinite(evidence[-1])
+    return softmax(evidence[:, seen].sum(axis=1)) @ means, deviations
