@@ -160,7 +160,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.retarget.neutral_weights", "_NEUTRAL _LEAST _SURE", RESTED),
         *rows("usdface.retarget.calibration", "_AT_REST _KNOWN _UNLIKE", CALIBRATED),
         *rows("usdface.retarget.loose_weights", "_HELD", CALIBRATED),
-        *rows("usdface.retarget.amplitude_posterior", "_REACH _LEAST", CALIBRATED),
+        *rows("usdface.retarget.amplitude_posterior", "_REACH _LEAST _SPREADS", CALIBRATED),
         *rows("usdface.options", "AMPLITUDE_SPREAD LARGEST_OFFSET OFFSET_SPREAD", CALIBRATED),
         *rows("usdface.options", "EXTREME_REACHED", CALIBRATED),
     ],

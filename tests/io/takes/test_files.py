@@ -69,6 +69,19 @@ def test_options_reach_every_marker_file(tmp_path):
         assert take.rate == 10
 
 
+@pytest.mark.parametrize(
+    ("step", "unusual"), [(0.001, True), (0.002, False), (0.125, False), (0.5, True)]
+)
+def test_a_rate_at_which_no_face_is_recorded_is_reported(tmp_path, step, unusual):
+    path = tmp_path / "take.csv"
+    rows = [f"{k * step:g},1,2,{k}" for k in range(4)]
+    path.write_text("\n".join(["time,A_x,A_y,A_z", *rows]))
+    take, findings = read_take(path, TakeOptions(units="mm"))
+    assert take.rate == pytest.approx(1 / step)
+    found = [each for each in findings if each.code == "RATE_UNUSUAL"]
+    assert [each.values["rate_hz"] for each in found] == [pytest.approx(1 / step)] * unusual
+
+
 def test_images_are_read_as_images(tmp_path):
     image = tmp_path / "face.0001.png"
     image.touch()

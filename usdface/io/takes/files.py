@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from usdface.errors import InputError
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.io.images.sequence import is_pattern
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.takes.raw_take import DEFAULTS
@@ -12,6 +12,9 @@ from usdface.options import TakeOptions
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["read_take"]
+
+# Frames per second of a recorded face [Hz]: from a slow web camera to high-speed optical systems.
+_USUAL_RATES = (8.0, 500.0)
 
 
 def read_take(
@@ -49,4 +52,14 @@ def read_take(
     if reader.origin:
         result = verified_take(reader, path, result)
     take, found = result
-    return take, findings + found
+    return take, findings + found + _rate_findings(take, path)
+
+
+def _rate_findings(take: MarkerTake | WeightsTake, path: Path) -> list[Finding]:
+    """Report a rate at which no face is recorded: a time column may be wrong."""
+    least, most = _USUAL_RATES
+    if take.rate == 0.0 or least <= take.rate <= most:  # 0: a single frame
+        return []
+    message = "{rate_hz:g} Hz; {frames} frames last {seconds:.2g} s"
+    seconds = len(take.times) / take.rate
+    return [finding("RATE_UNUSUAL", str(path), message, take.rate, len(take.times), seconds)]
