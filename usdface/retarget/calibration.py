@@ -141,7 +141,7 @@ def calibrate_take(
     free = model.free
     names = tuple(shape_names[s] for s in free)
     loose, deviations = _loose_weights(solution, free, setup)
-    low, high = np.quantile(loose, _AT_REST, axis=0), held_peaks(loose, take.times)
+    low, high = _resting_weights(loose, model.offsets[free]), held_peaks(loose, take.times)
     shrunk = OFFSET_SPREAD**2 / (OFFSET_SPREAD**2 + deviations**2)
     rest = np.clip((-low - _BY_NOISE * deviations) * shrunk, 0.0, LARGEST_OFFSET)
     if setup.neutral is None:  # measured from the rig's own neutral, which is at rest
@@ -204,6 +204,19 @@ def _loose_weights(
         moving_head=setup.head == "solve",
         within=(-LARGEST_OFFSET, AMPLITUDE_RANGE[1]),
     )
+
+
+def _resting_weights(loose: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Return the weight to which each shape comes down (S,), of loose weights (F, S).
+
+    Of the half of the frames in which the other shapes move the markers least: a mouth that goes
+    to the left is one that goes to the right by less than nothing.
+    """
+    low = np.quantile(loose, _AT_REST, axis=0)
+    moving = np.maximum(loose - low, 0.0) * np.linalg.norm(offsets, axis=1)
+    others = moving.sum(axis=1, keepdims=True) - moving
+    quiet = others <= np.median(others, axis=0)
+    return np.asarray(np.nanquantile(np.where(quiet, loose, np.nan), _AT_REST, axis=0))
 
 
 def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> list[Finding]:
