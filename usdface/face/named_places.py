@@ -180,7 +180,7 @@ def named_place(name: str) -> NamedPlace | None:
     >>> named_place("actor:LBrow_Outer_2").part
     'brow'
     >>> named_place("Mundwinkel_links").places
-    ((27, -69),)
+    ((29, -69),)
     """
     return _place(words_of(name))
 
