@@ -1,7 +1,7 @@
-"""The gaze in a blink: eyes that do not look down for as long as they are shut.
+"""Gaze during blinks: eyes do not look down while they are shut.
 
-A blink and a glance down move the same markers, so that the solve makes some of each. Where a
-closing is known to be a blink, the markers say nothing of the gaze.
+A blink and a glance down move the same markers, so the solve mixes the two. During a detected blink
+the markers carry no information on the gaze.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ def without_glances(
     closings: Sequence[EyeClosing],
     near_pins: FloatArray,
 ) -> FloatArray:
-    """Return weights whose eyes look down in a blink no further than from before it to after it.
+    """Return weights that look down in a blink at most as interpolated from before to after it.
 
     Parameters
     ----------
@@ -34,9 +34,9 @@ def without_glances(
     times : (F,) float64 [s]
     names : tuple of str, length T
     closings : sequence of EyeClosing
-        Those that are no blinks count for nothing: eyes that are held shut may look down.
+        Only blinks limit the gaze: eyes that are held shut may look down.
     near_pins : (F, T) float64
-        `usdface.retarget.pins.pin_nearness`: what is pinned stays.
+        `usdface.retarget.pins.pin_nearness`: pinned weights stay.
 
     Returns
     -------

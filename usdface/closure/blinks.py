@@ -2,8 +2,8 @@
 
 A blink is a pulse: the lid comes down fast, hardly rests and goes up again. A morphological opening
 takes away every pulse that is shorter than a blink can last; the difference (white top-hat) leaves
-only pulses, whatever the level that the lids have between them: squints, glances down and raised
-brows stay out. The take itself says how high its blinks are.
+only pulses, whatever the level of the lids between them: squints, glances down and raised brows
+stay out. The height of blinks is measured in the take itself.
 
 Sources of the times: an endogenous blink takes about 100 ms to full closure, hides the view for at
 most 300 ms and takes about 100 ms to reopen, together 500 ms (J. Stern, L. Walrath, R. Goldstein,
@@ -21,14 +21,14 @@ from usdface.local_maxima import local_maxima
 
 __all__ = ["blink_height", "find_blinks"]
 
-# Pulses, in heights of the take's own blinks: always a blink above the second, never below the
-# first; between them the widest step between the heights decides. Of one eye alone only above the
-# third.
+# Heights of pulses relative to the take's blinks: never a blink below the first, always above the
+# second; between them the widest gap in the sorted heights decides. A pulse of one eye alone counts
+# only above the third.
 _DOUBTED, _SURE, _ALONE = 0.35, 0.6, 0.6
 # The other eye takes part from this share on.
 _SHARED = 0.25
 # Spontaneous blinks are of both eyes; a pulse of one eye that is narrower at half its height [s] is
-# no wink: the other lid was not seen.
+# no wink, but a blink of which the markers missed the other lid.
 _FAST = 0.2
 # A pulse is a squint or a glance if the second half of its closing takes longer [s], or if it is
 # wider at half its height. Of 33 recorded blinks, filtered by their recording, 0.04 to 0.10 and
@@ -42,14 +42,14 @@ _TEN, _NINETY = np.arccos(0.8) / np.pi, 1.0 - np.arccos(0.8) / np.pi
 
 
 def blink_height(pulses: FloatArray, least: float, step: float) -> float:
-    """Return the height of an eye's blinks; NaN if none is seen.
+    """Return the height of an eye's blinks; NaN if none is found.
 
     Parameters
     ----------
     pulses : (F,) float64
         In closed eyes of the character.
     least : float
-        Height that a pulse of the lid has, at least; smaller ones are of the skin.
+        Least height of a lid's pulse; smaller ones are motion of the skin.
     step : float [s]
         Between two frames.
     """
@@ -76,11 +76,11 @@ def find_blinks(
     pulses : (F, 2) float64
         Of the left and the right eye, in closed eyes of the character.
     skin : (F, 2) bool
-        Where a pulse is of the skin around the lid: of that eye nothing is seen there.
+        Where a pulse is motion of the skin around the lid: no evidence of a blink of that eye.
     scale : (2,) float64
-        Height of each eye's blinks (`blink_height`); NaN = none is seen.
+        Height of each eye's blinks (`blink_height`); NaN = none is found.
     least : (2,) float64
-        Height that a pulse of each lid has, at least.
+        Least height of a pulse of each lid.
     """
     step = float(np.median(np.diff(times)))
     known = np.isfinite(scale)
@@ -91,18 +91,18 @@ def find_blinks(
     peaks = local_maxima(np.pad(strongest, 1), _DOUBTED, max(int(APART / step), 1)) - 1
     reach, around = round(APART / step), round(2 * LONGEST / step)
     shares = np.array([_shares(relative, skin, peak, reach) for peak in peaks]).reshape(-1, 2)
-    seen = (shares * np.where(known, scale, 0.0) >= least).any(axis=1)
-    peaks, shares = peaks[seen], shares[seen]
+    high = (shares * np.where(known, scale, 0.0) >= least).any(axis=1)
+    peaks, shares = peaks[high], shares[high]
     threshold = _threshold(shares.max(axis=1, initial=0.0))
     blinks, kept = [], []
     for peak, share in zip(peaks.tolist(), shares, strict=True):
         both = bool((share >= _SHARED).all())
         if share.max() < (threshold if both or not known.all() else _ALONE):
             continue
-        # The mean course of the eyes that show it: they move together.
-        shown = np.flatnonzero(share >= _SHARED)
+        # The mean course of the eyes with this pulse: they move together.
+        pulsing = np.flatnonzero(share >= _SHARED)
         first, last = max(peak - around, 0), peak + around + 1
-        course = (relative[first:last, shown] / share[shown]).mean(axis=1)
+        course = (relative[first:last, pulsing] / share[pulsing]).mean(axis=1)
         top = _top(course, peak - first, reach)
         peak = first + top
         if peak in kept:
@@ -111,23 +111,23 @@ def find_blinks(
         if width > _WIDEST or times[peak] - halfway > _SLOW:
             continue
         wink = known.all() and not both and width > _FAST
-        eyes = tuple(shown.tolist()) if wink else (0, 1)
-        height = float((pulses[peak, shown]).max())
-        guessed = len(shown) < 2 and not wink
+        eyes = tuple(pulsing.tolist()) if wink else (0, 1)
+        height = float((pulses[peak, pulsing]).max())
+        guessed = len(pulsing) < 2 and not wink
         blinks.append(EyeClosing("blink", eyes, start, closed, opened, end, height, guessed))
         kept.append(peak)
     return blinks, np.array(kept, dtype=np.int64)
 
 
 def _shares(relative: FloatArray, skin: BoolArray, peak: int, reach: int) -> FloatArray:
-    """Return how high the lids' own pulses are around a peak: (2,)."""
+    """Return the height of each lid's own pulse around a peak: (2,)."""
     around = slice(max(peak - reach, 0), peak + reach + 1)
     tops = relative[around].argmax(axis=0), (0, 1)
     return np.where(skin[around][tops], 0.0, relative[around][tops])
 
 
 def _threshold(heights: FloatArray) -> float:
-    """Return the height between blinks and other pulses: within the widest step in doubt."""
+    """Return the height that separates blinks from other pulses: in the widest gap in doubt."""
     doubted = heights[(heights > _DOUBTED) & (heights < _SURE)]
     steps = np.sort(np.concatenate([[_DOUBTED, _SURE], doubted]))
     widest = int(np.argmax(np.diff(np.log(steps))))

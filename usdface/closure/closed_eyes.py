@@ -1,4 +1,4 @@
-"""Eyes that blink or stay shut, closed on the character; lids that cross, parted."""
+"""Closes the character's eyes in blinks and where they stay shut, and parts lids that cross."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,8 +23,8 @@ from usdface.takes import WeightsTake
 
 __all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
 
-# Least crossing that is told [m].
-_TOLD = 1e-4
+# Least crossing that is reported [m].
+_REPORTED = 1e-4
 # Frames that a message lists.
 _NAMED = 8
 
@@ -43,7 +43,7 @@ class CompletedClosing:
     before, after : tuple of float, one for each eye
         Weight of the blend shape that closes the eye, at the peak.
     gaps : tuple of float, one for each eye [m]
-        What remains open at the widest place, at the peak.
+        Remaining gap at the widest place, at the peak.
     """
 
     closing: EyeClosing
@@ -103,16 +103,16 @@ def close_eyes(
         lid_estimate(face, gaps, solved.names, solution, glances=down) if solution else None
         for down in (False, True)
     )
-    shown = solved_lids(face, gaps, solved) if solution else None
+    as_solved = solved_lids(face, gaps, solved) if solution else None
     closings = find_closings(
-        solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced, solved=shown
+        solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced, solved=as_solved
     )
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     findings = _unseen(gaps, signal)
     if solution:
         findings += _by_another_face(face, gaps, solved.names)
     closed = weights
-    if solution:  # a take of weights has seen the eyes
+    if solution:  # the gaze of a take of weights is measured, not solved from markers
         closed = without_glances(weights, solved.times, solved.names, closings, near_pins)
     for eye, own in gaps.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
@@ -126,7 +126,7 @@ def close_eyes(
 def _eye_course(
     course: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray
 ) -> FloatArray:
-    """Return the course (F, 2) of the eyes that can close, away from pins of their shapes."""
+    """Return the course (F, 2) of the eyes that can close, faded out near pins of their shapes."""
     result = np.zeros(course.shape)
     for eye, own in gaps.items():
         column = EYES.index(eye)
@@ -139,7 +139,7 @@ def _eye_course(
 
 
 def _without_crossing(weights: FloatArray, gaps: LidGaps, near_pins: FloatArray) -> FloatArray:
-    """Return weights at which the lids do not cross; what is pinned stays."""
+    """Return weights at which the lids do not cross; pinned weights stay."""
     near = near_pins[:, gaps.movers].max(axis=1, initial=0.0)
     free = np.ones(weights.shape[1], dtype=bool)
     parted = part_crossed_lids(weights, gaps, free)
@@ -173,7 +173,7 @@ def _by_another_face(
 
 def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
     depth = crossing(weights, gaps)
-    frames = np.flatnonzero(depth > _TOLD)
+    frames = np.flatnonzero(depth > _REPORTED)
     if not len(frames):
         return []
     message = (

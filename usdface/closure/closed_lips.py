@@ -14,8 +14,8 @@ from usdface.takes import WeightsTake
 
 __all__ = ["ClosedLips", "close_lips"]
 
-# Least movement that is told [m].
-_TOLD = 1e-4
+# Least movement that is reported [m].
+_REPORTED = 1e-4
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -63,7 +63,7 @@ def close_lips(
         )
     tolerance = face.layout.tolerance
     near = near_pins[:, gaps.moved_by].max(axis=1, initial=0.0)
-    # Near a pin the limit fades, and ends at it.
+    # Near a pin the limit widens, to none at the pin.
     with np.errstate(divide="ignore"):
         largest = largest_gaps(distances, gaps.opened(solved.weights), tolerance, solved.times) / (
             1.0 - near[:, None]
@@ -71,7 +71,7 @@ def close_lips(
     closed = touching_lips(weights, largest, gaps)
     before, after = gaps.opened(weights), gaps.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
-    frames = np.flatnonzero((before - after).max(axis=1) > _TOLD)
+    frames = np.flatnonzero((before - after).max(axis=1) > _REPORTED)
     findings = []
     if len(frames):
         message = (

@@ -1,7 +1,7 @@
 """Displacements of the markers by the blend shapes that move the lids of an eye.
 
-An artist may close an eye by the rim of its lid alone, where no marker is. A performer's blink
-moves the skin around it, and the markers there: then as the face of scanned people does
+A rig may close an eye by the rim of its lid alone, where no marker is, while a performer's blink
+moves the skin around it, with markers. Then the displacements are those of a face made from scans
 (`usdface.face.face_motion`).
 """
 
@@ -31,7 +31,7 @@ def closing_displacements(
 ) -> FloatArray:
     """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m].
 
-    `gaps` are of the blend shapes `names`. As on another face if the shape moves no marker.
+    `gaps` are of the blend shapes `names`. As on the scanned face if the shape moves no marker.
     """
     order = [face.markers.index(name) for name in markers]
     another = lids_of_another_face(face, gaps, names)
@@ -48,7 +48,7 @@ def near_lids(closing: FloatArray, gaps: LidGaps) -> BoolArray:
 def lids_of_another_face(
     face: BoundFace, gaps: LidGaps, names: tuple[str, ...]
 ) -> dict[int, FloatArray]:
-    """Return what the lids of an eye would do to a face's markers on another face.
+    """Return the displacements of a face's markers by the lids of an eye, as on the scanned face.
 
     Parameters
     ----------
@@ -78,10 +78,11 @@ def lids_of_another_face(
 def glance_of_another_face(
     face: BoundFace, gaps: LidGaps, names: tuple[str, ...]
 ) -> FloatArray | None:
-    """Return what eyes that look down do to a face's markers on another face: (M, 3) [m].
+    """Return the displacements of a face's markers by a glance down of the scanned face.
 
-    Upper lids follow the gaze, on most characters the eyeballs alone. None where a blend shape of
-    the rig moves the markers near the lids of an eye so, or the other face does not.
+    (M, 3) [m]. A performer's upper lids follow the gaze; on most characters only the eyeballs do.
+    None where the rig's own glance down moves markers near the lids, or the scanned face's does
+    not.
 
     Parameters
     ----------
@@ -99,9 +100,9 @@ def glance_of_another_face(
 
 
 def _as_scanned(face: BoundFace, gaps: LidGaps) -> dict[int, FloatArray]:
-    """Return what the action units of a scanned face do to the markers of an eye's side."""
+    """Return the displacements of an eye's side's markers by each action unit of a scanned face."""
     known = (motion_at(face, (_SCANNED,)) or {}).get(_SCANNED, {})
-    # What is on the midline is of neither eye: a mirrored face is to be a mirrored answer.
+    # Markers on the midline belong to neither eye: a mirrored face has the mirrored result.
     to_left = face.neutral[:, 0] - face.midline
     own = to_left > 0.0 if gaps.eye == "left" else to_left < 0.0
     return {unit: own[:, None] * by_unit for unit, by_unit in known.items()}

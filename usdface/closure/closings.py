@@ -1,8 +1,8 @@
 """Blinks and closed eyes of a take.
 
-How far an eye is closed comes from lids that markers see only in part, in units of the
-character's closed eye (`lid_signal`). Blinks (`blinks`) tell the level at which an eye is closed;
-where the lids stay there, it is held closed (`held_eyes`).
+How far an eye is closed is measured by markers that follow the lids only in part, in units of the
+character's closed eye (`lid_signal`). The peaks of blinks (`blinks`) give the level of a closed
+eye; where the lids stay at it, the eye is held closed (`held_eyes`).
 """
 
 from collections.abc import Sequence
@@ -26,15 +26,15 @@ from usdface.closure.solved_lids import SolvedLids
 
 __all__ = ["find_closings"]
 
-# Least height of the blinks of the eye that shows them better, in closed eyes of the character: in
-# a take with less no blink is seen. Those of two real takes: 0.44 to 1.15.
+# Least height of blinks, of the eye in which it is larger, in closed eyes of the character; a take
+# below it has no blinks. Those of two real takes: 0.44 to 1.15.
 _BETTER_SEEN = 0.3
-# Of the way of a lid marker: if less of it is the lid's own, without the skin around it, a lowered
-# brow brought it down (AnimFace: blinks 1, a frown 0.15 to 0.3).
+# Share of a lid marker's motion that remains without that of the skin around it; below it a lowered
+# brow brought the marker down (AnimFace: blinks 1, a frown 0.15 to 0.3).
 _OWN = 0.5
-# Of the height of an eye's blinks: with less of it an eye takes no part in one. Set by hand.
+# Share of the height of an eye's blinks below which it takes no part in one. Set by hand.
 _TAKES_PART = 0.5
-# Least share of the opening that solved blinks take away for it to be a measure.
+# Least share of the opening that blinks take away in a curve; one with less is not used.
 _MEASURED = 0.1
 
 
@@ -55,22 +55,23 @@ def find_closings(
     times : (F,) float64 [s]
     closing : (F, 2) float64
         How far the left and the right eye are closed: 0 as in the neutral frames, 1 as the
-        character's closed eye; NaN in all frames of an eye that is not seen.
+        character's closed eye; NaN in all frames of an eye that is not measured.
     own : (F, 2) float64, optional
         The same of the lids by themselves, without the skin around them (`lid_motion`); NaN where
-        that is not known. An eye closes where its lid does, not where its brow lowers it.
+        that is not known. A lid that its brow lowers does not close the eye.
     least : (2,) float64, optional
-        Least height of a pulse that a blink shows; smaller ones are of the skin.
+        Least height of a blink's pulse; smaller ones are motion of the skin.
     lids : (F, 2) float64, optional
         Estimate of how much of the opening between the lids is gone (`lid_estimate`); NaN in all
-        frames of an eye that is not seen. A lid that comes down only to where it rests closes no
-        eye, and the take's blinks all end at closed lids.
+        frames of an eye that is not measured. Pulses that do not end at closed lids are dropped
+        (`pulses_that_close`).
     glanced : (F, 2) float64, optional
-        The same if eyes may look down: an eye that stays down need not be closed. As `lids`, if
-        left out.
+        The same if eyes may look down, for eyes that are held closed: one that looks down need not
+        be. Default: `lids`.
     solved : SolvedLids, optional
-        A pulse that the solve shows as less than the take's blinks closes no eye, nor do pulses
-        that it makes of squints and glances tell when an eye is held closed.
+        Pulses that are solved less deep than the take's other blinks are dropped
+        (`as_deep_as_others`); those solved as squints or glances give no level of a closed eye
+        (`tell_the_level`).
 
     Returns
     -------
@@ -89,18 +90,18 @@ def find_closings(
     unknown = np.full(closing.shape, np.nan)
     solved = SolvedLids(unknown, unknown) if solved is None else solved
     depth = lid_depth(unknown if lids is None else lids, step)
-    shown, by_closer = lid_depth(solved.closed, step), lid_depth(solved.by_closer, step)
+    as_solved, by_closer = lid_depth(solved.closed, step), lid_depth(solved.by_closer, step)
     closed = pulses_that_close(depth, peaks, blinks)
-    closed[closed] = as_deep_as_others(shown, peaks[closed])
+    closed[closed] = as_deep_as_others(as_solved, peaks[closed])
     blinks = [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
     peaks = peaks[closed]
-    if not blinks or not tell_the_level(depth, shown, by_closer, peaks):
+    if not blinks or not tell_the_level(depth, as_solved, by_closer, peaks):
         return blinks
-    # Only its own blinks say at which level an eye is closed: from rest it is their height or more.
+    # The level of a closed eye is that of its own blinks: their height above rest, at least.
     own_peaks = _eyes_that_blink(pulses, scale, blinks, peaks, step)
     level = np.maximum(_level(smooth[peaks], own_peaks), scale)
     # Closed by the markers, by the lids' estimate and as solved: the least of the three.
-    for each in (depth if glanced is None else lid_depth(glanced, step), shown):
+    for each in (depth if glanced is None else lid_depth(glanced, step), as_solved):
         smooth = _no_further_than(each, smooth, level, _level(each.most[peaks], own_peaks))
     held = find_held_eyes(times, smooth, level, _by_itself(own, smooth))
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
@@ -112,16 +113,16 @@ def _pulses(
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return the smoothed curves of the eyes, their pulses, and where these are the skin's: (F, 2).
 
-    0 of an eye that is not seen, and where a pulse is lower than noise.
+    The pulses are 0 for an eye that is not measured, and where they are lower than noise.
     """
     smooth, pulses = closing.copy(), np.zeros(closing.shape)
     skin, floors = np.zeros(closing.shape, dtype=bool), np.zeros(2)
-    seen = np.flatnonzero(np.isfinite(closing).all(axis=0)).tolist()
-    for eye in seen:
+    measured = np.flatnonzero(np.isfinite(closing).all(axis=0)).tolist()
+    for eye in measured:
         smooth[:, eye], pulses[:, eye], floors[eye] = lid_pulses(closing[:, eye], step)
-    # Two eyes that close together stand out of the noise where one of them alone does not.
-    together = (pulses.mean(axis=1) >= floors.mean() / np.sqrt(2.0)) & (len(seen) == 2)
-    for eye in seen:
+    # The mean of two eyes has less noise than each of them.
+    together = (pulses.mean(axis=1) >= floors.mean() / np.sqrt(2.0)) & (len(measured) == 2)
+    for eye in measured:
         pulses[(pulses[:, eye] < floors[eye]) & ~together, eye] = 0.0
         if own is not None and np.isfinite(own[:, eye]).all():
             _, lid, noise = lid_pulses(own[:, eye], step)
@@ -137,7 +138,7 @@ def _eyes_that_blink(
     peaks: IntArray,
     step: float,
 ) -> BoolArray:
-    """Return which eyes show each blink: (N, 2); not the open one of a wink, or a hidden one."""
+    """Return which eyes have each blink's pulse: (N, 2); not the open one of a wink."""
     around = maximum_filter1d(pulses, 2 * round(APART / step) + 1, axis=0)[peaks]
     closed = np.array([[eye in blink.eyes for eye in (0, 1)] for blink in blinks])
     return np.asarray(closed & (around >= _TAKES_PART * scale))
@@ -152,7 +153,7 @@ def _level(curves: FloatArray, used: BoolArray) -> FloatArray:
 def _no_further_than(
     depth: LidDepth, smooth: FloatArray, level: FloatArray, own: FloatArray
 ) -> FloatArray:
-    """Return how far the eyes are closed (F, 2), by another measure where that says less.
+    """Return how far the eyes are closed (F, 2): the smaller of `smooth` and another measure.
 
     At the peaks of the blinks the two are `level` and `own` (2,).
     """
@@ -163,7 +164,7 @@ def _no_further_than(
 
 def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:
     """Return where a lid comes down by itself, not with the skin around it: (F, 2)."""
-    # NaN says nothing.
+    # An unknown motion (NaN) compares as False, and counts as the lid's.
     return ~(own < _OWN * closing) if own is not None else np.ones(closing.shape, dtype=bool)
 
 

@@ -1,6 +1,6 @@
 """The closure layer: eyes and lips that close on the performer close on the character.
 
-It comes after the correction, which therefore cannot open what it closes. A second run on its own
+It runs after the correction, which therefore cannot reopen eyes or lips. A second run on its own
 weights changes nothing.
 """
 

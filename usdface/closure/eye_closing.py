@@ -26,10 +26,9 @@ class EyeClosing:
         How far the markers show it: of a blink as a share of the character's closed eye, of an eye
         that is held closed as a share of the take's blinks.
     guessed : bool
-        One of the two eyes was not seen to close.
+        The markers show only one of the two eyes closing.
     lids : (F,) float64, optional
-        How far the eye is closed over the take, 0 to 1: the course goes no further. All the way by
-        default.
+        Upper limit of the course over the take, 0 to 1; 1 by default.
     """
 
     kind: Literal["blink", "held"]

@@ -16,8 +16,8 @@ _HALF_OPEN = 0.65
 # Closed at this where the other eye is below the second: one eye alone may be a twitch of its
 # cheek.
 _CLOSED_ALONE, _CONTRADICTED = 0.9, 0.75
-# Of the usual level of an eye that is held closed: below it the eye is closing or opening, even
-# where the blinks of the take go no further. Set by hand.
+# Share of the median level of an eye that is held closed; below it the eye is closing or opening,
+# even where the blinks of the take go no further. Set by hand.
 _STILL_CLOSED = 0.8
 # Shortest time [s] at that level that is no blink.
 _HELD = 0.1
@@ -34,7 +34,7 @@ def find_held_eyes(
     ----------
     times : (F,) float64 [s]
     closing : (F, 2) float64
-        How far each eye is closed; NaN = not seen.
+        How far each eye is closed; NaN = not measured.
     level : (2,) float64
         The same at the peaks of the take's blinks.
     own : (F, 2) bool
@@ -43,7 +43,7 @@ def find_held_eyes(
     held = []
     for eye in (0, 1):
         share, other = closing[:, eye] / level[eye], closing[:, 1 - eye] / level[1 - eye]
-        # An eye that is not seen contradicts nothing.
+        # An eye that is not measured (NaN) contradicts nothing.
         alone = (other < _CONTRADICTED) | ~own[:, 1 - eye]
         closed = share >= np.where(alone, _CLOSED_ALONE, _CLOSED)
         # The eye that is closed alone is the one that is closed further.
@@ -65,10 +65,10 @@ def _held_eye(
         level = _STILL_CLOSED * float(np.median(share[first:stop]))
         still = first + np.flatnonzero(share[first:stop] >= level)
         first, last = int(still[0]), int(still[-1])
-        start, end = _left(times, share, first, -1), _left(times, share, last, 1)
+        start, end = _open_time(times, share, first, -1), _open_time(times, share, last, 1)
         span = (start, float(times[first]), float(times[last]), end)
         height = float(share[first:stop].max())
-        # Between two that never opened halfway the eye stays closed.
+        # Two between which the eye never opens halfway are one.
         between = share[nearest_frame(times, held[-1].opened) : first] if held else share[:0]
         if held and between.min(initial=np.inf) > _HALF_OPEN:
             previous = held.pop()
@@ -78,9 +78,9 @@ def _held_eye(
     return held
 
 
-def _left(times: FloatArray, share: FloatArray, frame: int, way: int) -> float:
-    """Return the time at which the way to, or from, a closed eye begins, or ends: [s]."""
-    # Beyond the slowest it is as slow.
+def _open_time(times: FloatArray, share: FloatArray, frame: int, way: int) -> float:
+    """Return the time at which an eye is open before (way -1) or after (1) a closed frame: [s]."""
+    # An eye that opens later counts as the slowest.
     first, stop = np.searchsorted(times, [times[frame] - 2 * _SLOWEST, times[frame] + 2 * _SLOWEST])
     near, frame_there = slice(int(first), int(stop)), frame - int(first)
     level = _OPEN / float(share[frame])

@@ -20,7 +20,7 @@ _EXACT = 1e-6
 
 
 def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatArray:
-    """Close an eye as far as its course says: 0 as it is, 1 until the lids meet.
+    """Close an eye by its course: 0 leaves it as it is, at 1 the lids meet.
 
     Weights that close are raised, those that hold the upper lid up are lowered; so a second run
     changes nothing. The lower lid comes up where the shape that closes the eye leaves it open.
@@ -57,7 +57,7 @@ def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatA
 
 
 def part_crossed_lids(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
-    """Lower weights as far as lids cross: first that which closes the eye, then all others.
+    """Lower weights until the lids do not cross: first the closing shape's, then all movers'.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def part_crossed_lids(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> Fl
 
 
 def crossing(weights: FloatArray, gaps: LidGaps) -> FloatArray:
-    """Return by how much the lids cross beyond the little that skin gives way: (F,) [m]."""
+    """Return by how much the lids cross beyond the allowed depth (`_PRESSED`): (F,) [m]."""
     return by_blocks(len(weights), lambda frames: _crossed(gaps.at(weights[frames]), gaps))
 
 

@@ -1,10 +1,10 @@
 """How deep pulses of the lids go: blinks close the eye, squints and glances do not.
 
-Two curves say how much of the opening between the lids is gone: an estimate from the markers
-(`lid_estimate`), which sees fast blinks whole but takes a squint for half a blink, and the solved
-blend shapes (`solved_lids`), which tell the two apart but follow a fast blink only so far. On a
-real face, whose lids move unlike the rig's, the solve may show no closing at all: it is asked only
-about pulses that are less deep than the take's others, and by which blend shape lids close.
+Two curves measure how much of the opening between the lids is gone: an estimate from the markers
+(`lid_estimate`), which follows fast blinks fully but takes a squint for half a blink, and the
+solved blend shapes (`solved_lids`), which distinguish the two but follow a fast blink only in part.
+On a real face, whose lids move unlike the rig's, the solve may show no closing at all: it is used
+only for pulses that are less deep than the take's others, and for the shape by which lids close.
 """
 
 from collections.abc import Sequence
@@ -32,10 +32,10 @@ _GONE, _GONE_OF_BLINKS = 0.25, 0.5
 _AS_FAR, _AWAY = 0.7, 0.1
 # Where the solve shows the take's blinks (upper quartile) by the second share of the opening or
 # more, a pulse that is solved less deep than the third share of them leaves the eye open; below the
-# first it is not asked, between them by degrees. Of 198 recorded blinks 0.71 and more (all but one
-# 0.75), of 26 pulses that leave an eye more than 35 % open 0.35 to 0.68 (two 0.71 and 0.77); blinks
-# of a real take that the solve shows 0.80 and more. Others, shown by 0.1 to 0.35, are as little as
-# 0.45 as deep as each other.
+# first the solve is not used, between them in part. Of 198 recorded blinks 0.71 and more (all but
+# one 0.75), of 26 pulses that leave an eye more than 35 % open 0.35 to 0.68 (two 0.71 and 0.77);
+# blinks of a real take that the solve shows 0.80 and more. Others, shown by 0.1 to 0.35, are as
+# little as 0.45 as deep as each other.
 _HARDLY, _SHOWN, _AS_DEEP = 0.3, 0.5, 0.7
 # An eye is held closed only in a take whose blinks take away so much of the opening: geometric mean
 # of the share of all of it, and of the share of the most that is ever gone, as lids may move less
@@ -70,9 +70,9 @@ class LidDepth:
 
 
 def lid_depth(curve: FloatArray, step: float) -> LidDepth:
-    """Smooth a curve (F, 2) of how much of the opening is gone, NaN in all frames of an unseen eye.
+    """Smooth a curve (F, 2) of how much of the opening is gone.
 
-    `step` [s] is between two frames.
+    It is NaN in all frames of an eye that is not measured. `step` [s] is between two frames.
     """
     gone, most, swept = (np.full(curve.shape, np.inf) for _ in range(3))
     around = 2 * round(APART / step) + 1
@@ -116,16 +116,16 @@ def as_deep_as_others(solved: LidDepth, peaks: IntArray) -> BoolArray:
     most = _deeper_eye(solved.most[peaks])
     known = most[np.isfinite(most)]
     level = float(np.quantile(known, 0.75)) if len(known) else 0.0
-    asked = float(np.clip((level - _HARDLY) / (_SHOWN - _HARDLY), 0.0, 1.0))
+    used = float(np.clip((level - _HARDLY) / (_SHOWN - _HARDLY), 0.0, 1.0))
     # A lid that is solved as wider than at rest is no evidence where none is solved as closing.
-    return np.asarray(np.maximum(most, 0.0) >= asked * _AS_DEEP * level)
+    return np.asarray(np.maximum(most, 0.0) >= used * _AS_DEEP * level)
 
 
 def tell_the_level(lids: LidDepth, solved: LidDepth, by_closer: LidDepth, peaks: IntArray) -> bool:
-    """Whether the lids' pulses tell at which level an eye is closed.
+    """Whether the lids' pulses are deep enough to define the level of a closed eye.
 
-    Blinks go through most of what the lids do at all, by the shape that closes the eye; quick
-    squints and glances do not.
+    Blinks span most of the lids' range in the take, and of the closing shape's; quick squints and
+    glances do not.
 
     Parameters
     ----------
@@ -142,7 +142,7 @@ def tell_the_level(lids: LidDepth, solved: LidDepth, by_closer: LidDepth, peaks:
 
 
 def _sweep_far(swept: FloatArray, gone: FloatArray, least: float) -> bool:
-    """Whether pulses that take away `swept` (N, 2) go far in what is `gone` (F, 2) in the take."""
+    """Whether pulses of depth `swept` (N, 2) span much of the range of `gone` (F, 2)."""
     known = np.isfinite(swept).all(axis=0)
     if not known.any():
         return True
@@ -152,7 +152,7 @@ def _sweep_far(swept: FloatArray, gone: FloatArray, least: float) -> bool:
 
 
 def _as_far(swept: FloatArray, blinks: Sequence[EyeClosing]) -> BoolArray:
-    """Whether pulses that take away `swept` (N, 2) of the opening go as far as the others: (N,)."""
+    """Return which pulses of depth `swept` (N, 2) are about as deep as the others: (N,)."""
     known = np.isfinite(swept).all(axis=0)
     if not known.any():
         return np.zeros(len(swept), dtype=bool)
@@ -166,7 +166,7 @@ def _as_far(swept: FloatArray, blinks: Sequence[EyeClosing]) -> BoolArray:
 def _deeper_eye(gone: FloatArray) -> FloatArray:
     """Return how much is gone of the opening of the eye that is closed further: (N,).
 
-    An eye of which that is not known says nothing; infinite where it is known of neither.
+    An eye of which that is not known is ignored; infinite where it is known of neither.
     """
     known = np.isfinite(gone)
     most = np.where(known, gone, -np.inf).max(axis=1)

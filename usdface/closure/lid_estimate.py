@@ -1,9 +1,9 @@
-"""How far the lids are closed, as the rig's blend shapes together explain the markers.
+"""Linear estimate of how far the lids are closed, from the markers and all of a rig's blend shapes.
 
 A blink, a squint and a glance down move the markers near an eye in much the same way, but close it
-by different amounts. The best linear estimate of what is left of the opening between the lids
+by different amounts. The best linear estimate of the opening between the lids
 (Gauss and Markov; C. R. Rao, "Linear Statistical Inference and Its Applications", 1973) weighs the
-markers so that each blend shape counts by what it takes of the opening.
+markers so that each blend shape counts by the share of the opening that it closes.
 """
 
 from collections.abc import Mapping
@@ -40,7 +40,7 @@ def lid_estimate(
     *,
     glances: bool = False,
 ) -> FloatArray:
-    """Return how much of each eye's opening is gone: (F, 2), 1 closed; NaN where it is not seen.
+    """Return how much of each eye's opening is gone: (F, 2), 1 closed; NaN without markers there.
 
     Parameters
     ----------
@@ -50,39 +50,39 @@ def lid_estimate(
         The blend shapes that `gaps` are of.
     solution : Solution
     glances : bool
-        Lids follow eyes that look down, as on a scanned face if not on the rig.
+        Let the lids follow a glance down: as on a scanned face, if they do not on the rig.
     """
     frames = len(solution.feature_points)
     estimate = np.full((frames, 2), np.nan)
-    seen = [
+    measured = [
         eye
         for eye, own in gaps.items()
         if near_lids(closing_displacements(face, own, names, solution.markers), own).any()
     ]
-    if not seen:
+    if not measured:
         return estimate
     order = [face.markers.index(name) for name in solution.markers]
     column = {name: place for place, name in enumerate(face.shape_names)}
     known = np.array([name in column for name in names])
     offsets = np.zeros((len(names), len(face.markers), 3))
     offsets[known] = face.offsets[[column[name] for name in names if name in column]]
-    for eye in seen:
+    for eye in measured:
         for shape, elsewhere in lids_of_another_face(face, gaps[eye], names).items():
             offsets[shape] = elsewhere
     deviations = np.full(len(names), _OTHERS)
-    deviations[[gaps[eye].closer for eye in seen]] = _CLOSER
-    taken = np.array([_closed_by(gaps[eye], len(names)) for eye in seen])
-    for row, eye in enumerate(seen):
+    deviations[[gaps[eye].closer for eye in measured]] = _CLOSER
+    taken = np.array([_closed_by(gaps[eye], len(names)) for eye in measured])
+    for row, eye in enumerate(measured):
         glance = glance_of_another_face(face, gaps[eye], names) if glances else None
         if glance is not None:
             offsets = np.concatenate([offsets, glance[None]])
             deviations = np.append(deviations, _CLOSER)
-            taken = np.c_[taken, _GLANCE * (np.arange(len(seen)) == row)]
+            taken = np.c_[taken, _GLANCE * (np.arange(len(measured)) == row)]
     moved = deviations[:, None] * offsets[:, order].reshape(len(offsets), -1)
     unexplained = solution.noise**2 + max(solution.misfit, _MISFIT) ** 2
     normal = moved @ moved.T + unexplained * np.eye(len(moved))
     closed = taken @ (deviations[:, None] * np.linalg.solve(normal, moved))
-    columns = [EYES.index(eye) for eye in seen]
+    columns = [EYES.index(eye) for eye in measured]
     for block in frame_blocks(frames):
         at = solution.displaced(block)
         estimate[block, columns] = at.reshape(len(at), -1) @ closed.T

@@ -30,14 +30,14 @@ _PLACES = 6
 # A shape closes an eye if it brings the lids to this part of their distance (those of ICT,
 # MakeHuman and the example: 0.08 to 0.29).
 _CLOSED = 0.4
-# In openings of the eye. A rim is 0.05 to 0.2 thick on the three faces: what is further apart in
-# the closed eye does not touch.
+# In openings of the eye. A rim is 0.05 to 0.2 thick on the three faces: points further apart in
+# the closed eye do not touch.
 _RIM = 0.25
-# What is nearer than this on the neutral face lies in a corner of the eye, where the skin folds.
+# Pairs nearer than this on the neutral face lie in a corner of the eye, where the skin folds.
 _CORNER = 0.5
 # A shape that changes the opening by less does not move the lids.
 _STILL = 0.02
-# Steps on the way of a shape to its whole weight at which the lids are looked at.
+# Weights of a shape at which the distance of the lids is measured.
 _STEPS = np.linspace(0.0, 1.0, 21)
 # FACS: 5 raises the upper lid, 7 tightens the lower one (P. Ekman, W. Friesen, J. Hager, "Facial
 # Action Coding System", 2002).
@@ -116,7 +116,7 @@ class LidGaps:
 
 
 def lid_gaps_of(face: BoundFace, names: tuple[str, ...]) -> dict[Eye, LidGaps]:
-    """Measure the lids of a face; without an eye that has no lids, or no shape that closes it.
+    """Measure the lids of each eye of a face that has lids and a shape that closes it.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def _closing_shape(mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> tuple[
         if distance[step] <= _CLOSED * before and mesh.shape_names[shape] in names:
             rank = round(10 * float(distance[step]) / before)
             best.append((rank, len(mesh.shapes[shape].indices), shape, float(_STEPS[step])))
-    # Of shapes that close it alike the one that moves less else: one eye before both.
+    # Of shapes that close it alike the one that moves fewest vertices: one eye before both.
     return min(best)[2:] if best else None
 
 

@@ -1,8 +1,8 @@
 """Motion of the upper lids by themselves, apart from the skin around them.
 
-A brow that comes down takes the skin over the lid along, and a marker on that skin with it: it
-moves as in a blink, and the eye is open. Markers beside it that the lids do not move show how far
-the skin goes; the rest is the lid's own.
+A lowered brow takes the skin over the lid along, with any marker on it: the marker moves as in a
+blink while the eye stays open. Markers beside it that the lids do not move measure the motion of
+the skin; the rest is the lid's own.
 """
 
 from collections.abc import Mapping
@@ -95,9 +95,9 @@ def lid_markers(
 
 
 def lid_motion(lids: list[LidMarker], solution: Solution) -> FloatArray:
-    """Return how far each eye's lid closes by itself: (F, 2), NaN where nothing shows it.
+    """Return how far each eye's lid closes by itself: (F, 2), NaN for an eye without lid markers.
 
-    1 is the closed eye of the character; as the lids' signal, but for the skin around them.
+    1 is the closed eye of the character; as `lid_signal`, less the motion of the skin around.
     """
     motion = np.full((len(solution.feature_points), 2), np.nan)
     for column, eye in enumerate(EYES):

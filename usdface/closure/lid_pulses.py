@@ -1,4 +1,4 @@
-"""Pulses of a lid: the white top-hat of how far it is closed, smoothed by as much as noise asks."""
+"""Pulses of a lid: the white top-hat of how far it is closed, smoothed in proportion to noise."""
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, grey_opening
@@ -22,7 +22,7 @@ LEAST_HEIGHT = 0.15
 
 
 def lid_pulses(closing: FloatArray, step: float) -> tuple[FloatArray, FloatArray, float]:
-    """Return the smoothed curve of an eye (F,), its pulses (F,), and how high noise is.
+    """Return the smoothed curve of an eye (F,), its pulses (F,), and the least height above noise.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def crossing_time(times: FloatArray, share: FloatArray, peak: int, way: int, lev
 
 
 def _smoothed(closing: FloatArray, step: float) -> tuple[FloatArray, float]:
-    """Return the smoothed curve of an eye, and the least height of a pulse that is no noise."""
+    """Return the smoothed curve of an eye, and the least height of a pulse above noise."""
     # Third differences of white noise have 20 times its variance; blinks are rare.
     steps = np.abs(np.diff(closing, 3))
     noise = 1.4826 * float(np.median(steps)) / np.sqrt(20.0) if len(steps) else 0.0

@@ -1,4 +1,4 @@
-"""How far the performer's eyes are closed, as far as the markers show it.
+"""How far the performer's eyes are closed, measured by the markers near them.
 
 A marker near an eye moves along with the lids, on the skin of the lid, below it or at the brow. The
 displacements of the markers, carried over to the character, are projected on those that the blend
@@ -19,7 +19,7 @@ from usdface.takes import WeightsTake
 
 __all__ = ["least_pulses", "lid_signal"]
 
-# Openings of the eye by which a blink moves the markers together at least. Of blinks of two real
+# Least norm of all markers' displacements in a blink, in openings of the eye. Of blinks of two real
 # takes on two heads 0.077 and more, of other pulses on a head with large eyes 0.06.
 _LEAST = 0.07
 
@@ -30,7 +30,7 @@ def lid_signal(
     weights: WeightsTake,
     solution: Solution | None,
 ) -> FloatArray:
-    """Return how far the left and the right eye are closed: (F, 2), NaN where nothing shows it.
+    """Return how far the left and the right eye are closed: (F, 2), NaN for an unmeasured eye.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def lid_signal(
     weights : WeightsTake
         Solved.
     solution : Solution or None
-        None: `weights` are the take's own, and say it.
+        None: `weights` are the take's own, and that of the closing shape is the signal.
     """
     signal = np.full((len(weights.times), 2), np.nan)
     for column, eye in enumerate(EYES):
@@ -62,9 +62,9 @@ def lid_signal(
 def least_pulses(
     face: BoundFace, gaps: Mapping[Eye, LidGaps], names: tuple[str, ...], solution: Solution
 ) -> FloatArray:
-    """Return the least pulse of the signal that lids make: (2,).
+    """Return the least height of a lid's pulse in the signal: (2,).
 
-    Where the closing shape hardly moves the markers, the skin alone moves them as far.
+    Where the closing shape hardly moves the markers, motion of the skin alone makes smaller ones.
     """
     least = np.zeros(2)
     for column, eye in enumerate(EYES):

@@ -24,7 +24,8 @@ _PLACES = 6
 # tolerances, or deviations of the noise; wholly at a tolerance more. The real take that leaves the
 # mouth open: 1.4 to 4.6 tolerances.
 _CONTRADICTED, _ABOVE_NOISE = 0.8, 3.0
-# The lips may part by this many tolerances more than their markers until twice as far.
+# Opening of the markers, in tolerances beyond the first, at which the limit of the lips rises twice
+# as fast as it.
 _WIDENS = 2.0
 # Standard deviation [s] of the smoothing with which a limit comes and goes.
 _EASE = 0.05
@@ -96,11 +97,12 @@ def lip_gaps_of(face: BoundFace, names: tuple[str, ...]) -> LipGaps | None:
 def largest_gaps(
     distances: LipDistances, opened: FloatArray, tolerance: float, times: FloatArray
 ) -> FloatArray:
-    """Return how far the character's lips may be open: (F, K) [m], infinite = no matter how far.
+    """Return how far the character's lips may be open: (F, K) [m], infinite = no limit.
 
-    Markers lie beside the lips, so lips may be open that they show as closed. They only count where
-    they contradict the solve: nearer to each other than the same points on the character. Then they
-    count from where the character's lips part to where they meet again, or these would pop open.
+    Markers lie beside the lips, and may be as near as at rest while these are open. So lips are
+    limited only where the markers contradict the solve: nearer to each other than the same points
+    on the character. The limit then holds from where the character's lips part to where they meet
+    again, or they would pop open.
 
     Parameters
     ----------
@@ -120,32 +122,33 @@ def largest_gaps(
 
 
 def _throughout(sure: FloatArray, apart: BoolArray, times: FloatArray) -> FloatArray:
-    """Return a share (F, K) that is at its largest throughout each time in which lips are apart."""
+    """Return a share (F, K), at its largest throughout each stretch in which the lips are apart."""
     result = sure.copy()
     for place in range(sure.shape[1]):
         for first, last in frame_ranges(apart[:, place]):
             result[first : last + 1, place] = sure[first : last + 1, place].max()
     if len(times) < 3:
         return result
-    # Beyond its ends lips that were solved as near as they may be can be parted by the correction.
+    # Just beyond a stretch the correction can part lips that were solved within the limit.
     step = float(np.median(np.diff(times)))
     eased = gaussian_filter1d(result, _EASE / step, axis=0, mode="nearest")
     return np.asarray(np.maximum(result, eased))
 
 
 def touching_lips(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:
-    """Return weights at which no place of the lips is open further than it may be.
+    """Return weights at which no gap of the lips exceeds its limit.
 
     Parameters
     ----------
     weights : (F, T) float64
     largest : (F, K) float64 [m]
+        The limits.
     gaps : LipGaps
 
     Returns
     -------
     (F, T) float64
-        Equal to `weights` in frames in which no place is.
+        Equal to `weights` in frames in which no gap exceeds its limit.
     """
     result = weights.copy()
     for _ in range(_ROUNDS):
@@ -157,7 +160,7 @@ def touching_lips(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> Fl
 
 
 def _nearer(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:
-    """Return weights projected on the limit of each place, of which the largest change counts."""
+    """Project weights on the limit of each gap; each weight gets its largest change."""
     over = gaps.opened(weights) - largest
     over[over > 0] += _INSIDE
     slopes = _slopes(weights, gaps)
@@ -193,7 +196,7 @@ def _useful(slopes: FloatArray, weights: FloatArray, gaps: LipGaps) -> FloatArra
 
 
 def _limited(closed: FloatArray, weights: FloatArray, gaps: LipGaps) -> FloatArray:
-    """Keep what closes an open jaw within the opening of the jaw, as far as it was."""
+    """Limit shapes that close the lips of an open jaw to the jaw's weight, or their own before."""
     result = closed.copy()
     for low, high in gaps.evaluator.limits.tolist():
         highest = np.maximum(result[:, high], np.minimum(weights[:, low], result[:, low]))

@@ -1,4 +1,4 @@
-"""How far the performer's lips are open, as far as the markers show it.
+"""How far the performer's lips are open, measured by pairs of markers.
 
 Markers above and below the mouth that are opposite each other make a pair; lips touch where a pair
 is as near as in the neutral frames, or nearer: after contact lips go on moving towards each other,
@@ -25,16 +25,16 @@ __all__ = ["LipDistances", "lip_distances", "lip_pairs"]
 _NEAR, _BESIDE = 0.45, 0.2
 # Standard deviation [s] of the smoothing: short against a closure of the lips.
 _SMOOTHING = 0.03
-# A pair is believed if its distance over the take is so alike that of the character as solved
-# (correlation), and changes by as much of it (slope). Others are not opposite each other.
+# A pair is used if its distance over the take correlates so well with that of the character as
+# solved, with at least this slope. Others are not opposite each other.
 _ALIKE, _AS_FAR = 0.7, 0.5
 
 
 class LipDistances(NamedTuple):
     """How much further apart points of the two lips are than at rest: (F, K) each [m].
 
-    As the markers show it (`seen`), and of the same points on the character as solved (`shown`);
-    and the standard deviation of `seen` by the noise of the markers [m].
+    Of the markers (`seen`), and of the same points on the character as solved (`shown`); and the
+    standard deviation of `seen` by the noise of the markers [m].
     """
 
     seen: FloatArray
@@ -81,7 +81,7 @@ def lip_pairs(face: BoundFace, markers: Sequence[str]) -> IntArray:
 def lip_distances(
     face: BoundFace, solved: WeightsTake, solution: Solution, across: FloatArray, x: FloatArray
 ) -> LipDistances | None:
-    """Return the distances of the lips, as the markers show them and as the solve has them.
+    """Return the distances between the lips, of the markers and of the character as solved.
 
     Parameters
     ----------
@@ -108,22 +108,22 @@ def lip_distances(
 
     def apart(frames: slice) -> FloatArray:
         posed, as_solved = (face.displacements(each[frames])[:, order] for each in weights)
-        # On the character's own lips: what the solve left over is the same on both faces.
+        # On the character's own lips: the residual of the solve is the same on both faces.
         left = solution.leftover(frames) if solution.model else None
         performed = solution.displaced(frames) if left is None else as_solved + left
         both = [m[:, pairs[:, 0]] - m[:, pairs[:, 1]] for m in (performed, posed)]
         return np.stack([moved @ across for moved in both], axis=1)
 
     distances = by_blocks(len(solved.times), apart)
-    seen, shown = (_smooth(distances[:, of], solved.times) for of in (0, 1))
+    measured, posed = (_smooth(distances[:, of], solved.times) for of in (0, 1))
     least = face.layout.tolerance
-    sure = np.flatnonzero([_agree(a, b, least) for a, b in zip(seen.T, shown.T, strict=True)])
-    if not len(sure):
+    used = np.flatnonzero([_agree(a, b, least) for a, b in zip(measured.T, posed.T, strict=True)])
+    if not len(used):
         return None
-    at = rest[pairs[sure], 0].mean(axis=1)
+    at = rest[pairs[used], 0].mean(axis=1)
     shares = np.stack([np.interp(x, at, row) for row in np.eye(len(at))])
     noise = np.sqrt(2.0) * solution.noise * _damped(solved.times)
-    return LipDistances(seen[:, sure] @ shares, shown[:, sure] @ shares, float(noise))
+    return LipDistances(measured[:, used] @ shares, posed[:, used] @ shares, float(noise))
 
 
 def _smooth(values: FloatArray, times: FloatArray) -> FloatArray:
@@ -141,14 +141,14 @@ def _damped(times: FloatArray) -> float:
     return float(1.0 / max(np.sqrt(2.0 * np.sqrt(np.pi) * _SMOOTHING / step), 1.0))
 
 
-def _agree(seen: FloatArray, shown: FloatArray, least: float) -> bool:
+def _agree(measured: FloatArray, posed: FloatArray, least: float) -> bool:
     """Whether the markers of a pair part where the character's lips do, about as far.
 
-    Lips that part by no more than `least` [m] show nothing.
+    False where the character's part by no more than `least` [m].
     """
-    if np.ptp(shown) <= least:
+    if np.ptp(posed) <= least:
         return False
-    seen, shown = seen - seen.mean(), shown - shown.mean()
-    together = float(seen @ shown)
-    sizes = float(seen @ seen), float(shown @ shown)
+    measured, posed = measured - measured.mean(), posed - posed.mean()
+    together = float(measured @ posed)
+    sizes = float(measured @ measured), float(posed @ posed)
     return bool(together > _ALIKE * np.sqrt(sizes[0] * sizes[1]) and together > _AS_FAR * sizes[1])

@@ -1,13 +1,14 @@
-"""Markers of lids that cannot be where the recording has them.
+"""Mistracked lid markers: detected by the other lid, and replaced by its motion.
 
-A lid marker that is lost behind a lowered brow is often tracked on as something else. It shows
-where it disagrees with all others: against the skin around it, it opens the eye further than the
-rig's widest eye, and the marker of the other lid does not. Both upper lids open alike, since they
-are raised by one command (A. Gay, M. Salmon, C. Windsor, "Hering's law, the levators, and their
-relationship in disease states", Archives of Ophthalmology 77, 1967); an eye that closes alone, a
-wink, is no contradiction.
+A lid marker that is lost behind a lowered brow is often tracked on as something else. It is
+mistracked where, relative to the skin around it, it opens the eye further than the rig's widest
+eye, and the marker of the other lid does not. Both upper lids open alike, since they are raised by
+one command (A. Gay, M. Salmon, C. Windsor, "Hering's law, the levators, and their relationship in
+disease states", Archives of Ophthalmology 77, 1967); an eye that closes alone, a wink, is no
+contradiction.
 
-There it loses its say, by degrees, and moves over the skin around it as the other lid does.
+There its motion over the skin around it is replaced by the other lid's, in proportion to their
+difference.
 """
 
 from collections.abc import Mapping
@@ -29,19 +30,19 @@ from usdface.takes import MarkerTake
 __all__ = ["without_mistracked_lids"]
 
 _MIRROR = np.array([-1.0, 1.0, 1.0])
-# In openings by the rig's shape that opens the eye most: from here on a marker is not believed.
+# In openings by the rig's shape that opens the eye most: from here on a marker is mistracked.
 # AnimFace's Reye_Up in a frown 2.0 to 2.5, all others of its two takes 1.2 at most.
 _BEYOND = 1.5
 # An eye opens by this share of its closing at least, on a rig without a shape that opens it.
 _OPENS = 0.4
-# Differences of the two lids, as shares of that limit, from which on it is believed less, and not.
+# Differences of the two lids, as shares of that limit, between which it is replaced in part.
 _LESS, _NOT = 0.25, 0.5
 
 
 def without_mistracked_lids(
     take: MarkerTake, face: BoundFace, solution: Solution, gaps: Mapping[Eye, LidGaps]
 ) -> tuple[MarkerTake, list[Finding]] | None:
-    """Take the word of the other lid where a lid's marker is not believable.
+    """Replace the motion of a mistracked lid marker by that of the other lid.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def without_mistracked_lids(
     findings : list of Finding
         LID_DISBELIEVED for each marker.
 
-    None where all lids are believable.
+    None where no lid marker is mistracked.
     """
     if not solution.in_space or solution.carried is None:
         return None
@@ -71,7 +72,7 @@ def without_mistracked_lids(
     pairs = [(lid, lids[partner[m]]) for m, lid in lids.items() if partner[m] in lids]
     positions, findings = take.positions.copy(), []
     for lid, other in pairs:
-        shares, moved = _disbelief(lid, other, face, gaps, solution)
+        shares, moved = _replacement(lid, other, face, gaps, solution)
         frames = np.flatnonzero(shares)
         if not len(frames):
             continue
@@ -82,20 +83,20 @@ def without_mistracked_lids(
         head = pose.to_head(take.positions[frames, own][:, None])
         positions[frames, own] = pose.to_take(head + shift[frames, None])[:, 0]
         away = 1000 * float(np.linalg.norm(moved[frames], axis=1).max())
-        findings.append(_told(name, solution.markers[other.marker], shares > 0, away))
+        findings.append(_replaced(name, solution.markers[other.marker], shares > 0, away))
     return (replace(take, positions=positions), findings) if findings else None
 
 
-def _disbelief(
+def _replacement(
     lid: LidMarker,
     other: LidMarker,
     face: BoundFace,
     gaps: Mapping[Eye, LidGaps],
     solution: Solution,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return how little a lid's marker is believed: (F,), 0 to 1; and the way to the other: (F, 3).
+    """Return the share of a lid marker's motion to replace, 0 to 1: (F,), and its shift: (F, 3).
 
-    The way [m] is from where it is to where the other lid has it, on the character.
+    The shift [m] is from its own place to that by the other lid, on the character.
     """
     displacements = solution.displacements
     own = displacements[:, lid.marker] - lid.skin(displacements)
@@ -103,9 +104,9 @@ def _disbelief(
     limit = _BEYOND * _widest(lid, face, gaps, solution)
     closed = lid.closed(own)
     apart = (lid.closed(twin) - closed) / limit
-    seen = np.isfinite(solution.distances[:, [lid.marker, other.marker]]).all(axis=1)
-    certain = seen & (closed < -limit) & (apart > 1.0)
-    stretch = _around(seen & (apart > _LESS), certain)
+    measured = np.isfinite(solution.distances[:, [lid.marker, other.marker]]).all(axis=1)
+    certain = measured & (closed < -limit) & (apart > 1.0)
+    stretch = _around(measured & (apart > _LESS), certain)
     shares = np.where(stretch, np.clip((apart - _LESS) / (_NOT - _LESS), 0.0, 1.0), 0.0)
     return shares, twin - own
 
@@ -129,7 +130,7 @@ def _around(where: BoolArray, certain: BoolArray) -> BoolArray:
     return found
 
 
-def _told(marker: str, other: str, where: BoolArray, away_mm: float) -> Finding:
+def _replaced(marker: str, other: str, where: BoolArray, away_mm: float) -> Finding:
     stretches = list(frame_ranges(where))
     message = (
         "opens the eye further than a lid can while {other} does not: not believed in "

@@ -1,7 +1,7 @@
 """How far the lids are closed as solved, and how far by the closing blend shape alone.
 
-The solve weighs all markers and all of the take, and so tells a squint from half a blink where
-markers beside the eye show both alike.
+The solve uses all markers over the whole take, and so distinguishes a squint from half a blink,
+which move the markers beside the eye alike.
 """
 
 from collections.abc import Mapping
@@ -26,7 +26,7 @@ class SolvedLids:
     ----------
     closed : (F, 2) float64
         Share of the opening that all blend shapes take away: 1 closed, more where the lids would
-        cross; NaN in all frames of an eye that the solve says nothing of.
+        cross; NaN in all frames of an eye whose lids are not solved.
     by_closer : (F, 2) float64
         Weight of the blend shape that closes the eye: 1 closed.
     """

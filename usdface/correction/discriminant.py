@@ -31,14 +31,14 @@ def fisher_discriminant(features: FloatArray, classes: IntArray, shrinkage: floa
     """Return the discriminant of examples (N, I) of the classes 0 to K - 1 (N,), all as likely.
 
     The common covariance is shrunk by `shrinkage`, 0 to 1, towards the sphere of the same trace:
-    examples are fewer than what a face can do.
+    examples are fewer than the ways in which a face can move.
     """
     means = np.array([features[classes == k].mean(axis=0) for k in range(classes.max() + 1)])
     rest = (features - means[classes]) / np.sqrt(len(features))
-    # Markers that nothing moves have no covariance at all, and no directions.
+    # Without any motion there is no covariance; the floor keeps the sphere invertible.
     sphere = max(shrinkage * np.square(rest).sum() / rest.shape[1], 1e-12)
     rest *= np.sqrt(1 - shrinkage)
-    if len(rest) < rest.shape[1]:  # the same by the matrix inversion lemma, of examples' size
+    if len(rest) < rest.shape[1]:  # the same by the matrix inversion lemma, N x N
         inner = np.linalg.solve(rest @ rest.T + sphere * np.eye(len(rest)), rest @ means.T)
         directions = (means.T - rest.T @ inner) / sphere
     else:

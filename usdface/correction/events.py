@@ -1,8 +1,8 @@
 """Events: stretches of a take in which an emotion is shown, and how far it is held in each frame.
 
 A correction that follows the output frame by frame jumps wherever the output does. So an event is
-taken as a whole: a pose that is held gets a correction that is held. Where an event ends is no
-decision of one frame, either: the output of two frames belongs together as far as it does not fall
+corrected as a whole: a pose that is held gets a constant correction. Nor do the ends of an event
+depend on a threshold at one frame: two frames belong together in so far as the output does not fall
 between them, so everything here is a continuous function of the output.
 """
 
@@ -21,7 +21,7 @@ __all__ = ["Events", "events_of", "frame_events"]
 # benchmarks/expression_takes.py.
 _RELEASE = 0.5
 _HELD = 0.62
-# Ups and downs of less than this share of the size are noise: an expression that rises, rises.
+# Ups and downs of less than this share of the size are noise: the envelope rises monotonically.
 _PLAY = 0.06
 # A frame is of the peak of an event from the second share of its size on, not up to the first.
 _PEAK = (0.8, 0.9)

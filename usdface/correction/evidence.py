@@ -1,6 +1,6 @@
-"""Evidence: where a face really shows an expression, so that nothing is written elsewhere.
+"""Evidence: which regions of a face show an expression, so that no others are corrected.
 
-Rules hear an emotion from a few markers. Whether the whole face does what its pose does is seen in
+Rules detect an emotion from a few markers. Whether the whole face moves as in its pose is judged by
 the solved weights: a mouth that speaks, puckers or rests while the brows frown is not angry.
 """
 
@@ -16,13 +16,13 @@ from usdface.options import SolveOptions
 
 __all__ = ["Evidence", "evidence_of"]
 
-# A blend shape takes no part with the first share of its weight in the expression, and whole with
-# the second; a region does not show the pose by so much less than the least likeness, and whole by
-# so much more. Set by benchmarks/expression_takes.py.
+# Shares of its weight in the expression up to which a blend shape takes no part, and from which on
+# it takes full part; margin below and above the least likeness of a region between which it shows
+# the pose in part. Set by benchmarks/expression_takes.py.
 _TAKES_PART = (0.5, 0.7)
 _AROUND = 0.03
-# Error of a marker on another person's face [m]: a shape that moves the markers by less is hardly
-# seen.
+# Error of a marker on another person's face [m]: the weight of a shape that moves the markers by
+# less is hardly determined.
 _FACE_ERROR = 0.0005
 
 
@@ -34,14 +34,14 @@ class Evidence:
     ----------
     seen : (T,) float64
         How far the markers determine the weight of each blend shape, 0 to 1. Weights that are not
-        determined say nothing, for or against.
+        determined are no evidence, for or against.
     motion : (T, K) float64 [m]
         Displacements of the markers' coordinates by each blend shape.
     least : float
         Least likeness of a region to that of a pose; 0 = any weights show any pose.
     regions : mapping of str to (T,) bool
         The regions that an expression has to be shown in, if it has blend shapes there. The eyes
-        are not among them: markers hardly see lids.
+        are not among them: markers hardly determine lids.
     """
 
     seen: FloatArray
@@ -63,8 +63,8 @@ class Evidence:
         """Return how alike weights (N, T) and a pose (T,) are in a region, 0 to 1: (N,).
 
         The cosine of their weights, or its geometric mean with that of the markers' motion where
-        this is more alike. The weights alone mistake what the solve explains by a similar blend
-        shape, the motion alone mistakes a jaw for all that it opens.
+        this is more alike. The weights alone differ where the solve took a similar blend shape; in
+        the motion alone an open jaw outweighs all else.
         """
         own = self.regions[region]
         wanted, there = (np.where(own, w, 0.0) for w in (pose, weights))
@@ -77,14 +77,14 @@ class Evidence:
     def takes_part(self, weights: FloatArray, pose: FloatArray, size: FloatArray) -> FloatArray:
         """Return how far each blend shape takes part in expressions of sizes (N,): (N, T), 0 to 1.
 
-        By its share of its weight in an expression of that size (`_TAKES_PART`), with what the
-        markers leave open on another person's face added: one that they do not see takes part.
+        By its share of its weight in an expression of that size (`_TAKES_PART`), plus the deviation
+        that the markers leave on another person's face: an undetermined shape takes part.
         """
         moved = pose > 0
         if self.least == 0:
             return np.tile(moved.astype(np.float64), (len(weights), 1))
         wanted, there = self.seen * pose, self.seen * np.where(moved, weights, 0.0)
-        # Weighted by what is there, so that a part at rest does not make the others small.
+        # Weighted by the weights, so that shapes at rest do not reduce the size.
         shown = (there**2).sum(axis=1) / np.maximum(there @ wanted, 1e-12)
         unsure = SolveOptions().spread * np.sqrt(1.0 - self.seen)
         whole = np.maximum(size, shown)[:, None] * np.where(moved, pose, 1.0)
@@ -99,18 +99,18 @@ def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence
     known = [i for i, name in enumerate(names) if name in index]
     at = [index[names[i]] for i in known]
     basis = face.offsets.reshape(len(face.shape_names), 3 * len(face.markers))
-    seen, motion = np.zeros(len(names)), np.zeros((len(names), basis.shape[1]))
-    seen[known], motion[known] = _seen(basis)[at], basis[at]
+    determined, motion = np.zeros(len(names)), np.zeros((len(names), basis.shape[1]))
+    determined[known], motion[known] = _determined(basis)[at], basis[at]
     layout = face.layout.regions
     eyes = set(layout.get("eyes", ()))
     regions: dict[GainRegion, BoolArray] = {
         "brows": np.isin(names, layout.get("brows", ())),
         "mouth": np.array([n not in eyes and n not in layout.get("brows", ()) for n in names]),
     }
-    return Evidence(seen, motion, least, regions)
+    return Evidence(determined, motion, least, regions)
 
 
-def _seen(basis: FloatArray) -> FloatArray:
+def _determined(basis: FloatArray) -> FloatArray:
     """Return the reduction of each weight's variance by the markers of one frame: (S,)."""
     scaled = basis / _FACE_ERROR
     spread = SolveOptions().spread

@@ -33,7 +33,7 @@ __all__ = [
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SideTrace:
-    """The evaluation of the whole face, or of one half as if the other did the same.
+    """The evaluation of the whole face, or of one half mirrored to the other side.
 
     Attributes
     ----------
@@ -177,8 +177,8 @@ def _with_likeness(
 ) -> dict[Side, Evaluation]:
     """Return the evaluations with the likeness of the face to the expressions in their outputs.
 
-    Up to 0.5 it silences rules where the face is like another emotion; above, it is heard by
-    itself, too, as far as the enabled rules of the emotion count.
+    A `system.likeness` up to 0.5 silences rules where the face is more like another emotion; above,
+    likeness is an output of its own, too, by the largest weight of the emotion's enabled rules.
     """
     if not features.likeness:
         return dict(by_rules)
@@ -200,8 +200,8 @@ def _with_likeness(
         for side, found in features.likeness.items()
     }
     whole = likenesses["both"]
-    heard = by_rules["both"].outputs * (1.0 - silencing * whole.contrary)
-    strength = np.maximum(whole.shown, heard).max(axis=0, initial=0.0)
+    rule_outputs = by_rules["both"].outputs * (1.0 - silencing * whole.contrary)
+    strength = np.maximum(whole.shown, rule_outputs).max(axis=0, initial=0.0)
     found = {}
     for side, evaluation in by_rules.items():
         likeness = likenesses[side]
@@ -249,7 +249,7 @@ def _keep_contact(
 ) -> tuple[FloatArray, list[Finding]]:
     limited_weights, limited, excess = limit_correction(weights, corrected, gaps)
     if limited.any() and blend:
-        # Less of every weight may still widen a gap more; so the limit is applied again.
+        # Smaller corrections may still change a gap more, so the limit is applied again.
         limited_weights = limit_correction(
             weights, blend_out(weights, corrected, limited_weights, blend), gaps
         )[0]

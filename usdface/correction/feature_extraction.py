@@ -93,8 +93,7 @@ def sided_features(
 ) -> Features:
     """Measure the inputs of the whole face and of each half, mirrored to the other side.
 
-    With `expressions` their likeness is judged, too, if the system asks for it. Raises as
-    `features`.
+    With `expressions` their likeness is measured, too, if the system uses it. Raises as `features`.
     """
     if system.space == "take":
         names, neutral, by_side = _take_markers(face, take, solution, sides)
@@ -182,7 +181,7 @@ def _take_markers(
 def _character_markers(
     face: BoundFace, weights: WeightsTake, solution: Solution | None, sides: Sequence[Side]
 ) -> _SidedMarkers:
-    """Return the markers on the character at the solved weights, as far as the take moves them."""
+    """Return the markers on the solved character, their motion scaled to that of the take."""
     names, neutral = face.markers, face.neutral
     solved = weights.reordered(face.shape_names)
     pairs = symmetric_pairs(face.shape_names)
@@ -215,7 +214,7 @@ def _sided_positions(
 def _shown_positions(
     face: BoundFace, solved: WeightsTake, solution: Solution | None, side: Side
 ) -> _Positions:
-    """Return the markers of a side at the solved weights, as far as the take's markers move."""
+    """Return a side's markers on the solved character, their motion scaled to that of the take."""
     pairs = symmetric_pairs(face.shape_names)
 
     def moved(frames: slice) -> FloatArray:
@@ -240,15 +239,15 @@ def _gains(
 ) -> FloatArray:
     """Return by how much the lower and the upper half move further than solved: (F, 2)."""
     index = {name: i for i, name in enumerate(solution.markers)}
-    seen = np.array([name in index for name in face.markers])
-    at = [index[name] for name in np.array(face.markers)[seen]]
+    used = np.array([name in index for name in face.markers])
+    at = [index[name] for name in np.array(face.markers)[used]]
     sides = sides_of(face.neutral, midline(face.neutral, face.midline), 0.0)
-    measured = seen if side == "both" else seen & (sides != (-1 if side == "left" else 1))
+    measured = used if side == "both" else used & (sides != (-1 if side == "left" else 1))
 
     def products(frames: slice) -> FloatArray:
         own = face.displacements(solved.weights[frames])
         shown = own.copy()
-        shown[:, seen] = solution.feature_points[frames][:, at] - solution.rest[at]
+        shown[:, used] = solution.feature_points[frames][:, at] - solution.rest[at]
         own, shown = (each - each[:, face.nose, None] for each in (own, shown))
         return motion_products(own, shown, upper, measured)
 

@@ -147,10 +147,10 @@ def _gaussian(features: FloatArray, frames: float) -> FloatArray:
         smooth = gaussian_filter1d(values, frames, axis=0, mode="nearest", truncate=_TRUNCATED)
         return np.asarray(smooth)
 
-    seen = ~np.isnan(features)
-    if seen.all():
+    known = ~np.isnan(features)
+    if known.all():
         return mean(features)
-    total, share = mean(np.where(seen, features, 0.0)), mean(seen.astype(np.float64))
+    total, share = mean(np.where(known, features, 0.0)), mean(known.astype(np.float64))
     smoothed = np.full(features.shape, np.nan)
-    np.divide(total, share, out=smoothed, where=seen)
+    np.divide(total, share, out=smoothed, where=known)
     return smoothed

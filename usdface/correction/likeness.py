@@ -1,12 +1,12 @@
 """Likeness: how far the motion of a face is that of an expression.
 
-Rules hear an emotion by a few markers, as far as they move as in the character's own pose. Another
-person's brows and lips go elsewhere: the right rule is mostly the strongest, but weak. So all
-markers together are compared with faces that are made up for every expression: as people and
-artists draw it (`usdface.face.drawn_expressions`), in the directions in which the character and
-other rigs move for each action unit (`usdface.face.face_motion`). Which emotion a face shows, or
-none, is told by a linear discriminant of these and of movements that mean nothing. Where another
-emotion is as near, the rule is not believed. Both are continuous in the markers.
+Rules detect an emotion from a few markers, as far as they move as in the character's own pose.
+Another person's brows and lips move otherwise: the right rule is mostly the strongest, but weak. So
+all markers together are compared with synthetic faces of every expression: as people and artists
+draw it (`usdface.face.drawn_expressions`), in the directions in which the character and other rigs
+move for each action unit (`usdface.face.face_motion`). A linear discriminant of these and of
+movements without meaning classifies the emotion of a face, or none. Where another emotion is as
+near, the rule is silenced. Both are continuous in the markers.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -62,7 +62,7 @@ class Likeness:
     certain : (F, E) float64
         How far the face shows it, and no other emotion, 0 to 1.
     size : (F, E) float64
-        How far it moves as faces that show it, by the size of the pose, 0 to 1.
+        How far it moves along the mean of faces that show it, relative to the pose, 0 to 1.
     contrary : (F, E) float64
         How far the face is more like another emotion, or none, 0 to 1.
     """
@@ -78,10 +78,10 @@ class Likeness:
 
 
 class ExpressionLikeness:
-    """Judges motion by some expressions on a face with M markers.
+    """Classifies the motion of a face with M markers by some expressions.
 
-    That of one side, mirrored to the other, is judged by poses that are mirrored, too: contempt,
-    a pose of one half, is like itself then.
+    Motion of one side, mirrored to the other, is compared with poses that are mirrored, too, so
+    that contempt, a pose of one half, matches its own.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ class ExpressionLikeness:
         self._along = (middle / np.maximum(sizes, 1e-12)[:, None]).T
 
     def _relative(self, moved: FloatArray) -> FloatArray:
-        """Return displacements (F, M, 3) against the nose tip: (F, 3 M)."""
+        """Return displacements (F, M, 3) relative to the nose tip's: (F, 3 M)."""
         against = (moved - moved[:, self._nose, None]).reshape(len(moved), -1)
         return np.asarray(np.nan_to_num(against, copy=False))
 
@@ -153,7 +153,7 @@ class ExpressionLikeness:
 def likeness_of_sides(
     face: BoundFace, expressions: Sequence[Expression], sides: Collection[Side]
 ) -> Mapping[Side, ExpressionLikeness]:
-    """Return what judges each side; where all poses are of both halves, one judges them all."""
+    """Return each side's likeness; the whole face's for those where mirroring changes no pose."""
     pairs = symmetric_pairs(face.shape_names)
     poses = np.array([e.pose(face.shape_names) for e in expressions])
     whole = ExpressionLikeness(face, expressions)
@@ -172,7 +172,7 @@ def performers_outputs(
     strength: FloatArray,
     silencing: float = 1.0,
 ) -> FloatArray:
-    """Return the outputs (F, E) of rules together with the likeness of the face.
+    """Return the outputs (F, E) of rules, combined with the likeness of the face.
 
     Parameters
     ----------
@@ -181,9 +181,9 @@ def performers_outputs(
     weights : (E,) float64
         How far likeness to each emotion counts, 0 to 1.
     strength : (E,) float64
-        The largest output or `Likeness.shown` of each emotion over the take: a performer who shows
-        less than a half of the character's pose is read in proportion to that. Sizes are larger
-        then, no likeness is more certain.
+        The largest output or `Likeness.shown` of each emotion over the take: for a performer who
+        shows less than about a half of the character's pose, sizes are scaled up in proportion, not
+        the certainty.
     silencing : float
         How far likeness to another emotion silences a rule, 0 to 1.
     """
@@ -193,22 +193,22 @@ def performers_outputs(
 
 
 def _lengths(rows: FloatArray) -> FloatArray:
-    """Return the lengths of rows (N, I), at least a numerical trace: (N,)."""
+    """Return the lengths of rows (N, I), at least 1e-12: (N,)."""
     return np.asarray(np.maximum(np.sqrt(np.einsum("ni,ni->n", rows, rows)), 1e-12))
 
 
 def _still(coordinates: int) -> float:
-    """Return the length of the noise of so many coordinates [m]."""
+    """Return the length [m] of the noise in this number of coordinates."""
     return float(_STILL * np.sqrt(coordinates))
 
 
 def _directions(faces: FloatArray) -> FloatArray:
-    """Return coordinates (F, I) by their length; small motion is less than 1."""
+    """Return coordinates (F, I) divided by their length; small motion is shorter than 1."""
     return np.asarray(faces / np.hypot(_lengths(faces), _small(faces.shape[1]))[:, None])
 
 
 def _small(coordinates: int) -> float:
-    """Return the length [m] of motion of so many coordinates whose direction half counts."""
+    """Return the length [m] in this number of coordinates at which a direction counts by 0.71."""
     return float(_SMALL * np.sqrt(coordinates))
 
 

@@ -1,7 +1,7 @@
-"""Faces made up for each expression, and those that show none: examples for a discriminant.
+"""Synthetic faces of each expression, and of none: training examples of a discriminant.
 
-An expression is drawn with other strengths than its pose, by faces that move otherwise than the
-character, while the jaw drops in speech and the eyes close in a blink.
+They vary the strengths of the expression's shapes and the rig that performs them, and add a jaw
+that drops in speech and eyes that close in a blink.
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -24,8 +24,8 @@ _GLANCE = 64
 # Faces for each expression by the character's own blend shapes, and by action units in the
 # directions of several rigs.
 _OWN, _OTHERS = 100, 300
-# The pose counts as so many drawings. Every blend shape or unit is that much stronger or weaker,
-# and one movement more is at most so strong.
+# Number of drawings that the pose counts for; range of factors on each blend shape or unit; largest
+# strength of the one movement added.
 _AS_DRAWN, _STRENGTH, _MORE = 8, (0.4, 1.1), 0.3
 # Share of the faces in which the jaw drops by up to so much, and of those whose eyes close.
 _JAW, _DROPPED, _CLOSED = 0.5, 0.8, 0.3
@@ -81,7 +81,7 @@ def made_up_faces(
 
 
 def faces_of_nothing(shape_names: tuple[str, ...]) -> FloatArray:
-    """Return weights (N, S) that mean no emotion: rest, blend shapes alone, several of them."""
+    """Return weights (N, S) of no emotion: rest, single blend shapes, mixtures of them."""
     known = movements(shape_names)
     return np.concatenate([np.zeros((1, len(shape_names))), known.single, known.mixed])
 
@@ -93,7 +93,7 @@ def _varied(
     jaw_and_lids: Sequence[FloatArray],
     count: int,
 ) -> FloatArray:
-    """Return drawings (D, S) stronger and weaker, with something more: (count, S)."""
+    """Return random variations of drawings (D, S), each with a movement added: (count, S)."""
     rows = drawings[rng.integers(len(drawings), size=count)]
     rows = rows * rng.uniform(*_STRENGTH, size=rows.shape)
     rows += _MORE * rng.uniform(size=(count, 1)) * more[rng.integers(len(more), size=count)]
@@ -107,9 +107,9 @@ def _varied(
 def _motion_of_units(
     face: BoundFace, shown: _Shown, rigs: Collection[str] | None
 ) -> tuple[tuple[int, ...], FloatArray] | None:
-    """Return action units and what each does on some rigs, the character first: (R, U, 3 M) [m].
+    """Return action units and their displacements on R rigs, the character first: (R, U, 3 M) [m].
 
-    A rig without a unit moves as the others do on average. None where nothing else is known.
+    A rig without a unit gets the mean of the others. None where no other rig's motion is known.
     """
     others = motion_at(face, rigs)
     if not others:

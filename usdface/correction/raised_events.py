@@ -1,9 +1,9 @@
 """Raising: weak expressions are brought up to their poses, one event at a time.
 
-In an event (`usdface.correction.events`) every blend shape gets what its mean at the peak lacks of
-the pose, as far as it takes part in the expression (`usdface.correction.evidence`), in each frame
-as far as the expression is shown there. So the correction rises, holds and falls with the
-performance, and a whole expression gets none.
+In an event (`usdface.correction.events`) every blend shape is raised by the difference from its
+mean at the peak to the pose, times its part in the expression (`usdface.correction.evidence`) and
+the envelope of the event. So the correction rises, holds and falls with the performance, and a full
+expression gets none.
 """
 
 from collections.abc import Mapping
@@ -21,8 +21,8 @@ __all__ = ["JudgedEvents", "judged_events"]
 
 # A region shows an expression from this share of the evidence on, in the trace.
 _SHOWN = 0.5
-# Standard deviations of a weight at the peak that are left below 1: a correction that ends there
-# would have to take the jitter of the weight back. Set by hand.
+# Standard deviations of a weight at the peak that are left below 1, where the jitter of the weight
+# would be clipped. Set by hand.
 _HEADROOM = 1.5
 
 
@@ -55,7 +55,7 @@ class JudgedEvents:
     def raise_part(
         self, part: FloatArray, gain: FloatArray, added: FloatArray, reached: FloatArray
     ) -> None:
-        """Raise `added` to what a part of the pose gets, and `reached` to where that leads.
+        """Raise `added` to the additions of a part of the pose, and `reached` to its targets.
 
         Parameters
         ----------
@@ -129,10 +129,10 @@ def _at_peaks(
 ) -> tuple[FloatArray, FloatArray]:
     """Return mean and variance of each weight (F, T) at the peak of each frame's event: (N, T).
 
-    The variance is without what goes up and down with the output: that is the performance.
+    The variance excludes the part that is linear in the output: that is the performance.
     """
-    heard = output[:, None]
-    values = np.concatenate([weights, weights**2, heard * weights, heard, heard**2], axis=1)
+    column = output[:, None]
+    values = np.concatenate([weights, weights**2, column * weights, column, column**2], axis=1)
     # Together, as each call goes through all events.
     *moments, output_mean, output_square = np.split(
         events.peaks(values), np.cumsum([weights.shape[1]] * 3 + [1]), axis=1

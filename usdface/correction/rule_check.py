@@ -1,4 +1,4 @@
-"""Doubtful rules of an expression system: those of its rule base, and answers to a neutral face."""
+"""Lint of an expression system: its rule base, and the rules that fire on a neutral face."""
 
 import numpy as np
 

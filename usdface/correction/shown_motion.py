@@ -1,8 +1,8 @@
 """Shown motion: how far the performer's markers move, in the direction that the solve found.
 
 A solve shrinks motion that the rig's blend shapes do not explain well, as where markers sit a few
-millimetres off or another person's mouth opens otherwise. An expression then is heard too weak. The
-solve says which way each half of the face moves, the markers how far.
+millimetres off or another person's mouth opens otherwise. An expression then is detected too weak.
+So the direction of each half's motion is that of the solve, its size that of the markers.
 """
 
 import numpy as np
@@ -23,8 +23,8 @@ def motion_products(
 ) -> FloatArray:
     """Return mean products of motion: (F, 2, 2) [m^2].
 
-    Of the lower and the upper half, as solved with as shown, and with itself; 0 of a half that
-    is not measured.
+    Of the lower and the upper half: solved times shown motion, and solved motion squared; 0 of a
+    half that is not measured.
 
     Parameters
     ----------

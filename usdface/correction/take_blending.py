@@ -60,7 +60,7 @@ class TakeBlending:
 
     @property
     def frames(self) -> int:
-        """Frames that a raised pose needs to come and go; 0 where each frame is on its own."""
+        """Frames over which a raised pose is blended in and out; 0 for independent frames."""
         if self.times is None or self.system.mode == "add":
             return 0
         return blend_frames(self.times, self.system.blend_time)
@@ -90,13 +90,13 @@ class TakeBlending:
             for side, given in outputs.items()
         }
 
-        def tell(judged: JudgedEvents, row: int, side: Side) -> None:
+        def record(judged: JudgedEvents, row: int, side: Side) -> None:
             shown[side][:, row] = judged.shown(self._gain(row, None))
             for region, absent in missing[side].items():
                 absent[:, row] = judged.missing(region, len(absent))
 
         drives = _driving(outputs)
-        untold = [(row, side) for side in outputs for row in range(len(self.poses))]
+        unrecorded = [(row, side) for side in outputs for row in range(len(self.poses))]
         # The events of one emotion and side at a time: those of a long take are many.
         parts = sorted(self._parts(), key=_row_and_side)
         for (row, side), own in groupby(parts, _row_and_side):
@@ -104,10 +104,10 @@ class TakeBlending:
             for *_, region, part in own:
                 judged.raise_part(part, self._gain(row, region), added, reached)
             if drives[side] is outputs.get(side):
-                tell(judged, row, side)
-                untold.remove((row, side))
-        for row, side in untold:
-            tell(self._judged(outputs[side][:, row], row, side), row, side)
+                record(judged, row, side)
+                unrecorded.remove((row, side))
+        for row, side in unrecorded:
+            record(self._judged(outputs[side][:, row], row, side), row, side)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
         return Blended(corrected, shown, missing)
@@ -116,7 +116,7 @@ class TakeBlending:
         return split_poses(self.poses, self.names, self.layout)
 
     def _judged(self, output: FloatArray, row: int, side: Side) -> JudgedEvents:
-        """Return the events of an emotion on a side, whose weights and pose the other side gets."""
+        """Return an emotion's events on a side, of weights and pose mirrored to the other side."""
         weights, pose = self.weights, self.poses[row]
         if side != "both":
             pairs = symmetric_pairs(self.names)

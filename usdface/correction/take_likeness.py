@@ -49,10 +49,10 @@ def carried_motion(
     times: FloatArray,
     width: float,
 ) -> SidedMotion:
-    """Return how markers moved on the character as they were recorded, not as solved.
+    """Return the recorded motion of the markers, carried over to the character, not the solved one.
 
-    Markers that were not used stay at rest. A solve leaves out what the character's blend shapes
-    cannot show, and that is how other faces differ.
+    Markers that were not used stay at rest. A solve loses motion that the character's blend shapes
+    cannot show, and with it the differences of other faces.
 
     Parameters
     ----------
@@ -64,13 +64,13 @@ def carried_motion(
         Standard deviation of the Gaussian by which motion is smoothed, as features are.
     """
     index = {name: k for k, name in enumerate(solution.markers)}
-    seen = np.array([name in index for name in face.markers])
+    known = np.array([name in index for name in face.markers])
     order = [index[name] for name in face.markers if name in index]
 
     def carried(frames: slice) -> FloatArray:
         used = solution.displaced(frames)[:, order]
         moved = np.zeros((len(used), *face.neutral.shape))
-        moved[:, seen] = used
+        moved[:, known] = used
         return moved
 
     # Smoothed once: mirroring is linear.

@@ -20,7 +20,7 @@ def blend_frames(times: FloatArray, blend_time: float) -> int:
 
 
 def blended(added: FloatArray, frames: int) -> FloatArray:
-    """Return what a correction adds (F, S), averaged over `frames`; fewer than 2 change nothing.
+    """Return the additions (F, S) of a correction averaged over `frames`; unchanged below 2.
 
     A curve that rises, holds and falls still does.
     """
@@ -39,7 +39,7 @@ def blend_out(
 
     Parameters
     ----------
-    weights, corrected, held : (F, S) float64
+    weights, corrected, limited : (F, S) float64
         Everywhere `limited` is between the other two.
     frames : int
         Length of a transition; 0 or 1 gives `limited`.

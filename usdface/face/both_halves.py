@@ -1,4 +1,4 @@
-"""Expressions that brows and mouth show together: neither half of the face alone is one."""
+"""Expressions that need both brows and mouth: neither half of the face shows them alone."""
 
 import numpy as np
 
@@ -8,16 +8,16 @@ from usdface.retarget_setup import Expression
 
 __all__ = ["shown_by_both_halves"]
 
-# Where no blend shape has a telling name: a half that moves by this share of the other is read for
-# itself. Chosen by hand.
+# Where no blend shape's name tells its region: a half that moves by more than this share of the
+# other is needed, too. Chosen by hand.
 _BOTH_HALVES = 0.5
 
 
 def shown_by_both_halves(face: BoundFace, expression: Expression) -> bool:
-    """Whether an expression has to be seen above and below the nose tip: it has brows and a mouth.
+    """Whether an expression moves both the brows and the mouth.
 
-    By the names of its blend shapes; without telling names, by how far markers of either half move
-    against the nose tip.
+    By the names of its blend shapes; where these tell no region, by how far the markers above and
+    below the nose tip move relative to it.
     """
     regions = named_regions(face.shape_names)
     named = {r: set(names) & set(expression.shapes) for r, names in regions.items()}

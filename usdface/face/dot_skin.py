@@ -1,7 +1,7 @@
-"""The skin under painted dots: a dot that is seen moves as the mean of the skin under it.
+"""The skin under painted dots: the tracked centre of a dot moves as the mean of the skin under it.
 
-A camera shows where the middle of a dot is, not the vertex that the dot was painted around. The two
-part where skin folds or splits under the dot, as in the corners of the mouth.
+A camera tracks the centre of a dot, not the vertex that the dot was painted around. The two differ
+where skin folds or splits under the dot, as in the corners of the mouth.
 """
 
 from dataclasses import dataclass, replace
@@ -34,7 +34,7 @@ class DotSkin:
     vertices : (V,) int64
         Of the mesh: those of the dots, and of the triangles under them.
     points : (V, 3) float64 [m]
-        Where they rest.
+        Their positions on the neutral face.
     evaluator : BlendShapeEvaluator
         Of their displacements, N = 3 V.
     radii : (B,) float64 [m]
@@ -79,7 +79,7 @@ class DotSkin:
 
     @cached_property
     def rest(self) -> FloatArray:
-        """Where the means of the dots' skin rest: (B, 3) [m]."""
+        """The means of the dots' skin on the neutral face: (B, 3) [m]."""
         return frozen(self.means @ self.points)
 
     @cached_property
@@ -116,9 +116,9 @@ class DotSkin:
 
 
 def dot_skin(mesh: Mesh, vertices: IntArray, radii: FloatArray) -> DotSkin:
-    """Return the skin under dots that are painted on a resting face.
+    """Return the skin under dots that are painted on a neutral face.
 
-    A dot covers what is within its radius, hangs together with its vertex and faces as it does.
+    A dot covers the skin within its radius that is connected to its vertex and faces the same way.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def dot_skin(mesh: Mesh, vertices: IntArray, radii: FloatArray) -> DotSkin:
         own = np.flatnonzero(near & (normals @ _normal(triangles, normals, vertex) > 0.0))
         share, centroid = _under(mesh.points[triangles[own]] - place, radius)
         own, share, centroid = own[share > 0], share[share > 0], centroid[share > 0]
-        whole = _hanging_together(joined[own], (triangles[own] == vertex).any(axis=1))
+        whole = _connected(joined[own], (triangles[own] == vertex).any(axis=1))
         dots.append(np.full(whole.sum(), dot))
         parts.append(triangles[own[whole]])
         shares.append(share[whole])
@@ -169,7 +169,7 @@ def _normal(triangles: IntArray, normals: FloatArray, vertex: int) -> FloatArray
 
 
 def _under(corners: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
-    """Return shares (T,) and centroids (T, 3) of what of triangles is around the origin.
+    """Return shares (T,) of triangles within a radius of the origin, and centroids (T, 3) of these.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def _under(corners: FloatArray, radius: float) -> tuple[FloatArray, FloatArray]:
 
 
 def _pieces(count: int) -> FloatArray:
-    """Return the middles, barycentric, of the like pieces of a triangle cut `count` times."""
+    """Return the barycentric centres of a triangle's equal pieces, `count` along each edge."""
     first, second = np.mgrid[:count, :count].reshape(2, -1)
     upright, turned = first + second < count, first + second < count - 1
     places = np.concatenate(
@@ -198,8 +198,8 @@ def _pieces(count: int) -> FloatArray:
     return np.column_stack([places / count, 1.0 - places.sum(axis=1) / count])
 
 
-def _hanging_together(triangles: IntArray, start: BoolArray) -> BoolArray:
-    """Return which triangles (T, 3) hang together by corners with those of the start (T,)."""
+def _connected(triangles: IntArray, start: BoolArray) -> BoolArray:
+    """Return which triangles (T, 3) are connected by corners to those of the start (T,)."""
     found, count = start, -1
     while count < found.sum():
         count = int(found.sum())

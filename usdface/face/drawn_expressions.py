@@ -1,7 +1,7 @@
 """Drawn expressions: how people and artists show the six emotions, in action units.
 
-FACS lists what an emotion looks like; few people show it whole, and artists draw it otherwise
-again: joy with raised brows and a wrinkled nose, fear without stretched lips, sadness with narrowed
+FACS lists the prototypes of emotions; few people show all units of one, and artists draw other
+ones: joy with raised brows and a wrinkled nose, fear without stretched lips, sadness with narrowed
 lids. Numbers are strengths; a unit that one half alone shows has half of it.
 
 * `rafd`: O. Langner et al., "Presentation and validation of the Radboud Faces Database", Cognition

@@ -1,7 +1,7 @@
-"""Variants of expressions: the poses of a rig, and the expressions that others draw, on it.
+"""Variants of expressions on a rig: its own poses, and those of `usdface.face.drawn_expressions`.
 
-Few people show the prototype of an emotion whole. `usdface.face.drawn_expressions` has the action
-units that people and artists show.
+Few people show all units of an emotion's prototype; these are the units that people and artists
+show.
 """
 
 from collections.abc import Collection, Mapping, Sequence

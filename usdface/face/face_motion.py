@@ -1,9 +1,9 @@
 """Face motion: how several faces move at the same places, for each action unit.
 
-Every artist's and every person's brow goes up in a direction of its own. `face_motion.json` has
-what four rigs do at places all over the face (`usdface.face.face_places`): the ICT face (USC ICT,
-MIT), MakeHuman's expression units (targets) and its pose units (joints; both CC0), and the
-project's example. Made by `python benchmarks/face_motion.py`; symmetric.
+Every artist's and every person's brow goes up in a direction of its own. `face_motion.json` has the
+displacements of four rigs at places all over the face (`usdface.face.face_places`): the ICT face
+(USC ICT, MIT), MakeHuman's expression units (targets) and its pose units (joints; both CC0), and
+the project's example. Made by `python benchmarks/face_motion.py`; symmetric.
 """
 
 import json
@@ -23,10 +23,10 @@ __all__ = ["FaceMotion", "face_motion", "motion_at"]
 
 # The file has thousandths.
 _SCALE = 0.001
-# A marker moves as the places around it, the more the nearer; a place so far away, by the height
-# from mouth to eyes, counts half of one at the marker.
+# A marker moves as the mean of the places around it, weighted by distance; a place at this one, in
+# heights from mouth to eyes, weighs half of one at the marker.
 _HALF_AWAY = 0.05
-# Farther away the table knows nothing.
+# A marker whose nearest place is farther away does not move.
 _FARTHEST = 0.35
 
 
@@ -65,7 +65,7 @@ def face_motion() -> FaceMotion:
 def motion_at(
     face: BoundFace, rigs: Collection[str] | None = None
 ) -> dict[str, dict[int, FloatArray]] | None:
-    """Return what the markers of a face would do on other faces.
+    """Return the displacements of a face's markers by each action unit, as on other faces.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""Places on a face by its eyes, mouth and nose tip: the same numbers mean the same skin on each.
+"""Coordinates on a face by its eyes, mouth and nose tip: equal numbers mean the same skin on each.
 
 An affine map through the corners of eyes and mouth and the nose tip gives a point of any face, seen
 from the front, coordinates: x from the midline to the left, y from the line of the eyes upwards,
-the mouth at y = -1. Lips that touch are near each other on the map and far apart in what they do,
-and so are lids: each point knows which of them it is on.
+the mouth at y = -1. Lips, and lids, that touch are near each other on the map but move otherwise:
+each point has the side of the slit that it is on.
 """
 
 from dataclasses import dataclass

@@ -13,11 +13,11 @@ from usdface.rigs import Rig
 __all__ = ["moved_size", "report_size"]
 
 _LEAST, _MOST = 0.02, 0.45  # [m]
-_MOVED = 0.1  # of the largest offset of a shape: what moves less does not count
+_MOVED = 0.1  # of the largest offset of a shape: vertices that move less do not count
 
 
 def moved_size(rig: Rig) -> float:
-    """Return how large the region is that a blend shape of the face moves, in the median [m].
+    """Return the median size of the regions that the blend shapes of the face move [m].
 
     0 where none moves anything.
     """

@@ -103,7 +103,7 @@ def split_poses(
     ----------
     poses : (E, S) float64
     names : sequence of str, length S
-    parts : FaceLayout
+    layout : FaceLayout
 
     Returns
     -------

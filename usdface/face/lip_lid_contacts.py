@@ -90,8 +90,8 @@ def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     piece = connected_components(edges, directed=False)[1]
     sizes = np.bincount(piece)[piece]
     large = sizes >= _SKIN_SHARE * sizes[moving].max()
-    seen = mesh.points[moving]
-    spread = rms_radius(seen[~stray_points(seen)])
+    moved = mesh.points[moving]
+    spread = rms_radius(moved[~stray_points(moved)])
     return _Skin(mesh.points, normals, piece, large, spread)
 
 

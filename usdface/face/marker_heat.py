@@ -1,4 +1,4 @@
-"""How the residuals of markers colour the skin between them."""
+"""Weights by which the residuals of markers colour the skin between them."""
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -27,7 +27,7 @@ def heat_of_markers(mesh: Mesh, vertices: IntArray) -> tuple[IntArray, FloatArra
     count = min(_NEAREST, len(vertices))
     reach = _REACH * (marker_spread(points) if len(points) > 1 else 0.05)
     nearest, distances = _nearest(surface_graph(mesh), vertices, count=count, reach=reach)
-    # A marker within a hair of the vertex decides alone.
+    # A marker very near the vertex decides alone.
     shares = np.where(np.isinf(distances), 0.0, (1.0 - distances / reach)) ** 2
     near = shares / np.maximum(np.where(np.isinf(distances), 1.0, distances), 1e-3 * reach)
     total = near.sum(axis=1, keepdims=True)
@@ -38,7 +38,7 @@ def heat_of_markers(mesh: Mesh, vertices: IntArray) -> tuple[IntArray, FloatArra
 def _nearest(
     graph: csr_array, vertices: IntArray, *, count: int, reach: float
 ) -> tuple[IntArray, FloatArray]:
-    """Return the nearest of some vertices to each of a graph, and how far they are: (V, count)."""
+    """Return the nearest of some vertices to each of a graph, and their distances: (V, count)."""
     size = graph.shape[0]
     nearest = np.zeros((count, size), np.int64)
     distances = np.full((count, size), np.inf)

@@ -107,7 +107,8 @@ class MarkerSurface:
         for vertex, place, shift in zip(self.vertices, wanted, shifts, strict=True):
             near, along_skin = self._near(int(vertex), self.reach)
             away = np.linalg.norm(self.mesh.points[near] - place, axis=1)
-            # Farther along the skin than by way of the place: across a slit, as the other lip.
+            # A vertex across a slit, as on the other lip, is far along the skin, though near the
+            # place.
             away = np.maximum(away, along_skin - np.linalg.norm(shift))
             nearest.append(int(near[away.argmin()]))
             around.append(self._near(nearest[-1], inner)[0])
@@ -159,7 +160,7 @@ class MarkerSurface:
         return near[kept], far[kept]
 
     def _frame(self, vertex: int, around: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return tangents (2, 3) at a vertex and what makes slopes of values around it: (2, n)."""
+        """Return tangents (2, 3) at a vertex, and the map from values around to slopes (2, n)."""
         away = self.mesh.points[around] - self.mesh.points[vertex]
         tangents = np.linalg.svd(away, full_matrices=False)[2][:2]
         if len(tangents) < 2:

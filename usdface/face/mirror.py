@@ -101,14 +101,14 @@ def half_face(
     """Return the markers of a face with one half mirrored to the other side: (F, M, 3) [m].
 
     A marker of the other half moves as the mirror image of its counterpart, one on the midline
-    stays on it, and one without a counterpart moves as it does.
+    stays on it, and one without a counterpart keeps its own motion.
 
     Parameters
     ----------
     positions : (F, M, 3) float64 [m]
     neutral : (M, 3) float64 [m]
         The same markers on the neutral face.
-    at_rest : (M, 3) float64 [m]
+    on_character : (M, 3) float64 [m]
         The same markers on the character's neutral face, by which mirror partners are found.
     nose : int
         A marker near the midline.

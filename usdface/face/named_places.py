@@ -1,4 +1,4 @@
-"""Places on a face by the names of markers: words, and where they mean on an average face."""
+"""Places on a face by the names of markers: words, and their places on an average face."""
 
 import re
 import unicodedata
@@ -16,7 +16,7 @@ __all__ = ["LANDMARKS", "NamedPlace", "named_place", "named_places", "words_of"]
 
 # Longer names are not taken apart: no label of a marker is.
 _LONGEST = 120
-# So many names with a side make the others those of the middle.
+# If at least this many names have a side, those without are on the midline.
 _FEWEST_SIDED = 2
 _SIDES = {"left": 1, "right": -1}
 
@@ -43,7 +43,7 @@ LANDMARKS: Mapping[str, tuple[float, float]] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """Where a part is, how widely markers so named are spread, and where its directions lead.
+    """The place of a part, the spread of markers with its name, and the steps of its directions.
 
     Lengths in mm on the average face; `steps` are those from (x, y).
     """
@@ -136,14 +136,14 @@ _NARROWED = 0.7
 
 @dataclass(frozen=True, slots=True)
 class NamedPlace:
-    """A place on the average face that a name tells.
+    """A place on the average face that a marker's name means.
 
     Attributes
     ----------
     part : str
         One of `usdface.face.place_words.PARTS`.
     side : int
-        1 = left, -1 = right, 0 = not said, or the middle.
+        1 = left, -1 = right, 0 = not named, or the middle.
     places : tuple of (float, float)
         Where it can be [mm]: x to the performer's left, y up from the line of the eyes; more than
         one where the name leaves the side open.
@@ -163,9 +163,9 @@ class NamedPlace:
 
 
 def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
-    """Return the place that each name of a set tells.
+    """Return the place that each name of a set means.
 
-    Where other names tell a side, one without is of the middle, unless there are several that
+    Where other names have a side, one without is of the middle, unless there are several that
     only a number distinguishes.
     """
     words = [words_of(name) for name in names]
@@ -175,12 +175,12 @@ def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
 
 
 def named_place(name: str) -> NamedPlace | None:
-    """Return the place that the name of a marker tells, None without a part of the face.
+    """Return the place that the name of a marker means, None without a part of the face.
 
     >>> named_place("actor:LBrow_Outer_2").part
     'brow'
     >>> named_place("Mundwinkel_links").places
-    ((27, -69),)
+    ((29, -69),)
     """
     return _place(words_of(name))
 
@@ -224,8 +224,8 @@ def _point(
     known = [base.steps[word] for word in sorted(words & base.steps.keys())]
     x = base.x + sum(step[0] for step in known)
     y = base.y + sum(step[1] for step in known)
-    told = len(known) + (1 if "middle" in words and "middle" not in base.steps else 0)
-    return x, y, base.spread * _NARROWED ** min(told, 2)
+    directions = len(known) + (1 if "middle" in words and "middle" not in base.steps else 0)
+    return x, y, base.spread * _NARROWED ** min(directions, 2)
 
 
 @cache

@@ -92,7 +92,7 @@ LETTERS: Mapping[str, str] = MappingProxyType(
 # "CH2" of IEMOCAP, "front_gauche". Of one letter only with a side: C7 is a vertebra.
 AMBIGUOUS: Mapping[str, str] = MappingProxyType({"c": "cheek", "ch": "chin", "front": "forehead"})
 
-# Parts that a direction tells where the name has no part.
+# Parts that a direction implies where the name has no part.
 IMPLIED: Mapping[str, str] = MappingProxyType({"bridge": "nose", "corner": "mouth"})
 
 # Labels that are read in two ways, and the concepts common to both: the left or the lower lip.
@@ -102,7 +102,7 @@ _NO_PLACE = (
     "marker markers mrk mkr mark face facial actor skin point pt trk track loc jnt joint bone ctrl "
     "main geo null"
 )
-# Words that tell no place.
+# Words without a place.
 IGNORED = frozenset(_NO_PLACE.split())
 
 WORDS: Mapping[str, tuple[str, ...]] = MappingProxyType(

@@ -63,7 +63,7 @@ def _by_region(
 
 
 def _rms(distances: FloatArray) -> FloatArray:
-    """Return the RMS of the markers that each frame shows, 0 where it shows none: (F,)."""
-    seen = ~np.isnan(distances)
-    squares = np.where(seen, distances, 0.0) ** 2
-    return np.asarray(np.sqrt(squares.sum(axis=1) / np.maximum(seen.sum(axis=1), 1)))
+    """Return the RMS over each frame's visible markers, 0 without one: (F,)."""
+    visible = ~np.isnan(distances)
+    squares = np.where(visible, distances, 0.0) ** 2
+    return np.asarray(np.sqrt(squares.sum(axis=1) / np.maximum(visible.sum(axis=1), 1)))

@@ -88,7 +88,7 @@ def shape_regions(mesh: Mesh, contacts: LipLidContacts) -> dict[GainRegion, tupl
 
 
 def named_regions(shape_names: Sequence[str]) -> dict[GainRegion, tuple[str, ...]]:
-    """Return those of some blend shapes whose names tell the region of their gain."""
+    """Return the blend shapes whose names tell the region of their gain, by region."""
     rows = _rows_of(shape_names)
     return {
         region: tuple(name for name in shape_names if name in rows and rows[name].gain == region)

@@ -22,11 +22,11 @@ __all__ = ["SkinPatch", "skin_patch"]
 # The patch reaches so far beyond the markers, in RMS radii of theirs: fields have died away there.
 _MARGIN = 1.0
 # Fields are flat over this share of that radius around a marker, else they would have a spike
-# there. 0.03 to 0.06 are alike on the performers that the solve was built with.
+# there. 0.03 to 0.06 do equally well on the performers that the solve was built with.
 _ROUNDED = 0.05
 # Markers hold a field this much better than its own stiffness, and nothing else holds it at all.
 _HELD, _LOOSE = 1e-4, 1e-9
-# Shapes of another face keep to the source's over this many radii: their translation is free.
+# Shapes of another face are anchored at the source's by this length in radii: translation is free.
 _ANCHORED = 3.0
 # Triangles of less than this share of the squared radius have no gradient.
 _FLAT = 1e-12
@@ -70,7 +70,7 @@ class SkinPatch:
         return np.asarray(splu(sparse.csc_matrix(whole)).solve(held.T @ values / _HELD))
 
     def transferred(self, target: FloatArray, displacements: FloatArray) -> FloatArray:
-        """Return the displacements by which another face of these triangles moves alike.
+        """Return the displacements (K, P, 3) transferred to another face of these triangles.
 
         Deformation transfer (R. Sumner and J. Popovic, "Deformation Transfer for Triangle Meshes",
         SIGGRAPH 2004): each triangle deforms as that of the source does, least squares by area.

@@ -14,7 +14,7 @@ _TOGETHER = 1e-5
 
 
 def surface_graph(mesh: Mesh) -> csr_array:
-    """Return the lengths of edges and quads' diagonals, vertices split by a texture seam joined.
+    """Return the lengths of edges and of quads' diagonals; vertices split at seams are joined.
 
     Returns
     -------
@@ -33,7 +33,7 @@ def surface_graph(mesh: Mesh) -> csr_array:
 
 
 def joined_at_seams(mesh: Mesh) -> IntArray:
-    """Return one vertex for all that a texture seam splits at a place: (V,) int64."""
+    """Return, for each vertex, one common to all that a texture seam split from it: (V,) int64."""
     seams = _seams(mesh, _edges(mesh)[0])
     size = len(mesh.points)
     graph = csr_array((np.ones(len(seams)), seams.T.astype(np.int32)), shape=(size, size))

@@ -1,4 +1,4 @@
-"""The character's blend shapes as another face makes them, of which only markers are known.
+"""The character's blend shapes transferred to another face, of which only markers are known.
 
 The other face is the character's, moved by the field between the two at rest: smooth along the
 skin, so that lips and lids, which are near each other in space, stay apart. Its shapes are the

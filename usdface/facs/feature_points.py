@@ -3,7 +3,7 @@
 Lids and lips are where skin meets (`usdface.face.lip_lid_contacts`), the other points are those of
 an average face carried over through the landmarks. Where a dead shape hides an eye, every blend
 shape is joined by its mirror image while they are looked for. Each point is a small patch of skin,
-and what it did is the mean of its vertices.
+and its displacement is the mean of its vertices'.
 """
 
 from collections.abc import Mapping
@@ -50,7 +50,7 @@ _CENTRAL = {
     "chin": (0, -112),
 }
 _PATCH = 4.0  # [mm of the average face] along the surface: the reach of a small optical marker
-_LOOSE = 8.0  # [mm of the average face]: how far what is no skin lies from the point on the skin
+_LOOSE = 8.0  # [mm of the average face]: reach from a point on the skin to parts that are no skin
 # The skin of the brows begins so high above the eyes [mm of the average face]: half-way from the
 # lid to the brow.
 _ABOVE_LID = 0.5 * (LANDMARKS["lid upper"][1] + LANDMARKS["brow"][1])
@@ -58,7 +58,7 @@ _BROW = (LANDMARKS["brow"][0] - LANDMARKS["eye inner"][0]) / (
     LANDMARKS["eye outer"][0] - LANDMARKS["eye inner"][0]
 )
 # An eyeball is a piece as deep and high as wide, and as wide as an eye (a ball of 24 mm behind an
-# opening of 30 mm; artists make them larger). Its front is what lies before half its radius.
+# opening of 30 mm; artists make them larger). Its front lies before half its radius.
 _ROUND, _NARROW, _WIDE, _FRONT = 1.35, 0.6, 1.8, 0.5
 
 
@@ -229,7 +229,7 @@ def _with_own_brows(landmarks: FaceLandmarks) -> FaceLandmarks:
 
 
 def _carried_over(landmarks: FaceLandmarks) -> dict[str, int]:
-    """Return the vertices of the points that the average face places."""
+    """Return the vertices of the points carried over from the average face."""
     places: dict[str, tuple[float, float]] = {}
     for half, sign in (("left", 1), ("right", -1)):
         places |= {f"{half} {point}": (sign * x, y) for point, (x, y) in _SIDED.items()}
@@ -263,7 +263,7 @@ def _lips_and_lids(landmarks: FaceLandmarks, contacts: LipLidContacts) -> dict[s
 def _loose_patches(
     rig: Rig, landmarks: FaceLandmarks, patches: Mapping[str, tuple[int, IntArray]]
 ) -> dict[str, tuple[int, IntArray]]:
-    """Return patches of what lies before the skin, for points where no shape moves the skin.
+    """Return patches of separate pieces near the skin, for points where no shape moves the skin.
 
     Brows of drawn characters are strips of their own, and their irises flat.
     """

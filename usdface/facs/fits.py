@@ -21,10 +21,10 @@ _TURNED |= {right: left for left, right in _TURNED.items()}
 
 
 class Reading(NamedTuple):
-    """How far points went along the ways of a movement.
+    """How far points moved along the directions of a movement.
 
-    `mean` [mm of a human head], longer ways counting more; the same in standard deviations of the
-    noise; and that of each point [mm].
+    `mean` [mm of a human head], points that move farther counting more; the same in standard
+    deviations of the noise; and that of each point [mm].
     """
 
     mean: float
@@ -34,14 +34,14 @@ class Reading(NamedTuple):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Fits:
-    """Displacements of feature points beside all movements.
+    """Displacements of feature points compared with all movements.
 
     Attributes
     ----------
     candidates : tuple of Claim, length C
         Each movement of the whole face and of each half that can do it alone.
     live : (P,) bool
-        Points that any displacement moves: a rig whose eyeballs stay is judged by its lids.
+        Points that any displacement moves: a rig with still eyeballs is judged by its lids.
     moved : (S, D) float64 [mm]
         Coordinates of the live points.
     ways : (C, D) float64
@@ -58,7 +58,7 @@ class Fits:
 
     @property
     def reaches(self) -> FloatArray:
-        """The longest way of a live point in each movement: (C,)."""
+        """The largest displacement of a live point in each movement: (C,)."""
         lengths = np.linalg.norm(self.ways.reshape(len(self.ways), -1, 3), axis=2)
         return np.asarray(lengths.max(axis=1, initial=0.0))
 
@@ -78,7 +78,7 @@ class Fits:
         return not bool((first & second).any())
 
     def reading(self, row: int, candidate: int, noise: float) -> Reading:
-        """Return how far the points of a candidate went along its ways; noise in mm."""
+        """Return how far the points of a candidate moved along its directions; noise in mm."""
         way = self.ways[candidate]
         lengths = np.linalg.norm(way.reshape(-1, 3), axis=1)
         if not lengths.any():

@@ -41,16 +41,16 @@ _USUAL, _LARGE = 50, 90
 
 @dataclass(frozen=True, slots=True)
 class ShapeVerdict:
-    """What a blend shape does, beside what its name says.
+    """The movement of a blend shape, compared with the one of its name.
 
     Attributes
     ----------
     name : str
     verdict : str
         ``"done"``; ``"dead"``: it moves nothing; ``"other_side"``: the mirror image of its name;
-        ``"swapped"``: it does what the name of `partner` says, and the other way round;
-        ``"other_unit"``: it does `shown`; ``"mixed"``: its own and `second`; ``"not_done"``: no
-        known movement; ``"unnamed"``: its name tells no unit.
+        ``"swapped"``: it has the movement of `partner`'s name, and the other way round;
+        ``"other_unit"``: it has that of `shown`; ``"mixed"``: its own and `second`;
+        ``"not_done"``: no known movement; ``"unnamed"``: its name claims no unit.
     claim : Claim or None
         The movement of its name.
     shown : Claim or None
@@ -60,14 +60,14 @@ class ShapeVerdict:
     fit, shown_fit : float
         Cosine between its displacements and those of `claim`, of `shown`.
     moved_mm : float [mm of a human head]
-        How far the points of `claim` went along its ways, longer ways counting more; without a
-        claim, those of `shown`.
+        How far the points of `claim` moved along its directions, those that move farther counting
+        more; without a claim, those of `shown`.
     in_noise : float
         The same in standard deviations of the noise.
     largest_mm : float [mm of a human head]
-        The farthest way of any vertex.
+        The largest displacement of any vertex.
     points : mapping of str to float [mm of a human head]
-        How far each point of the movement went along its way.
+        How far each point of the movement moved along its direction.
     """
 
     name: str
@@ -116,7 +116,7 @@ class ShapeVerdicts(NamedTuple):
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Rig:
-    """What the verdicts on single shapes hang on.
+    """The rig's quantities that the verdicts on single shapes depend on.
 
     `usual` and `large` are misses of the rig's own shapes, `partners` its swapped ones.
     """
@@ -139,7 +139,7 @@ def judge_shapes(
     moved : (S, P, 3) float64 [mm of a human head]
         Displacement of `usdface.facs.movements.POINTS` by each.
     largest : (S,) float64 [mm of a human head]
-        The farthest way of any vertex of the rig.
+        The largest displacement of any vertex of the rig.
     noise : float [mm of a human head]
         Standard deviation of a coordinate; a shape that moves nothing farther is dead.
 
@@ -211,7 +211,7 @@ def _judged(rig: _Rig, shape: int, own: int | None) -> tuple[Verdict, int | None
 def _swaps(
     fits: Fits, claimed: Mapping[int, tuple[Claim, ...]], alive: BoolArray, usual: float
 ) -> dict[int, int]:
-    """Return the shapes whose names are swapped, each with the one that does what its name says.
+    """Return the shapes whose names are swapped, each with the one that has its movement.
 
     Both fit the other's name better than their own, and nearly as well as any movement. Of two
     units that are alike one shape may fit either name: the gain of the other decides, which is as

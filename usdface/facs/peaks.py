@@ -59,10 +59,10 @@ def judge_peaks(report: FacsReport, peaks: TakePeaks) -> tuple[PeakVerdict, ...]
     points, rig = report.points, report.rig
     solved = points.displaced(rig, peaks.names, peaks.solved)
     corrected = points.displaced(rig, peaks.names, peaks.corrected)
-    seen = np.zeros_like(solved)
+    measured = np.zeros_like(solved)
     for point, marker in _markers_at(points.centres(rig), peaks.neutral, points.unit).items():
         moved = (peaks.markers[:, marker] - peaks.neutral[marker]) / points.unit
-        seen[:, POINTS.index(point)] = np.nan_to_num(moved)
+        measured[:, POINTS.index(point)] = np.nan_to_num(moved)
     result = []
     for k, emotion in enumerate(peaks.emotions):
         units = units_expected(emotion)
@@ -71,7 +71,7 @@ def judge_peaks(report: FacsReport, peaks: TakePeaks) -> tuple[PeakVerdict, ...]
         noise = max(report.noise, _MM * float(np.nan_to_num(peaks.residual[k])))
         large = report.shapes.large
         verdicts = [
-            judge_pose(emotion, at[k], units, noise, large) for at in (seen, solved, corrected)
+            judge_pose(emotion, at[k], units, noise, large) for at in (measured, solved, corrected)
         ]
         frame, time = int(peaks.frames[k]), float(peaks.times[k])
         result.append(PeakVerdict(emotion, frame, time, noise, *verdicts))

@@ -1,8 +1,8 @@
-"""Verdicts on expression poses and moments of a take: the action units that are seen.
+"""Verdicts on expression poses and frames of a take: the action units above the noise.
 
 A pose adds units up, so that they may hide each other: raised inner brows beside lowered brows. So
-the displacements are explained by all units of the pose together, by least squares with amounts of
-0 and more; the amount of a unit is the way of its farthest point.
+the displacements are explained by all units of the pose together, by non-negative least squares;
+the amount of a unit is the displacement of its farthest point.
 """
 
 from collections.abc import Mapping, Sequence
@@ -38,7 +38,7 @@ _PARTS = {"27": ("26",), "28": ("28 lower", "28 upper"), "23": ("23", "24"), "24
 
 
 class UnitAmount(NamedTuple):
-    """How far a unit's farthest point goes [mm of a human head], and in deviations of the noise."""
+    """Displacement of a unit's farthest point [mm of a human head], and in deviations of noise."""
 
     unit: str
     mm: float
@@ -46,7 +46,7 @@ class UnitAmount(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is seen."""
+        """Whether it is above the noise."""
         return self.in_noise >= SEEN
 
 
@@ -61,9 +61,9 @@ class PoseVerdict:
         The units that the pose should show; "23" holds also as "24", because blend shapes of
         pressed lips are drawn as either.
     others : tuple of UnitAmount
-        Units that move besides, those that explain most first.
+        Additional units, those that explain most first.
     criteria : bool or None
-        Whether one set of units of `PAPER_CRITERIA` is seen; None of an emotion without.
+        Whether one set of units of `PAPER_CRITERIA` is done; None of an emotion without.
     """
 
     name: str
@@ -73,7 +73,7 @@ class PoseVerdict:
 
     @property
     def missing(self) -> tuple[str, ...]:
-        """The expected units that are not seen."""
+        """The expected units that are not above the noise."""
         return tuple(amount.unit for amount in self.expected if not amount.done)
 
     def as_dict(self) -> dict[str, Any]:
@@ -109,7 +109,7 @@ def judge_pose(
     name : str
         An emotion of `PAPER_CRITERIA` is also judged by these.
     moved : (P, 3) float64 [mm of a human head]
-        Displacement of `usdface.facs.movements.POINTS`; 0 of points that are not seen.
+        Displacement of `usdface.facs.movements.POINTS`; 0 of points without a measurement.
     units : sequence of str
         Names of movements, without a side.
     noise : float [mm of a human head]
@@ -119,19 +119,19 @@ def judge_pose(
     fits = fits_of(moved[None])
     whole = {c.movement: k for k, c in enumerate(fits.candidates) if not c.side}
     criteria = PAPER_CRITERIA.get(name, ())
-    asked = dict.fromkeys((*units, *(unit for some in criteria for unit in some)))
-    parts = dict.fromkeys(part for unit in asked for part in _PARTS.get(unit, (unit,)))
+    judged = dict.fromkeys((*units, *(unit for some in criteria for unit in some)))
+    parts = dict.fromkeys(part for unit in judged for part in _PARTS.get(unit, (unit,)))
     pose = _Explained.by(fits, {part: whole[part] for part in parts if part in whole}, noise)
     expected = tuple(pose.amount(unit) for unit in units)
     done = any(all(pose.amount(unit).done for unit in some) for some in criteria)
     others: list[str] = []
     while len(pose.columns) < len(whole):
-        more = [
+        extended = [
             (_Explained.by(fits, {**pose.columns, unit: k}, noise), unit)
             for unit, k in whole.items()
             if unit not in pose.columns
         ]
-        better, unit = max(more, key=lambda one: one[0].fit)
+        better, unit = max(extended, key=lambda one: one[0].fit)
         if better.fit - pose.fit <= large or not better.amount(unit).done:
             break
         pose = better

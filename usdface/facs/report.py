@@ -35,7 +35,7 @@ class PeakVerdict:
     noise : float [mm of a human head]
         Distance of the markers from the solved face in this frame (RMS), at least that of a marker.
     markers, solved, corrected : PoseVerdict
-        Units seen at the markers, on the solved face, and as the shot plays.
+        Units of the markers, of the solved face, and of the corrected one.
     """
 
     emotion: str
@@ -48,9 +48,9 @@ class PeakVerdict:
 
     @property
     def lost(self) -> tuple[str, ...]:
-        """Units that are seen at the markers and not on the face as it plays."""
-        seen = {amount.unit for amount in self.markers.expected if amount.done}
-        return tuple(unit for unit in self.corrected.missing if unit in seen)
+        """Units that the markers show and the corrected face does not."""
+        measured = {amount.unit for amount in self.markers.expected if amount.done}
+        return tuple(unit for unit in self.corrected.missing if unit in measured)
 
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict as plain values."""
@@ -113,7 +113,7 @@ def judge_rig(
     rig : Rig
     expressions : sequence of Expression
     noise : float [m]
-        Standard deviation of a marker coordinate on a face: what no marker sees is not done.
+        Standard deviation of a marker coordinate on a face: smaller movements are not done.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def _pose_weights(names: Sequence[str], expressions: Sequence[Expression]) -> Fl
 
 
 def facs_findings(report: FacsReport) -> Iterator[Finding]:
-    """Yield what is wrong with blend shapes, and what poses and peaks do not show."""
+    """Yield a finding for each faulty blend shape, incomplete pose and unit lost at a peak."""
     for shape in report.shapes.verdicts:
         found = _shape_finding(shape)
         if found is not None:
@@ -171,7 +171,7 @@ def facs_findings(report: FacsReport) -> Iterator[Finding]:
 
 
 def _shape_finding(shape: ShapeVerdict) -> Finding | None:
-    """Return what is wrong with a blend shape; None if nothing is, or its name tells no unit."""
+    """Return the finding of a faulty blend shape; None if it is right or its name has no unit."""
     own, shown = _words(shape.claim), _words(shape.shown)
     match shape.verdict:
         case "dead" if shape.claim:

@@ -1,7 +1,7 @@
 """Movements that the names of blend shapes claim.
 
 `usdface.face.facs_names` has the blend shapes that make up a unit, with stand-ins where a rig has
-none of its own; here is the one movement that a name says. Names are read in any spelling.
+none of its own; here is the one movement that a name means. Names are read in any spelling.
 """
 
 import re

@@ -29,7 +29,7 @@ def write_bind_figure(
 ) -> None:
     """Draw the bound markers from the front and the side, coloured by their confidence if any.
 
-    So are `unsure` ones, whose vertices are proposed and not bound.
+    `unsure` markers, whose vertices are proposed and not bound, are drawn as well.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def write_bind_figure(
 
 
 def _joined(binding: Binding, unsure: Binding) -> Binding:
-    """Return the markers of both bindings, without a confidence as sure."""
+    """Return the markers of both bindings; a missing confidence counts as 1."""
     shares = [
         np.ones(len(each.markers)) if each.confidence is None else each.confidence
         for each in (binding, unsure)

@@ -16,7 +16,7 @@ from usdface.shot import ShotResult
 __all__ = ["peak_frames", "sheet_frames"]
 
 # Set by hand; they only decide which frames are drawn.
-_VERTICES = 800  # of the skin that are looked at
+_VERTICES = 800  # of the skin that are evaluated
 _APART = 0.4  # s; frames nearer to each other look alike
 _REST = 0.0005  # m; a face that moves less rests, a correction that moves less is none
 _BLINK = 0.3  # s, longest
@@ -86,7 +86,7 @@ def _candidates(result: ShotResult) -> Iterator[tuple[int, str]]:
 
 
 def _add(found: dict[int, str], frame: int, reason: str, times: FloatArray) -> None:
-    """Add a frame, or its reason to that of one that looks alike, which rest does not."""
+    """Add a frame, or its reason to that of a frame near it, unless that is rest."""
     near = (other for other in found if abs(times[other] - times[frame]) < _APART)
     first = next((other for other in near if other == frame or found[other] != "rest"), None)
     if first is None:
@@ -152,7 +152,7 @@ def _corrections(
 
 
 def _blinks(result: ShotResult) -> Iterator[tuple[int, str]]:
-    """Yield the largest dips of the gap between the lids that are over soon."""
+    """Yield the largest short dips of the gap between the lids: blinks."""
     mesh, times = result.shot.mesh, result.solved.times
     lids = find_lip_lid_contacts(mesh).lids
     if not len(lids):

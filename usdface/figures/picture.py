@@ -40,7 +40,7 @@ def save_figure(draw: Callable[[Any], None], path: Path) -> None:
 
 
 def check_picture(path: Path) -> None:
-    """Refuse a picture before the work for it: its format, or the want of matplotlib.
+    """Refuse an unknown picture format, or a missing matplotlib, before any work.
 
     Raises
     ------

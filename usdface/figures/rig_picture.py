@@ -14,13 +14,13 @@ from usdface.rigs import Mesh, Rig
 
 __all__ = ["RigTriangles", "face_view", "render_rig", "rig_pictures", "rig_triangles"]
 
-# Share of the moved skin that a view of the face shows for certain, and the space around it.
+# Quantiles of the moved skin that a view of the face contains, and its height relative to them.
 _MIDDLE = (0.03, 0.97)
 _MARGIN = 1.7
-# Shapes that move less [m] say nothing of where the face is; of others what moves so much of the
-# most. All set by hand.
+# The face is where shapes move by at least this [m], and by this share of their largest motion. All
+# set by hand.
 _LEAST, _SHARED = 1e-3, 0.4
-# Linear colour of what has no material, and what is so far transparent is left out: tear films.
+# Linear colour of faces without a material; opacity below which faces are left out: tear films.
 _SKIN = (0.55, 0.42, 0.36)
 _CLEAR = 0.5
 
@@ -115,7 +115,7 @@ def rig_pictures(
 ) -> list[NDArray[np.uint8]]:
     """Render a rig at weights (N, S): N images (H, W, 3) uint8, sRGB.
 
-    How open the skin is to the sky is that of the first picture in all.
+    The ambient occlusion of all is that of the first picture.
     """
     shown = rig_triangles(rig, names, weights)
     sky = openness(shown.points[0], shown.triangles)

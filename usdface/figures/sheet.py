@@ -16,7 +16,7 @@ __all__ = ["write_sheet"]
 _COLUMNS, _ROWS = 6, 2
 _SIZE = (250, 280)
 _DPI = 110  # of saved figures
-_HEARD = 0.05  # an emotion is named from here on
+_LEAST_OUTPUT = 0.05  # of an emotion that is named
 
 
 def write_sheet(result: ShotResult, path: Path) -> None:
@@ -59,9 +59,9 @@ def write_sheet(result: ShotResult, path: Path) -> None:
 def _caption(result: ShotResult, frame: int) -> str:
     """Return by how much a frame was changed, its strongest emotion and its residual."""
     change = np.abs(result.weights.weights[frame] - result.solved.weights[frame]).max(initial=0.0)
-    heard = {name: float(curve[frame]) for name, curve in result.emotions.items()}
-    name = max(heard, key=heard.__getitem__, default="")
-    emotion = f", {name} {heard[name]:.2f}" if name and heard[name] > _HEARD else ""
+    outputs = {name: float(curve[frame]) for name, curve in result.emotions.items()}
+    name = max(outputs, key=outputs.__getitem__, default="")
+    emotion = f", {name} {outputs[name]:.2f}" if name and outputs[name] > _LEAST_OUTPUT else ""
     solution = result.solution
     residual = "" if solution is None else f"\nresidual {1000 * solution.residual[frame]:.2f} mm"
     return f"changed by {change:.2f}{emotion}{residual}"

@@ -68,9 +68,9 @@ def evaluate(system: FuzzySystem, inputs: FloatArray, *, memberships: bool = Fal
     ----------
     system : FuzzySystem
     inputs : (F, I) float64
-        Columns as `FuzzySystem.inputs`. A NaN belongs to no term, so its rules do not fire; a
-        negation of it is as true as it is whatever the value: ``NOT (a AND b)`` with a hidden `a`
-        is ``1 - b``.
+        Columns as `FuzzySystem.inputs`. NaN = occluded: it belongs to no term, so its rules do not
+        fire; a negation has its least degree over all values: ``NOT (a AND b)`` with an occluded
+        `a` is ``1 - b``.
     memberships : bool
         Keep the degrees of terms and propositions.
 
@@ -169,7 +169,7 @@ class _Degrees:
         return degree
 
     def _highest(self, condition: Condition) -> FloatArray:
-        """Return the degree that a condition has at most, whatever the inputs that are NaN: (F,).
+        """Return the largest degree of a condition over all values of the NaN inputs: (F,).
 
         All connectives but the negation grow with their parts.
         """

@@ -84,8 +84,8 @@ S_NORMS: dict[str, Norm] = {
 # Mamdani sets may also be added without bound.
 AGGREGATIONS: dict[str, Norm] = S_NORMS | {"sum": np.add}
 
-# MOST OF begins where more than this share of the conditions hold, and is whole from the other on.
-# Zadeh's "most" of the literature begins at 0.3; it hears more, and more that is not there
+# MOST OF begins where more than the first share of the conditions hold, and is 1 from the second
+# on. Zadeh's "most" of the literature begins at 0.3; with it rules detect more, right and wrong
 # (docs/constants.md).
 _MOST = (0.4, 0.8)
 

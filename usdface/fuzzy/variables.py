@@ -13,7 +13,7 @@ __all__ = ["Term", "Variable", "VariableKind", "check_choice", "check_counts", "
 
 VariableKind = Literal["input", "output"]
 
-# Nobody reads more, and how far each fires is kept for every frame.
+# More are not legible, and the firing strength of each is kept for every frame.
 _MOST_RULES = 10_000
 _MOST_VARIABLES = _MOST_TERMS = 1_000
 
@@ -31,7 +31,7 @@ def check_choice(subject: str, value: object, choices: Any) -> None:
 
 
 def check_counts(variables: int = 0, terms: int = 0, rules: int = 0) -> None:
-    """Refuse more variables, terms of one of them or rules than anybody reads.
+    """Refuse too many variables, terms of one of them, or rules.
 
     Raises
     ------

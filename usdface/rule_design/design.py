@@ -61,7 +61,7 @@ def design_system(
         Roles of the features to markers.
     findings : list of Finding
         EXPRESSION_UNSEEN for each expression that no marker shows, or that the markers cannot
-        distinguish from others; EXPRESSION_SHARED for each that shows a little in another.
+        distinguish from others; EXPRESSION_SHARED for each whose rule fires weakly in another.
 
     Raises
     ------

@@ -1,10 +1,10 @@
-"""Feature selection: the marker motions that show one expression, where and as strongly as it does.
+"""Feature selection: the marker motions that distinguish one expression from all others.
 
 A feature is one marker's displacement along one axis, relative to the nose tip; column
 ``3 * marker + axis`` of a (.., I) array, I = 3 M, in metres. Features of both sides are chosen
 together, among those that move most in the expression: mouth corners for joy, brows for surprise.
 Those above the nose tip and those below it are two groups where the expression has brows and a
-mouth. A rule asks for most of each group, so one wrong condition does not silence it.
+mouth. A rule requires most of each group, so one wrong condition does not silence it.
 """
 
 from collections.abc import Iterator, Sequence
@@ -188,10 +188,10 @@ def _search(
     noise: FloatArray,
     apart: bool,
 ) -> list[FeaturePair]:
-    """Return the candidates of the least cost: adding, replacing and dropping one at a time.
+    """Return the candidates of least cost: greedily adding, replacing and dropping one at a time.
 
-    A half of the face with too few of them for a group of its own is joined with the other, which
-    then has no more: brows that two markers show weigh as much as the mouth.
+    A half of the face with too few of them for a group of its own is joined with the other, limited
+    to as many: brows with two markers weigh as much as the mouth.
     """
     sizes = {p.group: 0 for p in candidates}
     for pair in candidates:

@@ -10,7 +10,7 @@ from usdface.face.symmetry import mirrored_pairs
 
 __all__ = ["Movements", "movements", "single_movements"]
 
-# Several at a time: so many draws of two to five movements; a limit of time.
+# Number of random draws of two to five movements at a time; a limit of time.
 _DRAWS = 400
 _AT_A_TIME = (2, 5)
 # Weights of a drawn movement.
@@ -29,7 +29,7 @@ class Movements:
     whole : (W, S) float64
         Those of `single` that move both halves of the face.
     mixed : (R, S) float64
-        Several of `whole` at a time, by chance, as in speech or a range of motion.
+        Several of `whole` at a time, at random, as in speech or a range of motion.
     """
 
     single: FloatArray

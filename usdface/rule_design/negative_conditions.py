@@ -24,7 +24,7 @@ __all__ = [
 
 # Signed values of a feature [m]: the membership is 0 up to the first, 1 from the second on.
 Ramp = tuple[float, float]
-# Features and their ramps, which silence a rule as far as all of them hold.
+# Features and their ramps; a rule is silenced by the smallest of their memberships.
 NegativeCondition = tuple[tuple[int, Ramp], ...]
 
 # Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
@@ -121,13 +121,13 @@ def _condition(
         tuple((f, (float(_BEGIN * other[f]), float(_END * other[f]))) for f in dict.fromkeys(pair))
         for pair in candidates
     ]
-    shown = _INTENSITIES[:, None] * other
-    fired = rule(shown)
+    scaled = _INTENSITIES[:, None] * other
+    fired = rule(scaled)
     share = np.linalg.norm(single, axis=1)
     share /= max(share.sum(), np.finfo(np.float64).tiny)
     scores = []
     for condition in conditions:
-        remaining = float(np.minimum(fired, 1.0 - silence(shown, condition)).max())
+        remaining = float(np.minimum(fired, 1.0 - silence(scaled, condition)).max())
         suppressed = float(share @ silence(own + single, condition))
         weakest = min(motion[f] for f, _ in condition)
         unsure = max(noise[f] / motion[f] for f, _ in condition)

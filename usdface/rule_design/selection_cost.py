@@ -1,4 +1,4 @@
-"""The cost of a selection of features: silence and false firing, error, and missing conditions."""
+"""The cost of selected features: missed and false firing, error, and missing conditions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,7 +20,8 @@ FEWEST = 3
 # Shares of the value at the pose: where a term begins (dead zone), and where it holds fully.
 _DEAD_ZONE = 0.02
 _TOP = 0.94
-# Error of a feature on another person's face [m]: what the solve leaves of a bend of the space map.
+# Error of a feature on another person's face [m]: residual of the solve for a bend of the space
+# map.
 _FACE_ERROR = 0.0005
 # Other people's skin moves in other directions: error of a feature by its marker's motion.
 _DIRECTION_ERROR = 0.3
@@ -57,7 +58,7 @@ def feature_ramps(own: FloatArray) -> list[Ramp]:
 
 
 class SelectionCost:
-    """The cost of a selection of candidates: silence and false firing, error, and missing pairs."""
+    """The cost of selected candidates: missed and false firing, error, and missing conditions."""
 
     def __init__(
         self,

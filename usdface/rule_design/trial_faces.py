@@ -1,4 +1,4 @@
-"""Trial faces: what a rule of an expression is to fire on, and what not, with their costs."""
+"""Trial faces: positive and negative examples for a rule of an expression, with their costs."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,8 +16,8 @@ __all__ = ["TrialFaces", "features_at", "trial_faces"]
 # Likeness to the pose (cosine; either half of the face counts alike) from which a movement
 # is the expression, or a part of it, and up to which it is a rival.
 _SAME, _PART, _RIVAL = 0.85, 0.8, 0.6
-# Costs of silence: at the pose, at a movement that is the expression, at the pose without a part,
-# and at all poses with one more movement at half.
+# Costs of not firing: at the pose, at a movement that is the expression, at the pose without a
+# part, and at all poses with one more movement at half.
 _POSE, _LIKE, _WITHOUT, _WITH = 6.0, 3.0, 2.0, 4.0
 # Costs of firing: at another pose, at half and whole; and, all together, at other poses with one
 # more movement, at movements alone, and at several.

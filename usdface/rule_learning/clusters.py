@@ -1,4 +1,4 @@
-"""A hierarchy of groups cut into a number of them."""
+"""Cuts of a hierarchical clustering into a number of clusters."""
 
 import numpy as np
 from scipy.cluster.hierarchy import fcluster
@@ -9,10 +9,10 @@ __all__ = ["clusters"]
 
 
 def clusters(tree: FloatArray, most: int) -> IntArray:
-    """Return the group of each of N things, 1 and up: (N,) int64.
+    """Return the cluster of each of N items, 1 and up: (N,) int64.
 
-    As many groups as there can be, but no more than `most`: groups equally far apart are parted
-    together or not at all. (The criterion `maxclust` of SciPy before 1.15 finds fewer.)
+    As many clusters as possible, but no more than `most`: merges of equal distance are all cut or
+    none. (The criterion `maxclust` of SciPy before 1.15 finds fewer.)
 
     Parameters
     ----------

@@ -42,6 +42,7 @@ class Validation:
         Of each example: the true emotion's output less the largest other; of a face without
         emotion: minus the largest. NaN = not tested.
     shown : tuple of str, length N
+        The true emotion of each example.
     """
 
     holding: Holding
@@ -76,7 +77,7 @@ class Validation:
 
     def margins_of(self, name: str) -> FloatArray:
         """Return the margins of the tested examples of an emotion."""
-        own = np.array([shown == name for shown in self.shown], dtype=bool)
+        own = np.array([label == name for label in self.shown], dtype=bool)
         return np.asarray(self.margins[own & ~np.isnan(self.margins)])
 
     def findings(self) -> list[Finding]:
@@ -168,13 +169,13 @@ def cross_validate(
         training, held = examples.subset(~held_out_rows), examples.subset(held_out_rows)
         outputs, known = (fit or _fit)(training, held)
         predicted = classify(outputs, known)
-        for i, shown, predicted_name, row in zip(
+        for i, true_name, predicted_name, row in zip(
             np.flatnonzero(held_out_rows), held.emotions, predicted, outputs, strict=True
         ):
             # An emotion that is not in the training set cannot be recognised: not a test.
-            if shown in known or shown == NO_EMOTION:
-                counts[label[shown], label[predicted_name]] += 1
-                margins[i] = _margin(row, known, shown)
+            if true_name in known or true_name == NO_EMOTION:
+                counts[label[true_name], label[predicted_name]] += 1
+                margins[i] = _margin(row, known, true_name)
     return Validation(holding, names, counts, margins, examples.emotions)
 
 
@@ -183,6 +184,6 @@ def _fit(training: Examples, held: Examples) -> tuple[FloatArray, tuple[str, ...
     return evaluate_examples(system, held), system.emotions
 
 
-def _margin(row: FloatArray, known: tuple[str, ...], shown: str) -> float:
-    own = np.array([name == shown for name in known], dtype=bool)
+def _margin(row: FloatArray, known: tuple[str, ...], true_name: str) -> float:
+    own = np.array([name == true_name for name in known], dtype=bool)
     return float(row[own].sum() - row[~own].max(initial=0.0))

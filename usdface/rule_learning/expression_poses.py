@@ -12,7 +12,7 @@ __all__ = ["learned_poses"]
 
 # Smaller weights are taken for residue of the solve; chosen by hand, no experiment.
 _LEAST_WEIGHT = 0.05
-# Written weights are rounded for people.
+# Written weights are rounded for readability.
 _DIGITS = 4
 
 

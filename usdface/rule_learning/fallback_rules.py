@@ -54,7 +54,7 @@ _NOISE_COST = 0.02
 _OWN, _OTHERS = 8, 6
 # Least mean membership of an emotion's examples in a term that its rules require.
 _LEAST_MET = 0.15
-# Of motions whose memberships correlate more than this, one is enough.
+# Of terms whose memberships correlate more than this, one is enough.
 _TOGETHER = 0.95
 # Limit of time: candidates of each emotion that are tried again after each rule.
 _SHORTLIST = 20
@@ -129,13 +129,13 @@ class _Fit:
         self._emotion: IntArray = np.concatenate(
             [np.tile(emotion, len(AMOUNTS)), np.full(moves, len(names) - 1)]
         )
-        shown = np.concatenate([training.intensities, np.zeros(moves)])
+        intensities = np.concatenate([training.intensities, np.zeros(moves)])
         weight = np.concatenate([np.tile(_balance(examples), len(AMOUNTS)), np.zeros(moves)])
         weight[:whole] /= len(AMOUNTS)
         unlike = ~training.similar(emotion < len(names) - 1)[:moves]
         weight[whole:] = _MOVEMENTS * unlike / max(moves, 1)
-        shown[self._emotion == len(names) - 1] = 0.0
-        self._intensities, self._weight = shown, weight
+        intensities[self._emotion == len(names) - 1] = 0.0
+        self._intensities, self._weight = intensities, weight
         self._none = np.flatnonzero((self._emotion == len(names) - 1) & (weight > 0))
         self._limit = np.where(self._none < whole, _LARGEST_NONE, _LARGEST_MOVEMENT)
         self._add_partial_faces(whole)

@@ -101,14 +101,14 @@ def fit_rig(face: BoundFace, expressions: Sequence[Expression], options: FitOpti
     roles = known_roles(face.markers, face.roles)
     columns = marker_features(roles, "absolute" if options.paper else "signed")
     poses = np.array([e.pose(face.shape_names) for e in expressions])
-    seen = pose_features(poses.reshape(len(expressions), -1), face, columns)
+    measured = pose_features(poses.reshape(len(expressions), -1), face, columns)
     noise = feature_noise(face, "take" if options.paper else "character")
     emotions = [e.name for e in expressions]
     if options.paper:
-        system, findings = fit_paper(columns, seen, emotions, noise, options.space)
+        system, findings = fit_paper(columns, measured, emotions, noise, options.space)
     else:
         system, findings = _designed(face, expressions)
-    pairs = tuple(pose_separations(emotions, seen, noise, columns))
+    pairs = tuple(pose_separations(emotions, measured, noise, columns))
     findings = [*findings, *(f for pair in pairs for f in pair.findings())]
     return _fit_result(system, tuple(expressions), None, pairs, findings)
 

@@ -100,8 +100,8 @@ def examples_of(
         with progress.step(f"retarget {path.name}"):
             take, new_findings = read(path)
             findings += new_findings
-            seen, solved, new_findings = _stretches(take, own, face, setup, options.space, columns)
-        rows.append(seen)
+            apex, solved, new_findings = _stretches(take, own, face, setup, options.space, columns)
+        rows.append(apex)
         weights.append(solved)
         findings += new_findings
     examples = Examples(
@@ -135,7 +135,7 @@ def _stretches(
         setup = replace(setup, neutral=(int(rest[0][0]), int(rest[0][-1])))
     take, weights, solution, findings = retarget(take, face, setup)
     weights = weights.reordered(face.shape_names)
-    seen = _features(take, weights, solution, face, space, columns)
+    measured = _features(take, weights, solution, face, space, columns)
     is_neutral = [label.emotion == NEUTRAL for label in labels]
 
     def at_apex(values: FloatArray) -> list[FloatArray]:
@@ -144,7 +144,7 @@ def _stretches(
 
     # Each at its own apex: features are smoothed over time, weights are not.
     return (
-        np.array([_mean(rows) for rows in at_apex(seen)]),
+        np.array([_mean(rows) for rows in at_apex(measured)]),
         np.array([rows.mean(axis=0) for rows in at_apex(weights.weights)]),
         findings,
     )
@@ -165,9 +165,9 @@ def _features(
     read = tuple(column for column, yes in zip(columns, known, strict=True) if yes)
     inputs = FuzzySystem(tuple(Variable(column.name, "input") for column in read), ())
     all_features = ExpressionSystem(inputs, read, space=space, smoothing=LEARNED_SMOOTHING)
-    seen = np.full((len(take.times), len(columns)), np.nan)
-    seen[:, known] = features(all_features, face, take, weights=weights, solution=solution)
-    return seen
+    measured = np.full((len(take.times), len(columns)), np.nan)
+    measured[:, known] = features(all_features, face, take, weights=weights, solution=solution)
+    return measured
 
 
 def _frames(label: Label, take: MarkerTake | WeightsTake) -> IntArray:
@@ -185,17 +185,17 @@ def _frames(label: Label, take: MarkerTake | WeightsTake) -> IntArray:
     return found
 
 
-def _apex(seen: FloatArray) -> IntArray:
-    """Return which rows of `seen` (F, I) are the most expressive."""
-    size = np.sqrt(np.nansum(seen**2, axis=1))
+def _apex(rows: FloatArray) -> IntArray:
+    """Return the indices of the most expressive of `rows` (F, I)."""
+    size = np.sqrt(np.nansum(rows**2, axis=1))
     return np.flatnonzero(size >= _PEAK * size.max())
 
 
-def _mean(seen: FloatArray) -> FloatArray:
+def _mean(rows: FloatArray) -> FloatArray:
     """Return the mean of each feature over its visible rows; NaN where it is occluded in all."""
-    count = (~np.isnan(seen)).sum(axis=0)
-    mean = np.full(seen.shape[1], np.nan)
-    np.divide(np.nansum(seen, axis=0), count, out=mean, where=count > 0)
+    count = (~np.isnan(rows)).sum(axis=0)
+    mean = np.full(rows.shape[1], np.nan)
+    np.divide(np.nansum(rows, axis=0), count, out=mean, where=count > 0)
     return mean
 
 

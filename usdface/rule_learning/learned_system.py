@@ -117,9 +117,9 @@ def classify(outputs: FloatArray, names: tuple[str, ...]) -> tuple[str, ...]:
     if not names:
         return (NO_EMOTION,) * len(outputs)
     strongest = np.argmax(outputs, axis=1)
-    shown = outputs[np.arange(len(outputs)), strongest] >= _LEAST_OUTPUT
+    recognised = outputs[np.arange(len(outputs)), strongest] >= _LEAST_OUTPUT
     return tuple(
-        names[i] if present else NO_EMOTION for i, present in zip(strongest, shown, strict=True)
+        names[i] if known else NO_EMOTION for i, known in zip(strongest, recognised, strict=True)
     )
 
 

@@ -1,4 +1,4 @@
-"""Rule learning: for each emotion a few conditions that its examples meet and no others do.
+"""Rule learning: for each emotion conjunctions of conditions that only its examples meet.
 
 A rule is a conjunction of at most three conditions, `IS term` or `IS NOT term`, each of another
 marker. The first is a term that no neutral face meets, so no rule fires at neutral. A rule is found
@@ -92,7 +92,7 @@ def choose_groupings(
     examples : Examples
     terms : LinguisticTerms
         Of all groups, from `usdface.rule_learning.terms.linguistic_terms`.
-    ways : dict of str to list of Grouping
+    groupings : dict of str to list of Grouping
         Of `usdface.rule_learning.variants.variant_groupings`.
     """
     search = _Search(TrainingSet(examples, terms))
@@ -119,7 +119,7 @@ def learn_rules(
     examples : Examples
     terms : LinguisticTerms
         Of all groups.
-    parts : dict of str to Grouping
+    groupings : dict of str to Grouping
         Of each emotion.
     """
     search = _Search(TrainingSet(examples, terms))
@@ -165,14 +165,14 @@ class _Search:
 
         No conditions where the cost without a rule is hardly larger.
         """
-        shown = self.training.intensities
-        count = len(shown)
+        intensities = self.training.intensities
+        count = len(intensities)
         own = np.tile(group, len(AMOUNTS)) / (group.sum() * len(AMOUNTS))
         others = self._others(emotion)
         moves = count + np.flatnonzero(~self.training.similar(group))
 
         def cost(degree: FloatArray) -> FloatArray:
-            total = own @ (shown[:, None] - degree[:count]) ** 2
+            total = own @ (intensities[:, None] - degree[:count]) ** 2
             if len(others):
                 fired = others @ degree[:count] ** 2
                 total += fired.mean(axis=0) + fired.max(axis=0)
@@ -181,7 +181,7 @@ class _Search:
                 total += _MOVEMENTS * fired.mean(axis=0) + _WORST_MOVEMENT * fired.max(axis=0)
             return np.asarray(np.round(total, _DIGITS))
 
-        cost_without_rule = float(own @ shown**2)
+        cost_without_rule = float(own @ intensities**2)
         chosen, least = self._search(cost)
         if least >= _WORTHWHILE * cost_without_rule:
             return (), cost_without_rule

@@ -26,7 +26,7 @@ __all__ = ["Separation", "pose_separations", "separations"]
 _FEATURES = 3
 # Thresholds of MARKERS_CANNOT_SEPARATE. Below a d' of 2 a threshold half-way between the means
 # mistakes more than one in six (the normal distribution beyond d' / 2 = 1). A quarter of held-out
-# examples mistaken, as FIT_CONFUSED, and from how many on they are asked: chosen by hand.
+# examples mistaken, as FIT_CONFUSED, and from how many on these decide: chosen by hand.
 _LEAST_SENSITIVITY = 2.0
 _LARGEST_SHARE = 0.25
 _FEWEST_TESTED = 4

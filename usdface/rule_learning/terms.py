@@ -83,13 +83,12 @@ def linguistic_terms(examples: Examples, groups: Sequence[BoolArray]) -> Linguis
     """
     whole = examples.whole
     occluded = np.isnan(whole).any(axis=0)
-    shown = [np.where(occluded, 0.0, whole[group]) for group in groups]
+    by_group = [np.where(occluded, 0.0, whole[group]) for group in groups]
     least = np.maximum(_LEAST_SIGNAL * examples.noise, _LEAST_MOTION)
     table: list[tuple[int, float, float, str]] = []
     for sign in (1, -1):
-        reached = np.array([np.quantile(sign * rows, _QUANTILE, axis=0) for rows in shown]).reshape(
-            -1, len(least)
-        )
+        reached = np.array([np.quantile(sign * rows, _QUANTILE, axis=0) for rows in by_group])
+        reached = reached.reshape(-1, len(least))
         for feature in np.flatnonzero((reached > least).any(axis=0)):
             values = reached[reached[:, feature] > least[feature], feature]
             tops = _distinct(_TOP * np.array([values.min(), np.median(values), values.max()]))

@@ -19,7 +19,7 @@ AMOUNTS = (0.35, 0.7, 1.0)
 _NOISE_COST = 0.1
 # Cosine (features by their range) from which on a movement may well be the expression.
 _ALIKE = 0.9
-# ... where features count that move by more than so many deviations of their noise, as in
+# It counts the features that move by more than this many deviations of their noise, as in
 # `usdface.rule_design.feature_selection`.
 LEAST_SIGNAL = 4.0
 
@@ -32,7 +32,7 @@ class TrainingSet:
     examples : Examples
     terms : LinguisticTerms
     movements : (P, I) float64 [face unit]
-        Without emotion: the movements of the examples, then once more the examples of none.
+        Without emotion: the movements of the examples, then also the examples without emotion.
     memberships : (A N + P, 2 T) float64
         Rows: the N examples at each of the A `AMOUNTS`, then `movements`. Columns: each term,
         then each negated.
@@ -82,9 +82,9 @@ class TrainingSet:
         """
         features = np.nan_to_num(self.examples.features)
         range_ = np.abs(features).max(axis=0)
-        seen = range_ > LEAST_SIGNAL * self.examples.noise
+        clear = range_ > LEAST_SIGNAL * self.examples.noise
         moves, own = (
-            np.nan_to_num(f[:, seen]) / range_[seen] for f in (self.movements, features[group])
+            np.nan_to_num(f[:, clear]) / range_[clear] for f in (self.movements, features[group])
         )
         length = np.linalg.norm(moves, axis=1)[:, None] * np.linalg.norm(own, axis=1)
         alike = (moves @ own.T > _ALIKE * length).any(axis=1)

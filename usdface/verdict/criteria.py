@@ -1,6 +1,6 @@
 """The criteria of a verdict: a measure, its two limits, and the remedy.
 
-Limits lie between takes that are known to be good and takes that were spoilt on purpose;
+Limits lie between takes that are known to be good and takes that were degraded on purpose;
 ``python -m benchmarks.verdict`` prints both (docs/verdict.md).
 """
 
@@ -20,13 +20,13 @@ class Criterion:
     code : str
         Stable.
     look_at : float
-        From this value of the measure on a person should look.
+        From this value of the measure on a person should look at the result.
     not_usable : float
-        From this value on the result is not usable; infinite: it never is for this reason alone.
+        From this value on the result is not usable; infinite: never for this reason alone.
     subject : str
-        What is wrong, in a line; ``{value}`` and ``{where}`` are filled in.
+        The defect, in a line; ``{value}`` and ``{where}`` are filled in.
     remedy : str
-        What to do about it.
+        How to fix it.
     unit : str
         Of the measure: "" for a share of 1.
     """

@@ -1,4 +1,4 @@
-"""The verdict: measures against the criteria, the reasons that weigh most first."""
+"""The verdict: measures against the criteria, the most serious reasons first."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -19,13 +19,13 @@ _KINDS = ("markers", "shapes", "regions", "size")
 
 @dataclass(frozen=True, slots=True)
 class Measured:
-    """A measure: its value, and what it comes from.
+    """A measure: its value, and the markers, shapes or frames that it comes from.
 
     Attributes
     ----------
     value : float
     kind : str
-        What `where` names: ``"markers"``, ``"shapes"``, ``"regions"``, ``"size"``.
+        Kind of the names in `where`: ``"markers"``, ``"shapes"``, ``"regions"``, ``"size"``.
     where : tuple of str
     frames : tuple of int
         First and last frame index; () = the whole take.
@@ -62,7 +62,7 @@ class Reason:
 
     @property
     def message(self) -> str:
-        """What is wrong, in a line."""
+        """The defect, in a line."""
         share = not self.criterion.unit
         value = f"{self.measured.value:.0%}" if share else f"{self.measured.value:.2g}"
         return self.criterion.subject.format(value=value, where=self._where)
@@ -102,7 +102,7 @@ class Verdict:
     ----------
     level : {"good", "look_at", "not_usable"}
     reasons : tuple of Reason
-        The three at most that weigh most; none of a good result.
+        At most three, the most serious first; none of a good result.
 
     Examples
     --------
@@ -125,7 +125,7 @@ def judge(measured: Mapping[str, Measured]) -> Verdict:
     Parameters
     ----------
     measured : mapping of str to Measured
-        By the code of their criterion; what is not measured is not judged.
+        By the code of their criterion; criteria without a measure are skipped.
     """
     reasons = [
         Reason(criterion, measured[criterion.code])
@@ -139,7 +139,7 @@ def judge(measured: Mapping[str, Measured]) -> Verdict:
 
 
 def _weight(reason: Reason) -> tuple[bool, float]:
-    """Return by what reasons are ranked: the level, then how far beyond its limit."""
+    """Return the sort key of a reason: its level, then the ratio to its limit."""
     fatal = reason.level == "not_usable"
     limit = reason.criterion.not_usable if fatal else reason.criterion.look_at
     return fatal, reason.measured.value / limit
@@ -151,7 +151,7 @@ def refuse_unusable(verdict: Verdict) -> None:
     Raises
     ------
     SolveError
-        With the reason that weighs most and its remedy.
+        With the most serious reason and its remedy.
     """
     if verdict.level == "not_usable":
         reason = verdict.reasons[0]
@@ -163,12 +163,12 @@ def refuse_unusable(verdict: Verdict) -> None:
 
 
 def verdict_from(plain: object) -> Verdict | None:
-    """Return the verdict that `Verdict.as_dict` gave, or None if `plain` is none.
+    """Read a verdict from the output of `Verdict.as_dict`; None if `plain` is not one.
 
     Parameters
     ----------
     plain : object
-        Of any content: a file from outside may hold it. The level follows from the values.
+        Any content, as of an untrusted file. The level follows from the values.
     """
     try:
         listed = plain["reasons"]  # type: ignore[index]
