@@ -2,7 +2,7 @@
 
 A resting face is seen from the front, turned by a little, by a camera far away (an affine image of
 points in space), and one face differs smoothly from another. Camera and pairs of dots and vertices
-are found in turn, from soft pairs to hard ones (Chui and Rangarajan 2003, "A new point matching
+are found alternately, from soft to hard assignment (Chui and Rangarajan 2003, "A new point matching
 algorithm for non-rigid registration"), from several turns of the head.
 """
 
