@@ -44,11 +44,11 @@ class InbetweenPath:
         Two neighbours have influence at a time; beyond the outer knots the last segment is
         extrapolated.
         """
-        stretch, part = self.stretch(weights)
+        segment, part = self.stretch(weights)
         hats = np.zeros((len(weights), len(self.weights)))
         frames = np.arange(len(weights))
-        hats[frames, stretch] = 1.0 - part
-        hats[frames, stretch + 1] = part
+        hats[frames, segment] = 1.0 - part
+        hats[frames, segment + 1] = part
         return hats
 
     def at(self, weights: FloatArray) -> FloatArray:
@@ -95,11 +95,11 @@ class InbetweenPath:
         return np.asarray(np.diff(self.displacements, axis=0) / np.diff(self.weights)[:, None])
 
     def stretch(self, weights: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the stretch that each weight (F,) lies on, at a knot that before it, and where."""
+        """Return the segment of each weight (F,), at a knot the one before, and its share of it."""
         last = len(self.weights) - 2
-        stretch = (np.searchsorted(self.weights, weights) - 1).clip(0, last)
-        left, right = self.weights[stretch], self.weights[stretch + 1]
-        return stretch, (weights - left) / (right - left)
+        segment = (np.searchsorted(self.weights, weights) - 1).clip(0, last)
+        left, right = self.weights[segment], self.weights[segment + 1]
+        return segment, (weights - left) / (right - left)
 
 
 def distinct_inbetweens(shape: BlendShape) -> tuple[Inbetween, ...]:
