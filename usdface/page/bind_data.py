@@ -33,7 +33,7 @@ def bind_data(take: MarkerTake, mesh: Mesh, setup: RetargetSetup, document: str)
     setup : RetargetSetup
         As given, or proposed.
     document : str
-        The binding file of the setup: the page keeps what it does not edit.
+        The binding file of the setup: the page keeps all other keys of it.
     """
     rows = [_place(name, setup) for name in take.names]
     known = [i for i, row in enumerate(rows) if row["point"] >= 0]

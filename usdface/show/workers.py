@@ -32,7 +32,7 @@ class Outcome:
     number : int
         Of the task.
     value : object
-        What the function returned; None if it failed.
+        The return value of the function; None if it failed.
     error : str
         Why it failed; "" if it did not.
     code : str

@@ -151,8 +151,8 @@ def write_groups(
 ) -> tuple[dict[str, int], list[Finding]]:
     """Append a node for each group, and hang those on joints and each other, and meshes in them.
 
-    A mesh that a skin moves stays at the root of the scene, as the specification advises; so does
-    what a group that squeezes it could not hold.
+    A skinned mesh stays at the root of the scene, as the specification advises; so does a node
+    whose transform a scaling group could not reproduce.
 
     Returns
     -------

@@ -86,7 +86,7 @@ class PinholeCamera:
 
 
 def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> Pose:
-    """Return the pose of a face that looks at the camera, by its place and size in the image.
+    """Return the pose of a frontal face, by its position and size in the image.
 
     Parameters
     ----------
