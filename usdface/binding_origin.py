@@ -1,4 +1,4 @@
-"""The mesh and the take that a binding was made with, so that another one is noticed."""
+"""The mesh and the take that a binding was made with, to detect other ones."""
 
 import hashlib
 from dataclasses import dataclass
@@ -17,20 +17,20 @@ _SAME_TRAVEL = 1e-4
 
 @dataclass(frozen=True, slots=True)
 class BindingOrigin:
-    """What a binding was made with.
+    """The mesh and the take that a binding was made with.
 
     Attributes
     ----------
     points, faces : int
         Of the bound mesh.
     topology : str
-        Digest of its faces; where its points lie does not count.
+        Digest of its faces, independent of its points.
     take : str
         File of the take, whose frames the binding names as neutral and peaks.
     frames : int
         0 = the take is not known.
     travel : float [m]
-        RMS deviation of its markers from their mean places, which tells takes of one name apart.
+        RMS deviation of its markers from their mean places, to distinguish takes of one name.
     """
 
     points: int
@@ -54,7 +54,7 @@ def origin_of(mesh: Mesh, take: MarkerTake) -> BindingOrigin:
 
 
 def mesh_difference(origin: BindingOrigin, mesh: Mesh) -> str:
-    """Return in which way a mesh is not that of a binding; "" if it is, in whatever shape."""
+    """Return how a mesh differs from that of a binding; "" if only its points may differ."""
     for name, was, there in (
         ("points", origin.points, len(mesh.points)),
         ("faces", origin.faces, len(mesh.face_counts)),

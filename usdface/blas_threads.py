@@ -1,15 +1,14 @@
-"""Linear algebra on one thread while usdface computes, whoever calls it.
+"""Linear algebra on one thread while usdface computes, also within a host application.
 
-The libraries under numpy and scipy take every core for each product and wait for one another by
-spinning. The solve has its own threads, one for each core, so they would only be in its way: beside
-a program that keeps a core busy they wait for it at each product. And how a product is cut into
-threads shows in its last bits: the same shot would give other bytes on a machine with more cores.
+BLAS libraries of numpy and scipy use every core for each product, with spinning waits. The solve
+has its own threads, one for each core, so these would compete with it: beside a program that keeps
+a core busy they wait for it at each product. The split of a product into threads also changes its
+last bits: the same shot would give other bytes on a machine with more cores.
 
-How many threads a library takes is a setting of the whole process. So the first caller to come in
-stores the setting of the host, the last one to go out puts it back, and those between them, on
-this thread or others, find one thread. Products of the host's other threads run on one thread
-meanwhile; nothing else of theirs changes. Apple's Accelerate has no such setting: it listens to the
-environment alone (`limit_from_start`).
+The number of threads of a library is a setting of the whole process. So the first caller stores the
+setting of the host and the last one restores it; calls between them, on any thread, use one thread.
+Products of the host's other threads run on one thread meanwhile; nothing else of theirs changes.
+Apple's Accelerate has no such setting, only environment variables (`limit_from_start`).
 """
 
 import os
@@ -35,7 +34,7 @@ _before: dict[str, tuple[Any, int]] = {}  # by library: its controls, and the ho
 def limit_from_start() -> None:
     """Limit libraries that are loaded from now on: for a process of our own, before its imports.
 
-    They then start no threads at all; a number in the environment goes first.
+    They then start no threads at all; a number in the environment takes precedence.
     """
     for name in BLAS_THREADS:
         os.environ.setdefault(name, "1")
@@ -86,11 +85,11 @@ def _limit() -> None:
 
 
 def _set_threads(library: Any, threads: int) -> None:
-    """Set it whichever thread asks.
+    """Set it from any thread.
 
-    From 3.8 on threadpoolctl lets only the thread that first set OpenBLAS set it again, and is
-    silent to others: a host that computes off its main thread would never be limited. Who comes
-    first and last is counted here instead.
+    From 3.8 on threadpoolctl lets only the thread that first set OpenBLAS set it again, and
+    silently ignores others: a host that computes off its main thread would never be limited. The
+    first and last caller are counted here instead.
     """
     getattr(library, "_real_set_num_threads", library.set_num_threads)(threads)
 

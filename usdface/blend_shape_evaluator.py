@@ -1,4 +1,4 @@
-"""Where blend shapes bring vertices at given weights: inbetweens and combination shapes included.
+"""Displacements of vertices by blend shape weights, with inbetweens and combination shapes.
 
 A combination shape has no weight of its own: it is the product, or the least, of its
 parents' weights.
@@ -26,7 +26,7 @@ __all__ = [
 _CIRCULAR = "it builds on itself or nothing"
 
 
-# Squared change of the parents' weights that is rounding alone.
+# Squared change of the parents' weights below which it is rounding.
 _STILL = 1e-18
 
 
@@ -59,7 +59,8 @@ class CombinationWeight:
         """Return slopes A (F, K) with ``sum(A * change of the parents) = change of its weight``.
 
         The mean of the slopes along the segment; Gauss-Legendre quadrature is exact for products.
-        A `least` that changes hands on the way is corrected in proportion to the changes.
+        Where another parent becomes the `least` on the way, the difference is shared in proportion
+        to the changes.
         """
         places, shares = np.polynomial.legendre.leggauss(len(self.parents) // 2 + 1)
         mean = np.zeros((len(start), len(self.parents)))
@@ -116,7 +117,7 @@ class BlendShapeEvaluator:
 
     @property
     def directions(self) -> FloatArray:
-        """All displacements that shapes can add, on whatever stretch: (K, N) [m]."""
+        """Displacements of all shapes and all segments of their inbetweens: (K, N) [m]."""
         return np.vstack([self.offsets, *(path.displacements for path in self.inbetweens)])
 
     def mapped(self, function: Callable[[FloatArray], FloatArray]) -> "BlendShapeEvaluator":
@@ -134,8 +135,8 @@ class BlendShapeEvaluator:
         Parameters
         ----------
         shapes : (T,) int64
-            Which shape each column of the weights is of; -1 = of none here. The weight of a shape
-            that has no column is 0.
+            The shape of each column of the weights; -1 = not in this evaluator. The weight of a
+            shape without a column is 0.
         """
         known = np.flatnonzero(shapes >= 0)
         place = dict(zip(shapes[known].tolist(), known.tolist(), strict=True))
@@ -175,7 +176,7 @@ class BlendShapeEvaluator:
         return self.complete(weights[:, self.free]) if self.combinations else weights
 
     def displacements(self, weights: FloatArray) -> FloatArray:
-        """Return where complete weights (F, S) bring the coordinates, from neutral: (F, N) [m]."""
+        """Return the displacements from neutral by complete weights (F, S): (F, N) [m]."""
         result = weights @ self.offsets
         for path in self.inbetweens:
             own = weights[:, path.shape]
@@ -183,10 +184,10 @@ class BlendShapeEvaluator:
         return np.asarray(result)
 
     def from_linear(self, weights: FloatArray) -> FloatArray:
-        """Return weights (F, S) that move about as far as others do linearly, each on its path.
+        """Return weights (F, S) that move about as far as linear ones, along the inbetweens.
 
-        For a first answer, or a small one, of a linear solve: inbetweens are taken by how far they
-        lie along their shape, and combination shapes are left to their parents.
+        For first guesses, or small weights, of a linear solve: inbetweens count by their projection
+        on their shape; combination shapes follow their parents.
         """
         result = weights.copy()
         for path in self.inbetweens:

@@ -16,8 +16,8 @@ __all__ = ["Clip", "JointsTake", "check_clip", "chosen_clips"]
 class JointsTake:
     """Joint transforms over time, each relative to the joint's parent.
 
-    A point goes from a joint's frame to its parent's by scale, rotation, translation. Between
-    two times translations and scales go straight and rotations along the shortest arc.
+    A joint's frame maps to its parent's by scale, then rotation, then translation. Between two
+    times translations and scales are linear and rotations follow the shortest arc (slerp).
 
     Attributes
     ----------
@@ -64,8 +64,8 @@ class JointsTake:
 class Clip:
     """One animation of a rig: its blend shapes, its joints, or both, on one clock.
 
-    A clip without a name and with one frame is how the face stands without animation; it may
-    stand beside others.
+    A clip without a name and with one frame is the pose of the face without animation; it may exist
+    beside others.
 
     Attributes
     ----------
@@ -83,7 +83,7 @@ class Clip:
 
     @property
     def still(self) -> bool:
-        """Whether this is no animation but how a face stands that does not move."""
+        """Whether this is a static pose and no animation."""
         return not self.name and len(self.times) <= 1
 
     @property
@@ -112,7 +112,7 @@ def chosen_clips(clips: tuple[Clip, ...], name: str) -> tuple[Clip, ...]:
 
 
 def check_clip(name: str, known: Collection[str]) -> None:
-    """Refuse the name of a clip that is none of those known; "" stands for all.
+    """Refuse an unknown name of a clip; "" stands for all.
 
     Raises
     ------

@@ -27,7 +27,7 @@ Axis = Literal["x", "y", "z"]
 Measure = Literal["absolute", "signed"]
 FaceUnit = Literal["none", "marker_spread"]
 
-# No expression is left of features that are smoothed longer [s].
+# Features smoothed longer than this [s] lose expressions.
 _LONGEST_SMOOTHING = 10.0
 
 
@@ -56,7 +56,7 @@ class MarkerFeature:
 
     @property
     def name(self) -> str:
-        """Of the input variable that reads it, where nobody calls it otherwise."""
+        """Default name of the input variable that reads it."""
         return f"{self.role}_{self.axis}"
 
 
@@ -85,13 +85,14 @@ class ExpressionSystem:
         Least likeness of solved weights to a pose for it to be raised, 0 to 1, see
         `usdface.correction.evidence`; 0 = rules alone decide.
     likeness : float
-        0 = rules alone are heard; up to 0.5 a rule is silenced where the face is like variants of
-        another emotion; up to 1 a face that is like an expression is heard by that, too, see
+        0 = rules alone decide; up to 0.5 a rule is suppressed where the face is like variants of
+        another emotion; up to 1 likeness to an expression also raises it, see
         `usdface.correction.likeness`.
     blend_time : float [s]
-        How long a raised pose comes and goes, see `usdface.correction.temporal_blend.blended`.
+        Duration over which a raised pose is blended in and out, see
+        `usdface.correction.temporal_blend.blended`.
     ease : float
-        How far the antagonists of raised blend shapes go back, 0 to 1, see
+        How far the antagonists of raised blend shapes are reduced, 0 to 1, see
         `usdface.correction.pose_blend.ease_antagonists`.
 
     Raises

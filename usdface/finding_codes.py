@@ -38,7 +38,7 @@ Action = Literal[
     "process_again",
     "compare",
 ]
-"""What one does about a finding; docs/findings.md says it in words for each code."""
+"""The remedy for a finding; docs/findings.md explains it for each code."""
 
 CODES: dict[str, tuple[Severity, Action, str]] = {
     # takes

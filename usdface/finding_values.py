@@ -17,13 +17,13 @@ _WHOLE = 1e15  # whole numbers below it are exact
 
 
 class Prose(str):
-    """Words for the message alone: no value of a report."""
+    """Text for the message alone, not a value of a report."""
 
     __slots__ = ()
 
 
 class _Template(Formatter):
-    """A template that lists names and turns what it does not know into text."""
+    """A template that formats lists of names, and values of other types as text."""
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if isinstance(value, Sequence) and not isinstance(value, str):

@@ -49,14 +49,14 @@ class Finding:
     values: Mapping[str, Any] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
-        """Escape and shorten what came from a file."""
+        """Escape and shorten text that came from a file."""
         object.__setattr__(self, "values", MappingProxyType(plain_values(self.values)))
         object.__setattr__(self, "where", plain(self.where, _LONGEST_PLACE))
         object.__setattr__(self, "message", plain(self.message, _LONGEST))
 
     @property
     def action(self) -> Action:
-        """What to do about it; ``"nothing"`` where it only informs."""
+        """The remedy; ``"nothing"`` where it only informs."""
         return CODES[self.code][1]
 
     def as_dict(self) -> dict[str, Any]:

@@ -99,7 +99,7 @@ class Hook:
 def run_hooks(
     hooks: Sequence[Hook], point: HookPoint, value: Value, *arguments: Any
 ) -> tuple[Value, list[Finding]]:
-    """Return a value after the hooks of a point, in their order, and what each changed.
+    """Return a value after the hooks of a point, in their order, and findings on their changes.
 
     Parameters
     ----------

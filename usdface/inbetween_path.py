@@ -1,6 +1,6 @@
 """The path of a blend shape with inbetweens over its weight.
 
-It goes straight from one inbetween to the next and on beyond the outer ones.
+It is linear from one inbetween to the next, and extrapolated beyond the outer ones.
 
 Source: OpenUSD, UsdSkel "Blend Shapes" (inbetweens); `UsdSkel.BlendShapeQuery` in 26.11 for the
 weights beyond the outer ones.
@@ -15,8 +15,8 @@ from usdface.blend_shapes import BlendShape, Inbetween
 
 __all__ = ["InbetweenPath", "distinct_inbetweens", "inbetween_path"]
 
-# Change of a weight below which a chord has the slope of the path: rounding (1e-16) over it stays
-# below 1e-7 of the shape's displacement.
+# Change of a weight below which a secant is replaced by the slope of the path: rounding (1e-16)
+# over it stays below 1e-7 of the shape's displacement.
 _SAME = 1e-9
 
 
@@ -39,15 +39,16 @@ class InbetweenPath:
     displacements: FloatArray
 
     def hats(self, weights: FloatArray) -> FloatArray:
-        """Return how much each knot counts at some weights (F,): (F, K), rows of sum 1.
+        """Return the influence of each knot at some weights (F,): (F, K), rows of sum 1.
 
-        Two neighbours count at a time; beyond the outer knots the last stretch goes on.
+        Two neighbours have influence at a time; beyond the outer knots the last segment is
+        extrapolated.
         """
-        stretch, part = self.stretch(weights)
+        segment, part = self.stretch(weights)
         hats = np.zeros((len(weights), len(self.weights)))
         frames = np.arange(len(weights))
-        hats[frames, stretch] = 1.0 - part
-        hats[frames, stretch + 1] = part
+        hats[frames, segment] = 1.0 - part
+        hats[frames, segment + 1] = part
         return hats
 
     def at(self, weights: FloatArray) -> FloatArray:
@@ -55,22 +56,22 @@ class InbetweenPath:
         return np.asarray(self.hats(weights) @ self.displacements)
 
     def knots_between(self, low: float, high: float) -> FloatArray:
-        """Return the corners of the path over the weights from `low` to `high`: (C, N) [m]."""
+        """Return the knots of the path over the weights from `low` to `high`: (C, N) [m]."""
         inner = self.displacements[(self.weights > low) & (self.weights < high)]
         return np.concatenate([inner, self.at(np.array([low, high]))])
 
     def secants(self, start: FloatArray, end: FloatArray) -> FloatArray:
-        """Return the slopes of the chords from weights (F,) to others: (F, N) [m]."""
+        """Return the slopes of the secants from weights (F,) to others: (F, N) [m]."""
         change = end - start
         apart = np.abs(change) > _SAME
         chord = (self.at(end) - self.at(start)) / np.where(apart, change, 1.0)[:, None]
         return np.where(apart[:, None], chord, self.slopes[self.stretch(end)[0]])
 
     def weights_of(self, shares: FloatArray) -> FloatArray:
-        """Return the weights (F,) at which the path is as far along the whole shape as `shares`.
+        """Return the weights (F,) at which the path, projected on the whole shape, is at `shares`.
 
-        The first ones, where it comes to the same place again; within the knots. The shares
-        themselves, if the whole shape moves nothing.
+        The first ones, where there are several; within the knots. The shares themselves, if the
+        whole shape moves nothing.
         """
         whole = self.displacements[self.weights == 1][0]
         size = float(whole @ whole)
@@ -80,7 +81,7 @@ class InbetweenPath:
         return np.interp(shares, np.maximum.accumulate(along), self.weights)
 
     def shares_of(self, weights: FloatArray) -> FloatArray:
-        """Return how far along the whole shape the path is at some weights (F,): (F,) [1].
+        """Return the projection of the path on the whole shape at some weights (F,): (F,) [1].
 
         The weights themselves, if the whole shape moves nothing.
         """
@@ -90,15 +91,15 @@ class InbetweenPath:
 
     @property
     def slopes(self) -> FloatArray:
-        """Slope of each stretch: (K - 1, N) [m]."""
+        """Slope of each segment: (K - 1, N) [m]."""
         return np.asarray(np.diff(self.displacements, axis=0) / np.diff(self.weights)[:, None])
 
     def stretch(self, weights: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Return the stretch that each weight (F,) lies on, at a knot that before it, and where."""
+        """Return the segment of each weight (F,), at a knot the one before, and its share of it."""
         last = len(self.weights) - 2
-        stretch = (np.searchsorted(self.weights, weights) - 1).clip(0, last)
-        left, right = self.weights[stretch], self.weights[stretch + 1]
-        return stretch, (weights - left) / (right - left)
+        segment = (np.searchsorted(self.weights, weights) - 1).clip(0, last)
+        left, right = self.weights[segment], self.weights[segment + 1]
+        return segment, (weights - left) / (right - left)
 
 
 def distinct_inbetweens(shape: BlendShape) -> tuple[Inbetween, ...]:

@@ -20,7 +20,7 @@ def local_maxima(curve: FloatArray, least: float, apart: int = 1) -> IntArray:
     least : float
         Lower ones are left out.
     apart : int
-        Of two that are nearer, the lower one is left out: from the highest down.
+        Of two closer than this, the lower one is left out, starting with the highest.
     """
     change = np.flatnonzero(np.diff(curve))
     # Runs of equal values lie between two changes.

@@ -1,4 +1,4 @@
-"""A performer's face: where their markers sit on the character, and how the shapes move them."""
+"""A performer's face: places of the markers on the character, and their displacements by shapes."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ __all__ = ["PerformerFace"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PerformerFace:
-    """What takes have shown of a performer's face; part of a `Calibration`.
+    """A performer's face, learned from takes; part of a `Calibration`.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class PerformerFace:
     shifts : (M, 3) float64 [m]
         On the character, from those vertices to where the markers sit.
     rest : (M, 3) float64 [m]
-        Resting markers, in the space of the take that showed them.
+        Neutral markers, in the space of the take that they were learned from.
     frames : int
         Neutral frames that `rest` is the mean of; 0 = exact.
     shapes : tuple of str, length S

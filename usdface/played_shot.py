@@ -1,7 +1,7 @@
 """A processed shot as its layers hold it, in arrays: SI units, Y up.
 
-`usdface.io.usd.played_shot` reads it from a stage. Nothing is solved again: it is what a viewer of
-the stage sees, also after an animator has changed it.
+`usdface.io.usd.played_shot` reads it from a stage. Nothing is solved again: it has the values of
+the stage, including edits by an animator.
 """
 
 from collections.abc import Mapping
@@ -22,14 +22,14 @@ __all__ = ["PlayedShot"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class PlayedShot:
-    """A shot with what `process` wrote over it; parts that no layer has are empty.
+    """A shot with the results of `process`; parts that no layer has are empty.
 
     Attributes
     ----------
     rig : Rig
         All meshes, with the joints that move them.
     clip : Clip or None
-        What the stage plays, on the clock of the take: its first frame is at 0 s.
+        The animation of the stage, on the clock of the take: its first frame is at 0 s.
     shot : Shot
     solved : WeightsTake
         (F, T) weights before the correction.

@@ -1,9 +1,9 @@
 """A take that is too long for memory: estimated from a sample, solved in pieces, joined.
 
-What a solve finds for all frames, the neutral, places, space map, noise and covariance of the
-weights, comes from stretches that are spread over the take. With these each frame depends on those
-near it alone: a piece with enough frames around it has the weights of the whole. Markers are
-cleaned in blocks that do not depend on the pieces.
+Estimates for all frames, the neutral, places, space map, noise and covariance of the weights, come
+from segments spread over the take. Given these, each frame depends on nearby ones alone: a piece
+with a sufficient overlap has the weights of the whole. Markers are cleaned in blocks that do not
+depend on the pieces.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -38,7 +38,7 @@ __all__ = ["EstimatedTake", "PieceCuts", "ReadFrames", "estimate_shot", "join", 
 # solved, with 68 markers and 53 blend shapes.
 _BLOCK = 4096
 _BLOCKS = 4
-# Stretches of the sample, and frames of each.
+# Segments of the sample, and frames of each.
 _STRETCHES = 16
 _STRETCH = 1024
 
@@ -241,7 +241,7 @@ def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) 
     Parameters
     ----------
     pieces : iterable of SolvedShot
-        All of them, in order; each is let go before the next is taken.
+        All of them, in order; each is freed before the next is taken.
     known : EstimatedTake
     arrays : RowArrays
         The rows of the result.
@@ -290,7 +290,7 @@ def _of_all_frames(solution: Solution, take: MarkerTake) -> list[Finding]:
 
 
 def _mended(repairs: Sequence[Repair]) -> tuple[Repair, ...]:
-    """Return repairs by kind, marker and frame, with those that a cut parted made one again."""
+    """Return repairs by kind, marker and frame; those that a cut split are merged."""
     kinds = ("swap", "spike", "fill")
     done: list[Repair] = []
     for repair in sorted(repairs, key=lambda r: (kinds.index(r.kind), r.marker, r.first)):

@@ -155,7 +155,7 @@ class Calibration:
         How large each movement is against the character's, in `usdface.options.AMPLITUDE_RANGE`.
     offsets : (K,) float64
         How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. A
-        take's own `RetargetSetup.neutral_weights` go before the offset of a shape.
+        take's own `RetargetSetup.neutral_weights` override the offset of a shape.
     face : PerformerFace or None
         Where the performer's markers sit, and how the shapes move them.
 
@@ -215,8 +215,8 @@ class RetargetSetup:
     ----------
     binding : Binding
     head : {"solve", "markers", "stabilised"}
-        "solve": the head pose is found together with the weights. "markers": a rigid fit
-        on `head_markers`, which sit on something truly rigid. "stabilised": no head motion.
+        "solve": the head pose is found together with the weights. "markers": a rigid fit on
+        `head_markers`, which are on a rigid object. "stabilised": no head motion.
     move_head : bool
         The character's head moves as the performer's; else the face stays in its place.
     head_joint : str
@@ -226,7 +226,7 @@ class RetargetSetup:
         First and last neutral frame index, inclusive; None = the take's neutral is the
         rig's own neutral mesh, in the same space.
     neutral_assumed : bool
-        `neutral` stands in for frames that nobody has named or looked for.
+        `neutral` is a default: the frames were neither named nor searched for.
     neutral_weights : mapping of str to float
         Blend shape weights of the character that the performer shows in the neutral frames, a
         little open mouth say; those not named are 0, or as `calibration` says.

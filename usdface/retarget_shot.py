@@ -158,7 +158,7 @@ def retarget_in_stages(
     shot : Shot
     options : ProcessOptions
     hooks : sequence of Hook
-        With any, all is computed: there is no telling what they depend on.
+        With any, nothing is cached: their inputs are unknown.
     progress : Progress
     stages : Stages
         Returns the value of "solve" and of "express", kept or computed, and within the first that
@@ -176,7 +176,7 @@ def retarget_in_stages(
     def compute() -> ShotResult:
         return _express_shot(shot, solved, options, hooks, progress)
 
-    if options.trace:  # for an explanation, which is asked for once
+    if options.trace:  # for an explanation, which is computed once
         return compute()
     inputs = (_express_inputs(shot), options, solved)
     given = {
@@ -211,9 +211,9 @@ def _solve_shot(
         weights, solution, new_findings = solve(
             take, face, shot.setup, cleaned=cleaned, progress=progress
         )
-        believed, lids = _believable(take, face, solution, shot.setup)
-        if believed is not None:
-            take, doubts = believed
+        corrected, lids = _without_mistracked_lids(take, face, solution, shot.setup)
+        if corrected is not None:
+            take, doubts = corrected
             weights, solution, new_findings = solve(
                 take, face, shot.setup, cleaned=cleaned, progress=progress
             )
@@ -238,7 +238,7 @@ def _clean(
     return cleaned.take if cleaned else take, cleaned, findings
 
 
-def _believable(
+def _without_mistracked_lids(
     take: MarkerTake | WeightsTake,
     face: BoundFace,
     solution: Solution | None,
@@ -283,7 +283,7 @@ def _express_shot(
             repairs=solved.repairs,
             region_residuals=regions,
         )
-    # A base adds blend shapes, which the lids were not measured with.
+    # A base adds blend shapes, without which the lids were measured.
     same = result.solved.names == solved.weights.names
     lids = solved.lids if same else None
     corrected = correct_solved(result, options, hooks, progress, lids)

@@ -84,7 +84,7 @@ def clean(
 def clean_inputs(take: MarkerTake, setup: RetargetSetup) -> object:
     """Return all that `clean` depends on: the labels that are bound, and nothing else of the rig.
 
-    In the order of the take, which is the order that the clean-up takes them in.
+    In the order of the take, in which the clean-up processes them.
     """
     face_markers = {*setup.binding.markers, *setup.head_markers}
     chosen = tuple(name in face_markers for name in take.names)
@@ -102,7 +102,7 @@ def solve(
 ) -> tuple[WeightsTake, Solution | None, list[Finding]]:
     """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
 
-    `progress` gets a step of its own if the solver must be compiled first.
+    `progress` gets a separate step if the solver must be compiled first.
 
     Returns
     -------
@@ -155,7 +155,7 @@ def calibrate(
     extremes : bool
         The take goes through the whole range of motion, each movement to its extreme.
     progress : Progress, optional
-        Gets a step of its own if the solver must be compiled first.
+        Gets a separate step if the solver must be compiled first.
 
     Raises
     ------
@@ -192,7 +192,7 @@ def _film(
     skin: DotSkin,
     progress: Progress | None,
 ) -> tuple[FilmedHead | None, list[Finding]]:
-    """Find how the head of a 2D take moved, if it is to be solved; none for other takes."""
+    """Solve the head motion of a 2D take, if requested; None for other takes."""
     # The paper's map goes from the image to the character, the head's motion included.
     flat = take.dimension == 2 and setup.head == "solve" and setup.map.form != "paper"
     if not flat or setup.neutral is None:

@@ -61,7 +61,7 @@ class MaterialSubset:
 
 @dataclass(frozen=True, slots=True)
 class MaterialVariant:
-    """A look of a mesh that can be chosen: `materials` are others by those in whose place they are.
+    """A material variant of a mesh: `materials` maps original materials to their replacements.
 
     Each mesh of a rig has all variants by `name`; one that changes nothing of it is empty.
     """
@@ -218,7 +218,7 @@ class Mesh:
     def offsets_at(self, vertices: IntArray) -> FloatArray:
         """Return the offsets of all shapes at some vertices: (S, len(vertices), 3) [m].
 
-        A vertex may be asked for more than once.
+        Vertices may be repeated.
         """
         result = np.zeros((len(self.shapes), len(vertices), 3))
         for row, shape in zip(result, self.shapes, strict=True):
@@ -351,7 +351,7 @@ class Rig:
 
 
 def _moving_shapes(mesh: Mesh) -> int:
-    """Return how many blend shapes of a mesh move something, if only on their way."""
+    """Return the number of blend shapes of a mesh that move something, inbetweens included."""
     return sum(
         bool(s.offsets.any() or any(between.offsets.any() for between in s.inbetweens))
         for s in mesh.shapes

@@ -81,7 +81,7 @@ class Light:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Group:
-    """A node that carries nothing itself: a group, a place to attach things, a bone without skin.
+    """A node without content: a group, an attachment point, a bone without skin.
 
     Attributes
     ----------
@@ -92,7 +92,8 @@ class Group:
     matrix : (4, 4) float64
         Group to rig space at rest; row vectors.
     joint : str
-        Path of the joint of the rig that it hangs on; "" = none. Of a group that is in no other.
+        Path of the joint of the rig that is its parent; "" = none. Only for a group that is in no
+        other.
     extras : mapping
     """
 

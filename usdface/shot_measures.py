@@ -19,7 +19,7 @@ _NAMED = 4  # places that a reason names
 # Mean distance between the pupils of adults (N. Dodgson, "Variation and extrema of human
 # interpupillary distance", 2004): here between the middles of both eyes' lids.
 _EYES_APART = 0.063  # m
-# Share of the mean energy of a shape by which the plain least squares are held. Set by hand.
+# Ridge of the unbounded least squares, as a share of the mean energy of a shape. Set by hand.
 _RIDGE = 0.02
 _LIMIT = 0.999
 # Proposed places of a lower confidence are unsure, and none is flatter than this.
@@ -44,7 +44,7 @@ def shot_measures(
     Returns
     -------
     dict of str to Measured
-        By code; without the codes that the shot says nothing about.
+        By code; without the codes that do not apply to the shot.
     """
     found = _of_weights(result)
     if result.solution is not None:
@@ -118,7 +118,7 @@ def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Meas
 
 
 def _beside(source: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
-    """Return the distances (M,) that the best similarity leaves, and its scale."""
+    """Return the residual distances (M,) of the best similarity, and its scale."""
     linear, offset = similarity_fit(source, target)
     distances = np.linalg.norm(source @ linear + offset - target, axis=1)
     return distances, float(np.cbrt(abs(np.linalg.det(linear))))
@@ -143,7 +143,7 @@ def _unusual(size: float) -> Measured:
 
 
 def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: float) -> Measured:
-    """Measure what the neutral frames show: motion that lies on the other side of them.
+    """Measure motion on the opposite side of the neutral, which a false neutral causes.
 
     Where a shape is open in the neutral, the take needs its weight below 0 whenever it closes:
     least squares without bounds show by how much, in half of the frames. Where the solve has
@@ -153,11 +153,11 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
     neutral = result.shot.setup.neutral
     if neutral is None or not motion:
         return Measured(np.nan)
-    shown = solution.displaced(slice(neutral[0], neutral[1] + 1)).mean(axis=0)
+    residual = solution.displaced(slice(neutral[0], neutral[1] + 1)).mean(axis=0)
     shapes = face.mesh.offsets_at(face.vertices_of(solution.markers))
     for name, weight in result.shot.setup.neutral_weights.items():
-        shown = shown - weight * shapes[face.shape_names.index(name)]
-    corrected = float(np.sqrt((shown**2).sum(axis=1).mean()))
+        residual = residual - weight * shapes[face.shape_names.index(name)]
+    corrected = float(np.sqrt((residual**2).sum(axis=1).mean()))
     flat = shapes.reshape(len(shapes), -1)
     gram = flat @ flat.T
     held = gram + _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))

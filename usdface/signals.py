@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM end a command with one line, and with what it has begun removed."""
+"""Ctrl-C and SIGTERM end a command with one line, and unfinished files are removed."""
 
 import signal
 import sys
@@ -19,7 +19,7 @@ def handle_signals() -> None:
 
 
 def ignore_signals() -> None:
-    """Ignore both signals: what is left to do takes milliseconds."""
+    """Ignore both signals: the remaining work takes milliseconds."""
     for number in _NUMBERS:
         signal.signal(number, signal.SIG_IGN)
 

@@ -11,7 +11,7 @@ __all__ = ["residual_colours"]
 
 # From small to large, linear light: the colours of the page of `usdface view`.
 _RAMP = np.array([[0.3, 0.31, 0.33], [0.75, 0.6, 0.08], [0.85, 0.16, 0.02], [0.75, 0.0, 0.12]])
-# The end of the ramp: what one marker in fifty exceeds, at least this [m].
+# The end of the ramp: the residual that one marker in fifty exceeds, at least this [m].
 _QUANTILE, _LEAST = 0.98, 0.002
 
 

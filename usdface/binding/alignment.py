@@ -4,8 +4,8 @@ Unknown are the similarity between performer and character, the smooth differenc
 faces, the rig's weights in each peak frame, and the vertex of each marker. Given three of these
 the fourth is a small least-squares problem, so they alternate: iterated closest points (Besl and
 McKay 1992) with soft assignments (Granger and Pennec 2002), whose distance counts place *and*
-motion. A vertex is near a marker if it lies there and the rig can move it so. This converges to
-the nearest local optimum; `usdface.binding.pose_search` starts it from all poses.
+motion. A vertex is near a marker if its position and the motion that the rig can give it are. This
+converges to the nearest local optimum; `usdface.binding.pose_search` starts it from all poses.
 """
 
 from dataclasses import replace
@@ -128,7 +128,7 @@ def _misfit_cost(
 ) -> float:
     """Return the cost of bend, size and pose.
 
-    `rest` (M, 3) [m] is what the similarity `linear` leaves of the places, `covariance` (M, M)
+    `rest` (M, 3) [m] is the residual of the places by the similarity `linear`, `covariance` (M, M)
     [m^2] that of one of its coordinates.
     """
     strain = float((rest * np.linalg.solve(covariance, rest)).sum()) / len(rest)
@@ -140,7 +140,7 @@ def _misfit_cost(
 def predicted_by_others(
     candidates: CandidateVertices, observations: Observations, registration: Registration
 ) -> tuple[FloatArray, FloatArray]:
-    """Return where each marker is by the places of all others: (M, 3) [m] from the centre, (M,).
+    """Predict each marker's place from all others: (M, 3) [m] from the centre, (M,).
 
     The second is the variance of a coordinate [m^2]. Leave-one-out residuals of the Gaussian
     process of the bend (C. E. Rasmussen, C. K. I. Williams, "Gaussian Processes for Machine

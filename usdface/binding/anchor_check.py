@@ -11,8 +11,8 @@ from usdface.binding.registration import USUAL_COST, total_errors
 
 __all__ = ["DoubtedAnchor", "check_anchors", "without_anchors"]
 
-# A given vertex is doubted if the marker fits another one better by so many squared errors (four
-# deviations), so far away along the surface [share of the face's size; ICT: 20 mm].
+# A given vertex is doubted if another one fits better by this difference of squared errors (four
+# deviations), and is this far away along the surface [share of the face's size; ICT: 20 mm].
 # `python benchmarks/binding.py given` counts right ones doubted and wrong ones not doubted.
 _BETTER, _AWAY = 16.0, 0.3
 # A registration of more than this cost may be the wrong one (`registration.USUAL_COST` is a good
@@ -51,7 +51,7 @@ def check_anchors(registered: RegisteredMarkers) -> tuple[DoubtedAnchor, ...]:
     free = without_anchors(registered.observations, range(len(given)))
     found = refine(registered, free)
     if found.cost > _POOR_COST and free.named is None:
-        # Too wrong to find the way back from.
+        # Too wrong to be refined.
         others = search_pose(surface, free).registrations
         found = min((found, *others), key=lambda one: one.cost)
     total = total_errors(candidates, free, found)

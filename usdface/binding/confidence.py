@@ -15,7 +15,7 @@ _NEAR = 0.15
 # vertices; docs/constants.md lists them. At this cost the best registration is as often
 # wrong as right, unless three anchors determine the pose; how steeply that changes with the cost.
 _HOPELESS_COST, _HOPELESS_POWER = 9.0, 6
-# Two registrations differ by as many independent markers as this share of them.
+# Share of the markers that counts as independent in the comparison of two registrations.
 _INDEPENDENT = 0.25
 
 

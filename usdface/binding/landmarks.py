@@ -1,7 +1,7 @@
-"""Landmarks of a rig's face, as its own blend shapes and surface reveal them.
+"""Landmarks of a rig's face, found by its blend shapes and surface.
 
-Eyes are where lids close, the mouth where lips part, brows what brow shapes move; the tip of the
-nose is foremost between them, and the chin ends where the midline turns back below the mouth.
+Eyes are where lids close, the mouth is where lips part, brows are moved by brow shapes; the tip of
+the nose is foremost between them, and the chin ends where the midline recedes below the mouth.
 """
 
 from dataclasses import dataclass
@@ -71,7 +71,7 @@ class FaceLandmarks:
 def find_landmarks(
     surface: FaceSurface, contacts: LipLidContacts | None = None
 ) -> FaceLandmarks | None:
-    """Find the landmarks of a face; None where its blend shapes reveal no lips or no lids.
+    """Find the landmarks of a face; None if its blend shapes move no lips or no lids.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def find_landmarks(
     for side in (1, -1):
         brow = _brow(surface, shape_regions(mesh, contacts)["brows"], side, middle)
         if brow is not None and brow[1] > eyes:
-            # How far out it is depends on which brow shapes there are; the eye tells that.
+            # Its x depends on which brow shapes there are, so that of the eye is used.
             inner, outer = found["eye inner", side], found["eye outer", side]
             found["brow", side] = np.array([inner[0] + _BROW * (outer - inner)[0], *brow[1:]])
     width = abs(float(found["eye outer", 1][0] - found["eye outer", -1][0]))

@@ -24,7 +24,7 @@ __all__ = [
 FEWEST_NAMED, _FEWEST_HEIGHTS = 5, 3
 # Degrees of freedom of the Student-t errors: one name that is wrong does not pull all.
 _DEGREES_OF_FREEDOM = 4.0
-# Places are those of a face seen from the front: how deep a vertex is counts less. Set by hand.
+# Places are those of a frontal face: depth has less weight. Set by hand.
 _AXES = np.array([1.0, 1.0, 0.4])
 # Rounds of fitting the pose and weighting the names, enough to settle.
 _ROUNDS = 12
@@ -41,7 +41,7 @@ class NamePriors:
     points : (M, A, 3) float64 [m]
         Up to A places of each marker on the rig; NaN = none.
     spreads : (M,) float64 [m]
-        Standard deviation about them; NaN where the name tells no place.
+        Standard deviation about them; NaN where the name has no known place.
     sides : (M,) int64
         1 = left, -1 = right by the name, 0 = neither.
     middle : float [m]
@@ -60,7 +60,7 @@ class NamePriors:
 
     @property
     def known(self) -> BoolArray:
-        """(M,) bool: markers whose name tells a place."""
+        """(M,) bool: markers whose name has a known place."""
         return np.asarray(~np.isnan(self.spreads))
 
     def without(self, markers: BoolArray) -> "NamePriors":
@@ -93,7 +93,7 @@ class NamePriors:
 def named_heights(names: Sequence[str]) -> FloatArray:
     """Return how high each marker is on an average face by its name: (M,) [mm], NaN = unknown.
 
-    All NaN where too few names tell a place.
+    All NaN where too few names have a known place.
 
     >>> named_heights(("ForeHead_M", "Chin_R1", "Leyebrow_M", "m4", "Mouth_Up", "NoseTop"))
     array([  55.,  -98.,   25.,   nan,  -58.,   -2.])
@@ -109,7 +109,7 @@ def named_heights(names: Sequence[str]) -> FloatArray:
 
 
 def name_priors(names: Sequence[str], landmarks: FaceLandmarks) -> NamePriors | None:
-    """Carry the places of names from the average face to a rig; None where too few tell one."""
+    """Carry the places of names from the average face to a rig; None where too few are known."""
     if np.isnan(named_heights(names)).all():
         return None
     places = named_places(names)
@@ -132,7 +132,7 @@ def name_priors(names: Sequence[str], landmarks: FaceLandmarks) -> NamePriors | 
 def name_errors(priors: NamePriors, points: FloatArray) -> FloatArray:
     """Return the squared errors of M markers at N points (N, 3) [m] by their names: (M, N).
 
-    In units of their spreads, with heavy tails; 0 where a name tells nothing.
+    In units of their spreads, with heavy tails; 0 where a name has no known place.
     """
     apart = np.linalg.norm((priors.points[:, :, None] - points) * _AXES, axis=3)
     nearest = np.nan_to_num(apart, nan=np.inf).min(axis=1)
@@ -150,7 +150,7 @@ class NamedPose:
     offset : (3,) float64 [m]
         Row vectors of the performer's space times `linear` plus `offset` are the character's.
     squared : (K,) float64
-        Squared errors of the K markers whose names tell a place, in units of the spreads.
+        Squared errors of the K markers whose names have a known place, in units of the spreads.
     """
 
     linear: FloatArray
@@ -161,7 +161,7 @@ class NamedPose:
 def named_pose(neutral: FloatArray, priors: NamePriors) -> NamedPose:
     """Fit a similarity of neutral markers (M, 3) [m] to the places of their names.
 
-    By least squares, again and again, names that are far off counting less.
+    By iteratively reweighted least squares: names that are far off have less weight.
     """
     known = np.flatnonzero(priors.known)
     rows, source, spreads = np.arange(len(known)), neutral[known], priors.spreads[known]

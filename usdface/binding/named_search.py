@@ -1,4 +1,4 @@
-"""Registration of named markers: from the places of their names, which are checked against it."""
+"""Registration of named markers, initialised by the places of their names, which it then checks."""
 
 from dataclasses import dataclass, replace
 
@@ -21,7 +21,7 @@ _AGREEING, _WITHIN = 0.6, 9.0
 # Left and right are exchanged where that leaves less than this share of the error. Three heads with
 # three takes: 0.14 to 0.64 of the error if they are, 1.6 to 7 times if not.
 _EXCHANGED = 0.8
-# An error counts up to this square: a few wrong names do not decide on all.
+# Errors are clipped at this square: a few wrong names do not decide for all.
 _MOST = 25.0
 # Rounds of registering and of leaving out contradicted names.
 _ROUNDS = 3
@@ -34,11 +34,11 @@ class NameCheck:
     Attributes
     ----------
     contradicted : (M,) bool
-        Markers that lie elsewhere than their name tells.
+        Markers that lie elsewhere than their names say.
     exchanged : (M,) bool
-        Markers whose name tells the other side, where all names do and no given vertex confirms it.
+        Markers named for the opposite side, where all names are and no given vertex confirms it.
     used : bool
-        False where the names as a whole fit no face, or tell nothing: places were found without
+        False where the names as a whole fit no face, or are unknown: places were found without
         them.
     """
 
@@ -54,7 +54,7 @@ class NameCheck:
 def register_markers(
     surface: FaceSurface, observations: Observations
 ) -> tuple[RegisteredMarkers, NameCheck]:
-    """Register markers to a face, from the places of their names where they tell any.
+    """Register markers to a face, from the places of their names where these are known.
 
     Without such names by a search from all poses (`usdface.binding.pose_search`).
     """
@@ -69,20 +69,20 @@ def register_markers(
         registered = search_pose(surface, replace(observations, named=None, heights=heights))
         found = _contradicted(registered, observations.named) & ~fixed
         return registered, NameCheck(found, nobody, used=False)
-    told = observations.named.mirrored() if exchanged else observations.named
+    priors_used = observations.named.mirrored() if exchanged else observations.named
     contradicted = nobody
     for _ in range(_ROUNDS):
-        some = replace(observations, named=told.without(contradicted))
+        some = replace(observations, named=priors_used.without(contradicted))
         pose = named_pose(observations.neutral, priors.without(contradicted))
         registered = register_from(surface, some, pose.linear, pose.offset)
-        found = contradicted | (_contradicted(registered, told) & ~fixed)
-        if (found == contradicted).all() or (told.known & ~found).sum() < FEWEST_NAMED:
+        found = contradicted | (_contradicted(registered, priors_used) & ~fixed)
+        if (found == contradicted).all() or (priors_used.known & ~found).sum() < FEWEST_NAMED:
             break
         contradicted = found
     sided = observations.named.sides != 0
     across = observations.named.sides * (at[:, 0] - observations.named.middle)
-    asked = exchanged and not (fixed & (across < 0.0)).any()
-    return registered, NameCheck(contradicted, sided & ~fixed & asked)
+    uncertain = exchanged and not (fixed & (across < 0.0)).any()
+    return registered, NameCheck(contradicted, sided & ~fixed & uncertain)
 
 
 def _sided(neutral: FloatArray, priors: NamePriors) -> tuple[NamePriors, bool]:
@@ -98,7 +98,7 @@ def _sided(neutral: FloatArray, priors: NamePriors) -> tuple[NamePriors, bool]:
 
 
 def _contradicted(registered: RegisteredMarkers, priors: NamePriors) -> BoolArray:
-    """Return which markers lie elsewhere than their name tells, by the places of the others."""
+    """Return which markers lie elsewhere than their names say, by the places of the others."""
     points, variance = predicted_by_others(
         registered.candidates, registered.observations, registered.best
     )

@@ -1,4 +1,4 @@
-"""Neutral and peak frames of a take whose markers are not known: held poses and far expressions."""
+"""Neutral and peak frames of a take that is not bound yet: held poses and strong expressions."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -33,13 +33,13 @@ FEWEST_MARKERS = 4
 # Peak frames that are looked for. As all numbers below without another source: set by hand; judge:
 # `python benchmarks/binding.py`; docs/constants.md lists them.
 MOST_PEAKS = 24
-# Frames that are compared with each other: bounds the memory (32 MB) and the time.
+# Frames that are compared pairwise: bounds the memory (32 MB) and the time.
 _MOST_FRAMES = 2000
 # Modes of the motion.
 _MODES = 8
 # Rounds of choosing the calmer half of the markers.
 _ROUNDS = 4
-# Markers that hold the head still, at least.
+# Least number of markers for the head pose.
 _FEWEST_CALM = 4
 # Median filter of the modes [frames]: a swapped or mislabelled marker jumps for a frame or two.
 _MEDIAN = 5
@@ -50,10 +50,10 @@ _LONGEST_HOLD = 0.5
 # A face that holds a pose is slow this long [s] before and after; a turning point is slow for a
 # moment.
 _STILL = 0.1
-# Held poses that are compared as neutral: by how usual they are, to this power, and whether the
-# take begins with them, for so long [s], which counts as this factor. Set on sixteen simulated
-# takes of other people, and the factor with two recorded ones in view: the simulated all begin at
-# rest and do not tell it.
+# Number of held poses that are candidates for the neutral; exponent of their share of the take;
+# duration [s] and factor of poses that the take begins with. Set on sixteen simulated takes of
+# other people, and the factor with two recorded ones in view: the simulated all begin at rest and
+# do not tell it.
 NEUTRALS, _USUAL, _BEGINNING, _BEGINS = 8, 0.5, 0.3, 1.65
 # Least distance of a peak from neutral and other peaks, as a share of the farthest one's.
 _LEAST_PEAK = 0.02
@@ -66,7 +66,7 @@ class StabilisedTake:
     Attributes
     ----------
     positions : (F, M, 3) float64 [m]
-        Without the head motion that the calmer half of the markers shows; NaN where occluded.
+        Without head motion, by the calmer half of the markers; NaN where occluded.
     scores : (F, K) float64 [m]
         Of the strongest modes of the motion.
     """
@@ -95,17 +95,17 @@ class HeldPose:
 
     @property
     def likely(self) -> float:
-        """How likely it is the neutral, as far as the markers alone say: any unit."""
+        """Likelihood that it is the neutral, by the markers alone: any unit."""
         return float(self.usual**_USUAL * _BEGINS**self.first)
 
 
 def neutral_frames(take: MarkerTake) -> tuple[int, int]:
-    """Return the first and last frame index of the pose that the face most likely rests in.
+    """Return the first and last frame index of the most likely neutral pose.
 
     Raises
     ------
     InputError
-        If the take is two-dimensional, or has too few markers to hold the head still.
+        If the take is two-dimensional, or has too few markers for the head pose.
     """
     return held_poses(_stabilised(take, "neutral"), take.times)[0].frames
 
@@ -167,7 +167,7 @@ def _stabilised(take: MarkerTake, kind: str) -> StabilisedTake:
 
 
 def stabilised_take(positions: FloatArray) -> StabilisedTake:
-    """Remove the head motion that the calmer half of the markers shows.
+    """Remove the head motion, estimated from the calmer half of the markers.
 
     Parameters
     ----------

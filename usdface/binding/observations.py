@@ -11,7 +11,7 @@ from usdface.geometry.marker_spread import rms_radius
 
 __all__ = ["Observations", "observe"]
 
-# The spread of fewer moving markers says nothing of a face's size: then all central ones count.
+# Fewer moving markers do not determine the size of a face: then all central ones are used.
 _FEWEST_MOVING = 6
 # Beyond this many median distances from the median marker one is not on the face: the outermost
 # of a face is at 2.1 at most (the four faces of `benchmarks/binding.py`).
@@ -34,7 +34,7 @@ class Observations:
     heights : (M,) float64
         Height on the face by the marker's name (`usdface.binding.name_priors`), NaN = unknown.
     named : NamePriors or None
-        Places by the markers' names; None where they tell none.
+        Places by the markers' names; None where these have no known place.
     """
 
     neutral: FloatArray
@@ -51,7 +51,7 @@ class Observations:
 
     @property
     def central(self) -> BoolArray:
-        """(M,) bool: markers that are not far from all others, as one on the chest is."""
+        """(M,) bool: markers that are not far from all others, as on the chest."""
         away = np.linalg.norm(self.neutral - np.median(self.neutral, axis=0), axis=1)
         near: BoolArray = np.asarray(away < _CENTRAL * np.median(away))
         return near
@@ -65,7 +65,7 @@ class Observations:
         """
         far = np.linalg.norm(self.displacements, axis=2).max(axis=0, initial=0.0)
         far = np.where(self.central, far, 0.0)
-        # Of the second: one may be on the wrong marker for a while.
+        # Relative to the second largest: a label may be on the wrong marker for a while.
         much: BoolArray = np.asarray(far > MOVING_SHARE * np.sort(far)[-2:].min(initial=np.inf))
         return much if much.sum() >= _FEWEST_MOVING else self.central
 

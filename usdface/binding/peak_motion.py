@@ -16,7 +16,7 @@ __all__ = ["Targets", "peak_motion", "unexplained_motion"]
 
 WeightBounds = Literal["solved", "clipped", "none"]
 
-# Prior of the weights: keeps shapes that hardly show at 0, as if a weight were about 0.4.
+# Prior deviation of the weights is about 0.4: keeps hardly determined shapes at 0.
 _WEIGHT_PRIOR = 0.2
 
 
@@ -34,10 +34,10 @@ def unexplained_motion(
 ) -> tuple[float, float]:
     """Return the mean squared motion of the markers that the rig cannot explain where they sit.
 
-    In units of the expected squared error; with weights of any sign, and how much more with
-    weights from 0 to 1. The first is the difference of the two faces, which grows with the way
-    from the neutral to the peaks. The second shows a false neutral, with an open mouth say: the way
-    back to the true one cannot be gone.
+    In units of the expected squared error: with unbounded weights, and the increase with weights
+    from 0 to 1. The first is the difference of the two faces, which grows with the distance from
+    the neutral to the peaks. The second reveals a false neutral, such as an open mouth: motion
+    towards the true one needs negative weights.
     """
     targets = Targets(
         candidates.points[registration.assigned],

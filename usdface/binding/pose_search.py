@@ -1,4 +1,4 @@
-"""Global search for the registration: from all poses of a head to the few that fit best."""
+"""Global search for the registration: starts at all head poses, refinement of the best ones."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -41,7 +41,7 @@ _FIRST_SHAPE_ERROR, _FIRST_MOTION_ERROR = 0.2, 5.0
 _START_STEPS, _STEPS, _LAST_STEPS = 6, 18, 3
 # Share of its first error down to which a start anneals.
 _START_ANNEALED = 0.7
-# Starts without weights: in them the rig stands still, and motion says nothing.
+# Starts that keep weights at 0: there the rig does not move, and motion is no evidence.
 _WITHOUT_MOTION = 2
 # Anchors lie on a line where their second singular value is below this share of the first: then
 # they leave a turn open.
@@ -128,7 +128,7 @@ def _start_poses(candidates: CandidateVertices, observations: Observations) -> l
             for roll in _ROLLS:
                 turned = upright @ _rotation(tilt, roll).T
                 found += [scale * size * turned for scale in _SCALES]
-    # Names that say which markers are higher say which way up the face is.
+    # Names that order the markers by height determine the up direction.
     named = [
         linear
         for linear in found

@@ -19,7 +19,7 @@ class DuplicateMarker:
 
 @dataclass(frozen=True, slots=True)
 class ContradictedName:
-    """A marker that lies elsewhere than its name tells.
+    """A marker that lies elsewhere than its name says.
 
     Attributes
     ----------
@@ -54,9 +54,9 @@ class Proposal:
     contradicted : tuple of ContradictedName
         Their vertices are unsure.
     exchanged : tuple of str
-        Markers whose names tell left for right, as all do. Their vertices are unsure.
+        Markers whose names have left and right exchanged, as all do. Their vertices are unsure.
     names_unused : bool
-        The names tell places, but as a whole fit no face.
+        The names have known places, but as a whole fit no face.
     failed : tuple of Finding
         ADVICE_FAILED where the confidence is unknown (NaN).
     """

@@ -40,8 +40,8 @@ from usdface.takes import MarkerTake
 
 __all__ = ["propose"]
 
-# Fewer markers fit any face. With three anchors, which determine its pose, those of
-# `neutral_frames` are enough.
+# Fewer markers fit any face. With three anchors, which determine the pose, as many as
+# `neutral_frames` needs are enough.
 _FEWEST, _ANCHORS = 8, 3
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
@@ -51,7 +51,7 @@ _OFF_FACE = 0.25
 _SAME_MARKER = 0.01
 # Vertices that are more likely wrong than right are not bound.
 _UNSURE = 0.5
-# Squared errors beyond any real one, for the assignment of one vertex each.
+# Upper bound of squared errors, for the assignment of one vertex each.
 _LARGEST_ERROR = 1e6
 
 
@@ -90,8 +90,8 @@ def propose(
         np.full(len(chosen), np.nan),
     )
     check, off = found.check, _off_face(found.markers)
-    asked = check.contradicted | check.exchanged
-    confidence = np.where(asked, np.minimum(confidence, 0.0), confidence)
+    doubtful = check.contradicted | check.exchanged
+    confidence = np.where(doubtful, np.minimum(confidence, 0.0), confidence)
     new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
     bound, unsure = new[~(confidence[new] < _UNSURE)], new[confidence[new] < _UNSURE]
     wrong = tuple((names[anchor.marker], anchor) for anchor in found.doubted)
@@ -177,12 +177,12 @@ def _registered(
 def _contradicted_names(
     mesh: Mesh, names: Sequence[str], vertices: IntArray, contradicted: BoolArray
 ) -> tuple[ContradictedName, ...]:
-    """Describe where some markers are by their names, and where they lie."""
+    """Describe the places of some markers by name, and by registration."""
     some = np.flatnonzero(contradicted)
     nobody = BoundFace(mesh, (), np.zeros(0, dtype=np.int64))
-    told = named_places(names)
+    named = named_places(names)
     return tuple(
-        ContradictedName(names[i], place.description if (place := told[i]) else "", found)
+        ContradictedName(names[i], place.description if (place := named[i]) else "", found)
         for i, found in zip(some.tolist(), place_names(nobody, vertices[some]), strict=True)
     )
 
@@ -251,9 +251,9 @@ def _explaining_neutral(
 ) -> tuple[int, int]:
     """Return the frames of the held pose from which the rig explains the peak frames.
 
-    What the bounds of the weights leave unexplained, over the difference of the two faces, is
-    weighed by how likely the pose is by itself. That difference says nothing of a pose but how near
-    it is to the peaks: it counts as the least that any pose leaves.
+    The error added by the bounds of the weights, plus the difference of the two faces, is divided
+    by the likelihood of the pose. The difference depends on the distance of a pose to the peaks, so
+    its minimum over all poses is used.
     """
     best = registered.best
     left = [

@@ -29,10 +29,10 @@ __all__ = [
 
 # Standard deviations of a marker's place once the face is carried over and bent, and of its motion.
 SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
-# Where names tell the places the motion need not find them: its error is so many times as large,
-# as that of real performers on other faces is; judge: `python benchmarks/binding.py named`.
+# Factor on the error of motion where names give the places, as that of real performers on other
+# faces is larger; judge: `python benchmarks/binding.py named`.
 _NAMED_MOTION = 3.0
-# Cost of a registration to another face that fits well; a larger one says that the errors are.
+# Cost of a good registration to another face; a larger cost means larger errors.
 USUAL_COST = 3.0
 # Moving markers spread like the moving surface: bias of the logarithm of the ratio
 # (mean of three performers each of ICT's face and the example's: -0.20 to -0.04).
@@ -125,7 +125,7 @@ def squared_errors(
     independent = _INDEPENDENT_PEAKS / np.maximum(visible.sum(axis=1), 1.0)
     trusted = 1.0 if observations.named is None else _NAMED_MOTION
     motion *= independent[:, None] / (trusted * motion_error * unit) ** 2
-    # Heavy tails: a motion that no vertex has does not decide where its marker sits.
+    # Heavy tails: a motion that no vertex has does not decide on the marker's place.
     return place, _DEGREES_OF_FREEDOM * np.log1p(motion / _DEGREES_OF_FREEDOM)
 
 

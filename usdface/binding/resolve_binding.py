@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 
-# Findings that tell why most places are unsure.
+# Findings that explain why most places are unsure.
 _REASONS = ("SIDES_EXCHANGED", "NAMES_UNUSED")
 
 
@@ -198,7 +198,7 @@ def neutral_weights(take: MarkerTake, mesh: Mesh, setup: RetargetSetup) -> dict[
     neutral = neutral_markers(positions, setup.neutral)
     linear = estimate_neutral_weights(positions, neutral, face.neutral, face.offsets)
     found = face.evaluator.from_linear(linear[None])[0]
-    found[[c.shape for c in face.evaluator.combinations]] = 0.0  # their parents' weights say it
+    found[[c.shape for c in face.evaluator.combinations]] = 0.0  # set by their parents
     pairs = zip(mesh.shape_names, found.round(3).tolist(), strict=True)
     return {name: weight for name, weight in pairs if weight > 0.0}
 

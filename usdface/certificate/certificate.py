@@ -29,7 +29,7 @@ class Certificate:
     Attributes
     ----------
     frames, of_frames : int
-        Frames that were compared, and that there are.
+        Number of compared frames, and of all.
     diagonal : float [m]
         Of the source's bounding box at rest.
     vertex_largest, vertex_mean : float [m]

@@ -227,8 +227,8 @@ def _vertex_pairs(
 ) -> tuple[IntArray, IntArray]:
     """Return pairs of vertices that move alike.
 
-    They are told apart at the first of `frames` and in mixtures of all frames; where these are no
-    cheap sums, of those frames in which some channel is strongest.
+    They are distinguished at the first of `frames` and in weighted sums of all frames; where these
+    are expensive, of the frames in which some channel is strongest.
     """
     mixtures = _summed_mixtures(*sums) if sums is not None else None
     if mixtures is None:

@@ -58,7 +58,7 @@ def _columns(own: VertexTraits, facing: VertexTraits, size: float) -> FloatArray
 def _search_sorted(
     wanted: FloatArray, among: FloatArray, size: float
 ) -> tuple[IntArray, NDArray[np.bool_]]:
-    """Look beside where each of `wanted` would stand `among` the others, along some direction."""
+    """Search near each of `wanted` `among` the others, in their order along some direction."""
     direction = np.random.default_rng(1).normal(size=wanted.shape[1])
     along = among @ direction
     order = np.argsort(along)

@@ -27,7 +27,7 @@ from usdface.takes import MarkerTake
 
 __all__ = ["Cleaned", "clean_take"]
 
-# Fewer markers say nothing about one another, or about the head; fewer frames show no two modes.
+# Fewer markers do not predict one another, or the head pose; fewer frames show no two modes.
 _FEWEST_MARKERS = 6
 _FEWEST_FRAMES = 2 * FRAMES_PER_MODE
 # Rounds in which spikes are looked for, unless they stay the same before.
@@ -41,7 +41,7 @@ _LONG = 20
 # Gaps [s] that a marker's own motion bridges where the other markers are occluded as well: from
 # both ends for the time in which it predicts better than they do (`gaps.OWN`).
 _SHORT = 2.0 * OWN
-# Larger coordinates are no face, and their squares would overflow.
+# Larger coordinates are invalid, and their squares would overflow.
 _LARGEST = 1e60
 
 
@@ -175,12 +175,12 @@ def _without_spikes(
     moving: bool,
     stabilised: StabilisedMarkers,
 ) -> tuple[StabilisedMarkers, BoolArray]:
-    """Find spikes by a prediction from the markers that are none, until nothing changes."""
+    """Find spikes by prediction from markers without spikes, until nothing changes."""
     rate = 1.0 / float(np.median(np.diff(times)))
     mean = stabilised.model.mean
     size = rms_radius(mean)
     # A spike also turns the head a little, and with it the others: markers that jump by their own
-    # path alone are not believed at first.
+    # path alone are left out at first.
     off = find_spikes(
         stabilised.positions, np.zeros_like(stabilised.positions), seen, size=size, rate=rate
     )

@@ -13,7 +13,7 @@ __all__ = ["find_spikes"]
 _USUAL = 6.0
 _SHARE = 0.02
 _SPEED = 1.5
-# Errors that last longer than this window [s] are motions of the face that the model does not know.
+# Errors longer than this window [s] are motion of the face that the model does not have.
 _WINDOW = 0.5
 # A piece of a marker's path is a spike if it is this many jumps off its surroundings, or its take;
 # set by hand; judge: `python benchmarks/cleanup.py`, docs/constants.md lists them.

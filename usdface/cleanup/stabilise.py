@@ -26,7 +26,7 @@ class StabilisedMarkers:
     positions : (F, M, 3) float64 [m]
         NaN where the take has none.
     filled : (F, M, 3) float64 [m]
-        The same, reconstructed by the model where entries are not believed.
+        The same, reconstructed by the model where entries do not count.
     model : LowRankModel
     """
 
@@ -75,7 +75,7 @@ def stabilise(
 
 
 def _initial(positions: FloatArray, believed: BoolArray) -> FloatArray:
-    """Fill all gaps by straight lines, a marker that is never believed by the others' mean."""
+    """Fill gaps by straight lines, a marker without valid entries by the mean of the others."""
     frames, axes = len(positions), positions.shape[2]
     filled = positions.copy()
     never = ~believed.any(axis=0)

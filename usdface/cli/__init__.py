@@ -107,7 +107,7 @@ def _in_one_line(error: Exception) -> str:
 
 
 def _write_anything() -> None:
-    """Escape what the terminal cannot show, and file names that are no UTF-8."""
+    """Escape characters that the terminal cannot print, and file names that are not UTF-8."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")

@@ -1,4 +1,4 @@
-"""The command `plugins`: what other packages add."""
+"""The command `plugins`: installed plug-ins of other packages."""
 
 import argparse
 from dataclasses import replace

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 __all__ = ["PROGRESS", "progress"]
 
 PROGRESS = ("auto", "plain", "json", "openjd", "none")
-# A step is told again when so much more of it is done.
+# A step is printed again after this fraction of it.
 _STEPS = 10
 
 
@@ -39,7 +39,7 @@ def progress(parsed: argparse.Namespace) -> "Iterator[OnProgress]":
 
 @contextmanager
 def _shown(parsed: argparse.Namespace) -> "Iterator[OnProgress]":
-    """Yield what shows the running step.
+    """Yield a callback that shows the running step.
 
     Of the forms of ``--progress``, "auto" is a bar on a terminal, unless the report is JSON.
     Elsewhere it only names the compilation of the solver, which delays the first command.
@@ -65,13 +65,13 @@ def _announce_compilation(step: "Step") -> None:
 
 def _lines(line: "Callable[[Step, float], str]") -> "OnProgress":
     """Return a callback that prints a line for each step, and for each tenth of a long one."""
-    begin, told = time.perf_counter(), ("", -1)
+    begin, printed = time.perf_counter(), ("", -1)
 
     def show(step: "Step") -> None:
-        nonlocal told
+        nonlocal printed
         tenth = -1 if step.fraction is None else int(_STEPS * step.fraction)
-        if told != (step.name, tenth):
-            told = step.name, tenth
+        if printed != (step.name, tenth):
+            printed = step.name, tenth
             print(line(step, time.perf_counter() - begin), file=sys.stderr, flush=True)
 
     return show
@@ -84,8 +84,8 @@ def _as_text(step: "Step", _: float) -> str:
 
 def _as_json(step: "Step", seconds: float) -> str:
     fraction = None if step.fraction is None else round(step.fraction, 3)
-    said = {"step": step.name, "fraction": fraction, "seconds": round(seconds, 3)}
-    return json.dumps(said, ensure_ascii=False)
+    values = {"step": step.name, "fraction": fraction, "seconds": round(seconds, 3)}
+    return json.dumps(values, ensure_ascii=False)
 
 
 def _as_openjd(step: "Step", _: float) -> str:

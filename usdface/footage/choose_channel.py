@@ -1,4 +1,4 @@
-"""Choice of the colour channel: that in which alike, compact, round dots stand out most."""
+"""Choice of the colour channel, by the contrast of uniform, compact, round dots."""
 
 from collections.abc import Iterable
 
@@ -30,19 +30,19 @@ _ROUND, _FILL = 0.4, (0.75, 1.35)
 _ALIKE_RADIUS, _ALIKE_HEIGHT = 1.7, 2.0
 # A dot is at most this share of the image's larger side across.
 _LARGEST = 1 / 20
-# How often a dot's height doubles that of the strongest other thing; more is no better.
+# Upper bound of the log2 ratio of the dots' height to that of the strongest other component.
 _MARGIN = 2.5
-# Cosine of the angle between the ways from the skin to the colour asked for and to that found,
-# where both are so far from the skin.
+# Least cosine between the directions from the skin to the given and to the found colour, where both
+# are this far from the skin.
 _SAME_HUE, _COLOURED = 0.75, 40.0
 
 
 def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None) -> DotModel:
     """Choose channel and threshold for the dots of an image.
 
-    Each channel is cut at several thresholds; what counts is the number of dots that are round,
-    of one size and of one strength, times the share of them among all that stands out, times the
-    logarithm of their height over that of the strongest other thing.
+    Each channel is thresholded at several levels; the score is the number of dots that are round,
+    of one size and of one height, times their share of all components, times the logarithm of their
+    height over that of the strongest other component.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
             if score <= best:
                 continue
             score = count * min(_margin(above, dots[alike], height), _MARGIN)
-            # What else stands out where the dots are cut out, not where they alone are left.
+            # Other components at the threshold of the dots, not at one where only dots are left.
             everything = measure(signal, above, CUT_OUT * height)
             score *= _purity(everything, count, float(np.median(dots.areas[alike])))
             if score > best:
@@ -95,7 +95,7 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
 
 def _model(pixels: Pixels, channel: ColourChannel, dots: Dots) -> DotModel:
     hue = np.median(hues(pixels, dots), axis=0)
-    # What surrounds the dots: a ring of points at twice their radius.
+    # Surroundings of the dots: a ring of points at twice their radius.
     turns = np.linspace(0.0, 2 * np.pi, 12, endpoint=False)
     ring = np.stack([np.cos(turns), np.sin(turns)], axis=1)
     places = dots.centres[:, None] + (2.0 * dots.axes[:, :1, None] + 2.0) * ring
@@ -133,7 +133,7 @@ def _alike(dots: Dots, side: int) -> BoolArray:
 
 
 def _margin(above: FloatArray, dots: Dots, height: float) -> float:
-    """Return how often the dots' height doubles that of the strongest other thing, at least 0.1."""
+    """Return the log2 ratio of the dots' height to that of the strongest other, at least 0.1."""
     rest = above.copy()
     for (x, y), radius in zip(dots.centres.tolist(), dots.axes[:, 0].tolist(), strict=True):
         reach = int(1.5 * radius + 4)
@@ -144,7 +144,7 @@ def _margin(above: FloatArray, dots: Dots, height: float) -> float:
 
 
 def _purity(found: Dots, count: int, area: float) -> float:
-    """Return the share of the dots among all that stands out, specks left aside."""
+    """Return the share of the dots among all components but specks."""
     return min(1.0, count / max(float((found.areas > 0.2 * area).sum()), 1.0))
 
 
@@ -192,7 +192,7 @@ def model_of_colour(
     colour : (float, float, float)
         0 to 255.
     around : (float, float, float), optional
-        What surrounds the dots; else the colour between the image's that is most common.
+        Colour around the dots; by default the most common one of the image.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""One number a pixel in which dots stand out from skin: the channel decides, not the detector."""
+"""Colour channels: one value per pixel, with a high contrast of dots to skin."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -118,10 +118,10 @@ def parse_colour(text: str) -> tuple[int, int, int]:
 def channel_of_colour(
     colour: tuple[float, float, float], around: tuple[float, float, float], name: str
 ) -> ColourChannel:
-    """Return the direction in colour from what is around the dots to the dots.
+    """Return the direction in colour space from the surroundings of the dots to the dots.
 
-    Lightness counts a quarter as much as hue, because light on a face is uneven; between two
-    greys only lightness is left.
+    Lightness counts a quarter as much as hue, because light on a face is uneven; between two greys
+    only lightness differs.
 
     Parameters
     ----------

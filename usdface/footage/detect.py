@@ -23,9 +23,9 @@ __all__ = [
 
 Box = tuple[int, int, int, int]  # left, top, right, bottom [px], the last two excluded
 
-# Share of the dots' height at which they are cut out of what is around them.
+# Threshold of segmentation, as a share of the dots' height above the background.
 CUT_OUT = 0.3
-# Components that are measured at most: more are texture, not dots.
+# Most components that are measured: more are texture, not dots.
 _MOST = 2000
 # Pixels of the smallest dot; a smaller one has no shape.
 _SMALLEST = 6
@@ -33,13 +33,13 @@ _SMALLEST = 6
 _EDGE = 3
 # A component's short axis over its long one, and its area over that of the ellipse, at least.
 _SLIM, _RAGGED = 0.08, 0.5
-_HALF = 0.45  # of its own height cuts a dot out
-# A dot that is lower than the second share of the threshold is cut out at the first; a component of
-# so many usual areas is cut apart at these shares of its height, if pieces of so much of the usual
-# area are left.
+_HALF = 0.45  # threshold of a dot, of its own height
+# A dot below the second multiple of the threshold is segmented at the first; a component of this
+# many usual areas is split at these shares of its height, if pieces of this share of the usual area
+# are left.
 _FAINT = (0.5, 2.2)
 _LARGE, _CUTS_APART, _PIECE = 1.4, (0.6, 0.75), 0.2
-# Corners join as sides do: a dot at the face's edge is a slanted line of pixels.
+# 8-connected: a dot at the face's edge is a slanted line of pixels.
 _NEIGHBOURS = np.ones((3, 3), dtype=bool)
 _CELLS = 48  # of the local background across an image
 # Shares of a dot's height that count as none and all of it. Below is noise of the skin, above is
@@ -49,11 +49,11 @@ _FOOT, _PLATEAU = 0.15, 0.8
 _PIXEL_VARIANCE = 1.0 / 12.0
 # Factors that areas may be smaller and larger by than the usual one, where that is known.
 _RANGE = (16, 5)
-# A dot's hue lies on the way from the skin to the usual one, at least so far along, and at most so
-# far beside it: a small dot is mixed with skin, an iris or a leaf has a way of its own. A faint dot
-# is a pixel wide, and mixed with more.
+# A dot's hue lies between the skin's and the usual one, at least this share along that line and at
+# most this share beside it: a small dot is mixed with skin, an iris or a leaf is in another
+# direction. A faint dot is a pixel wide, and mixed with more skin.
 _ALONG, _BESIDE, _FAINT_ALONG = 0.3, 0.3, 0.1
-# Hues of dots and skin that are no farther apart tell nothing: dots are dark or light then.
+# Hues of dots and skin closer than this are not compared: dots are dark or light then.
 _GREY = 25.0
 _NOISE_FLOOR = 0.3  # code values: rounding to whole ones
 
@@ -70,7 +70,7 @@ class DotModel:
     area : float [px^2]
         Median of the dots' areas; 0 = not known yet.
     hue, skin : (float, float)
-        Red against green and yellow against blue, of the dots and of what surrounds them.
+        Opponent colours, red - green and yellow - blue, of the dots and of their surroundings.
     """
 
     channel: ColourChannel
@@ -133,7 +133,7 @@ def detect_dots(pixels: Pixels, model: DotModel, box: Box | None = None) -> Dots
 
 
 def hues(pixels: Pixels, dots: Dots) -> FloatArray:
-    """Return red against green and yellow against blue (K, 2) in the middle of each dot."""
+    """Return opponent colours, red - green and yellow - blue (K, 2), at the centre of each dot."""
     x, y = dots.centres.astype(int).T
     steps = np.array([-1, 0, 1])
     rows = (y[:, None] + steps).clip(0, pixels.shape[0] - 1)
@@ -142,13 +142,13 @@ def hues(pixels: Pixels, dots: Dots) -> FloatArray:
 
 
 def opponents(colours: FloatArray) -> FloatArray:
-    """Return red against green and yellow against blue (..., 2) of colours (..., 3)."""
+    """Return opponent colours, red - green and yellow - blue (..., 2), of colours (..., 3)."""
     red, green, blue = (colours[..., k] for k in range(3))
     return np.stack([red - green, (red + green) / 2 - blue], axis=-1)
 
 
 def _of_hue(found: FloatArray, model: DotModel, least: float) -> BoolArray:
-    """Return which hues (K, 2) are those of dots, at `least` so far from the skin's."""
+    """Return which hues (K, 2) are those of dots, `least` or more of the way from the skin's."""
     way, own = np.subtract(model.hue, model.skin), found - model.skin
     length = float(np.hypot(*way))
     if length < _GREY:
@@ -162,7 +162,7 @@ def _moved(dots: Dots, left: int, top: int) -> Dots:
 
 
 def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0.0) -> Dots:
-    """Measure what stands out in a signal: centres, ellipses, noise.
+    """Measure the components of a signal: centres, ellipses, noise.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0
     dx, dy = columns - x[owner], rows - y[owner]
     xx, yy, xy = (np.bincount(owner, k, count) / sizes for k in (dx * dx, dy * dy, dx * dy))
     axes, _ = _ellipses(xx, yy, xy)
-    # Lines and rags are nothing to measure.
+    # Lines and ragged components are left out.
     shaped = (axes[:, 1] > _SLIM * axes[:, 0]) & (sizes > _RAGGED * np.pi * axes.prod(axis=1))
     kept = np.flatnonzero((sizes >= least) & (sizes <= most) & shaped)
     if not len(kept) or len(kept) > _MOST:
@@ -205,11 +205,11 @@ def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0
 
 
 def _components(above: FloatArray, threshold: float, area: float) -> tuple[IntArray, int]:
-    """Label what is above a threshold, and then above half of its own height.
+    """Label components above a threshold, and then above half of their own height.
 
-    A dot in the shade is as whole as one in the light, and does not run into a coloured thing
-    beside it. Where the area of a dot is known, faint ones are cut out lower, and two that run
-    into each other higher.
+    So a dot in the shade is as large as one in the light, and does not merge with another coloured
+    component. Where the area of a dot is known, faint ones are segmented at a lower threshold, and
+    two that merge at a higher one.
     """
     labels, count = ndimage.label(above > threshold, _NEIGHBOURS)
     if not count:
@@ -229,7 +229,7 @@ def _components(above: FloatArray, threshold: float, area: float) -> tuple[IntAr
 def _cut_out_lower(
     above: FloatArray, labels: IntArray, faint: BoolArray, threshold: float
 ) -> tuple[IntArray, int]:
-    """Cut the faint components out at a lower threshold, as far as no other is near."""
+    """Segment the faint components at a lower threshold, where no other is near."""
     count = len(faint)
     others = np.concatenate([[False], ~faint])[labels]
     near = ndimage.maximum_filter(others.view(np.uint8), 2 * _EDGE + 1, mode="constant")
@@ -240,7 +240,7 @@ def _cut_out_lower(
 
 
 def _peaks(above: FloatArray, labels: IntArray, count: int) -> FloatArray:
-    """Return the height (count,) of each component: not its highest pixel, noise makes that."""
+    """Return the height (count,) of each component: its 75th percentile, robust to noise."""
     flat = np.flatnonzero(labels)
     owner, heights = labels.ravel()[flat] - 1, above.ravel()[flat]
     order = np.lexsort((heights, owner))
@@ -252,7 +252,7 @@ def _peaks(above: FloatArray, labels: IntArray, count: int) -> FloatArray:
 def _cut_apart(
     above: FloatArray, labels: IntArray, count: int, area: float
 ) -> tuple[IntArray, int]:
-    """Part the components that are larger than a dot and are several above a share of height."""
+    """Split the components that are larger than a dot and are several above a share of height."""
     large = np.bincount(labels.ravel(), minlength=count + 1)[1:] > _LARGE * area
     if not large.any():
         return labels, count
@@ -305,7 +305,7 @@ def _measured(
     ax, ay = dx - mx[:, None, None], dy - my[:, None, None]
     xx, yy, xy = ((share * k).sum(axis=(1, 2)) / area for k in (ax * ax, ay * ay, ax * ay))
     axes, angles = _ellipses(xx, yy, xy)
-    # Only what lies between foot and plateau is noisy.
+    # Only pixels between foot and plateau carry noise.
     noisy = (share > 0.0) & (share < 1.0)
     error = np.sqrt(0.5 * np.where(noisy, ax**2 + ay**2, 0.0).sum(axis=(1, 2)))
     return Dots(
@@ -321,11 +321,11 @@ def _measured(
 
 
 def _ring_level(values: NDArray[np.float32], ring: BoolArray) -> tuple[FloatArray, FloatArray]:
-    """Return median and noise (K,) of what surrounds each dot."""
+    """Return median and noise (K,) of the surroundings of each dot."""
     flat = np.where(ring, values, np.nan).reshape(len(values), -1)
     flat[~ring.any(axis=(1, 2)), 0] = 0.0
     base = np.nanmedian(flat, axis=1)
-    # Differences of neighbours: a slope of the light is no noise.
+    # By differences of neighbours: a gradient of the light is no noise.
     steps = np.abs(np.diff(np.where(ring, values, np.nan), axis=2)).reshape(len(values), -1)
     steps[np.isnan(steps).all(axis=1), 0] = 0.0
     return base, np.maximum(1.4826 / np.sqrt(2.0) * np.nanmedian(steps, axis=1), _NOISE_FLOOR)

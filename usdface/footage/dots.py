@@ -27,10 +27,10 @@ class Dots:
     fills : (K,) float64 [1]
         Area divided by that of the ellipse: 1 for discs and ellipses.
     heights : (K,) float64
-        Signal above what is around it, in code values.
+        Signal above the surroundings, in code values.
     faint : (K,) bool
-        So mixed with what is around it that it may be anything: it goes on with a track that
-        expects a dot there, and is none by itself.
+        Mixed with its surroundings too much to be a dot by itself: only a track that expects a dot
+        there uses it.
     """
 
     centres: FloatArray

@@ -2,7 +2,7 @@
 
 A resting face is seen from the front, turned by a little, by a camera far away (an affine image of
 points in space), and one face differs smoothly from another. Camera and pairs of dots and vertices
-are found in turn, from soft pairs to hard ones (Chui and Rangarajan 2003, "A new point matching
+are found alternately, from soft to hard assignment (Chui and Rangarajan 2003, "A new point matching
 algorithm for non-rigid registration"), from several turns of the head.
 """
 
@@ -24,10 +24,10 @@ _YAWS, _PITCHES, _ROLLS = (-25.0, 0.0, 25.0), (-20.0, 0.0, 20.0), (-20.0, 0.0, 2
 _SIZES = (0.85, 1.0, 1.18)
 # Reach of soft pairs, of the face's size, from step to step; a pair beyond three is none.
 _REACHES = np.geomspace(0.35, 0.06, 10)
-# How far a camera may be from the one that is tried, of the face's size.
+# Prior deviation of a camera from the one that is tried, of the face's size.
 _CAMERA = 0.25
-# One face beside another: how far off a coordinate is, how far that reaches along the face, and
-# what remains of each vertex by itself, of the face's size: as binding.alignment and registration.
+# Difference of two faces: deviation of a coordinate, its length scale along the face, and the
+# independent deviation of each vertex, of the face's size: as binding.alignment and registration.
 _BEND, _BEND_WIDTH, _OWN = 0.055, 0.7, 0.06
 _BENT = 4  # rounds
 # A dot has a vertex's name within this share of the distance to the vertex's nearest neighbour.
@@ -96,7 +96,7 @@ def pair_with_face(dots: FloatArray, points: FloatArray) -> IntArray:
 def _seen_by_camera(
     image: FloatArray, face: FloatArray, start: FloatArray
 ) -> tuple[FloatArray, float]:
-    """Return the face (M, 2) as the camera near `start` (2, 3) shows it, and the cost of it."""
+    """Return the face (M, 2) projected by the camera near `start` (2, 3), and its cost."""
     terms = np.column_stack([face, np.ones(len(face))])
     camera = np.column_stack([start, np.zeros(2)])
     prior = np.diag([1.0, 1.0, 1.0, 1e-6]) / _CAMERA**2
@@ -114,7 +114,7 @@ def _seen_by_camera(
 
 
 def _soft_pairs(shown: FloatArray, image: FloatArray, reach: float) -> FloatArray:
-    """Return how far each vertex (M,) is each dot (N,): rows and columns sum to 1 at most."""
+    """Return soft assignments of vertices (M,) to dots (N,): rows and columns sum to 1 at most."""
     squares = ((shown[:, None] - image) ** 2).sum(axis=2) / reach**2
     share = np.exp(-0.5 * squares)
     lost = np.exp(-4.5)
@@ -125,7 +125,7 @@ def _soft_pairs(shown: FloatArray, image: FloatArray, reach: float) -> FloatArra
 
 
 def _bent(image: FloatArray, shown: FloatArray) -> FloatArray:
-    """Return the shown vertices (M, 2) bent smoothly towards the dots that are nearest."""
+    """Return the projected vertices (M, 2), bent smoothly towards the nearest dots."""
     share = _soft_pairs(shown, image, _OWN)
     weight = share.sum(axis=1)
     apart = ((shown[:, None] - shown) ** 2).sum(axis=2)

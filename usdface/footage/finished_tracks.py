@@ -1,4 +1,4 @@
-"""Tracks with what is known of each sample: hidden or seen, confidence, doubts."""
+"""Tracks with occlusion, confidence and doubts of each sample."""
 
 from collections.abc import Sequence
 
@@ -17,19 +17,19 @@ from usdface.footage.tracks import Doubt, Tracks
 
 __all__ = ["finished_tracks"]
 
-# A track is that of another dot, by distance from where all others say that it is, as a share of
+# Distance from the place predicted by the other tracks at which a track is doubted, as a share of
 # the distance to the nearest neighbour.
 _DOUBT = 0.45
-# A dot is hidden where less than this share of its area about that time is left, or more than the
-# other and it fills less of its ellipse than one dot does (two discs side by side fill 0.89, a dot
-# that the skin stretches 0.99); its confidence falls from 1 at `_FULL` on. Frames about it.
+# A dot is occluded below this share of its usual area at that time, or above the second one if it
+# fills less of its ellipse than one dot does (two discs side by side fill 0.89, a dot that the skin
+# stretches 0.99); its confidence falls from 1 at `_FULL` on. Frames about it.
 _PART, _MERGED, _FULL, _ONE = 0.35, 1.9, 0.8, 0.93
 _ABOUT, _NEIGHBOURS = 8, 4
-# Distance from where the others say [shares of the spacing] and deviation [px] at which confidence
-# is 0.6; frames that disagree between both directions have this confidence.
+# Distance from the place predicted by the others [shares of the spacing] and deviation [px] at
+# which confidence is 0.6; frames that disagree between both directions have this confidence.
 _STRAY, _VAGUE, _DISAGREED = 0.3, 0.35, 0.3
-# Third differences that a track's jitter is measured by, at least; from their median absolute value
-# to the deviation of normally distributed places (their variance is 20 times that of a place).
+# Least number of third differences for a track's jitter; factor from their median absolute value to
+# the deviation of normally distributed places (their variance is 20 times that of a place).
 _ENOUGH, _NORMAL = 24, 1.4826 / np.sqrt(20.0)
 
 
@@ -65,7 +65,7 @@ def finished_tracks(
         ellipses[number, mine] = np.column_stack([dots.axes[own], dots.angles[own]])
         deviations[number, mine] = dots.deviations[own]
         areas[number, mine], fills[number, mine] = dots.areas[own], dots.fills[own]
-    # Dots that run together for long are usual about that time, but not in the film.
+    # Dots that merge for long are usual at that time, but not in the film.
     together = (_film_share(areas, places) > _MERGED) & (fills < _ONE)
     share = _whole_share(np.where(together, np.nan, areas), places)
     merged = together | ((share > _MERGED) & (fills < _ONE))
@@ -87,12 +87,12 @@ def finished_tracks(
 
 
 def _whole_share(areas: FloatArray, places: FloatArray) -> FloatArray:
-    """Return each area (F, M) over the dot's usual one about that time, 1 where it is hidden.
+    """Return each area (F, M) over the dot's usual one at that time, 1 where it is occluded.
 
     Divided by that of its neighbours: a face that turns away shows all of them smaller.
     """
     share = np.ones_like(areas)
-    # The upper quartile of blocks: what is half hidden for long is not usual.
+    # 70th percentile of blocks: a dot that is half occluded for long is not usual.
     count = max(1, round(len(areas) / (2 * _ABOUT)))
     blocks = np.array_split(np.arange(len(areas)), count)
     for number, block in enumerate(blocks):
@@ -126,9 +126,9 @@ def _around(share: FloatArray, places: FloatArray) -> FloatArray:
 def _with_jitter(deviations: FloatArray, places: FloatArray) -> FloatArray:
     """Return deviations (F, M) that are at least as large as the jitter of each track (F, M, 2).
 
-    The noise around a dot says nothing of blocks of a compressed image, of pixels that are counted
-    whole and of a colour at half resolution; a track that jitters more than it does says so. Third
-    differences leave out how the face moves.
+    The noise around a dot does not include errors by compression blocks, by whole pixels and by
+    chroma at half resolution; the jitter of the track does. Third differences remove the motion of
+    the face.
     """
     if len(places) < _ENOUGH:
         return deviations
@@ -142,7 +142,7 @@ def _with_jitter(deviations: FloatArray, places: FloatArray) -> FloatArray:
 
 
 def _stray(places: FloatArray, seen: BoolArray) -> FloatArray:
-    """Return how far each dot (F, M) is from where all others say, in spacings; 0 = not known."""
+    """Return each dot's distance (F, M) from its predicted place, in spacings; 0 = unknown."""
     if len(places) < 3 * FRAMES_PER_MODE or places.shape[1] < 6:
         return np.zeros(seen.shape)
     still = still_places(places)

@@ -1,4 +1,4 @@
-"""Following of dots from image to image, in one direction of time."""
+"""Tracking of dots from image to image, in one direction of time."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -14,27 +14,27 @@ __all__ = ["HIDDEN", "Followed", "follow", "nearest_distances"]
 
 HIDDEN = -1
 
-# Where tracks are put that have not begun [px].
+# Place of tracks that have not begun [px].
 _AWAY = 1e6
 # Share of the distance between neighbouring dots within which a dot is looked for: at 30 images a
 # second the fastest dot of a face moves by less than half of it, the head's motion apart.
 _GATE = 0.4
 # A faint dot is looked for within this share of that.
 _FAINT = 0.6
-# A hidden dot may come back farther away, from frame to frame, up to a limit.
+# Growth of that share per frame while a dot is occluded, and its limit.
 _LONGER, _FARTHEST = 0.02, 0.6
 # Weight of a change in size and height (logarithms) beside the squared distance over the gate.
 _SIZE = 0.1
-# Share of a velocity beside the head's that goes on to the next frame.
+# Share of a velocity relative to the head that is kept in the next frame.
 _INERTIA = 0.7
-# Median distance to the nearest dot from which on the head's shift is looked for among all pairs;
-# share of the dots that a cut loses; how many spacings a shift may be.
+# Median distance to the nearest dot above which the head's shift is searched among all pairs; share
+# of dots lost at a cut; largest shift; in spacings.
 _LOST, _CUT, _SEARCH = 0.25, 0.35, 6.0
-# A dot that is a part, or several, of what it was says nothing of where it is. One that fills its
-# ellipse is one that the skin stretches, however large, as on a lid that closes: two discs side by
+# A dot that is partly occluded, or merged with others, has no valid place. One that fills its
+# ellipse is a single dot on stretched skin, however large, as on a closing lid: two discs side by
 # side fill 0.89, as in `usdface.footage.finished_tracks`.
 _WHOLE, _ONE = (0.45, 1.7), 0.93
-# Images without dots through which the head's motion goes on.
+# Images without dots over which the head's motion is extrapolated.
 _BLIND = 3
 # Area of a dot follows the track by this share a frame.
 _ADAPT = 0.1
@@ -53,7 +53,7 @@ class Followed:
     births : (T,) int64
         Frame in which the track begins; 0 for those given.
     cuts : tuple of int
-        Frames before which the picture changed at once.
+        Frames before which there is a cut.
     """
 
     dots: IntArray
@@ -97,7 +97,7 @@ class _Tracks:
     def step(self, dots: Dots) -> tuple[IntArray, bool]:
         """Return the dot of each track (T,) in the next frame, and whether there was a cut."""
         spacing = self.spacing()
-        # Those that were seen last: after images without dots these are older.
+        # Tracks of the most recent image with dots.
         age = int(self.unseen[~self.dead].min(initial=1_000_000))
         seen = (self.unseen == age) & ~self.dead
         if age > _BLIND:
@@ -107,7 +107,7 @@ class _Tracks:
         if len(dots) and seen.any():
             expected = moved
             moved, cut = self._found(dots, expected, spacing, seen)
-            leapt = moved is not expected
+            jumped = moved is not expected
             pairs = self._assigned(dots, moved + self.velocities, spacing, ~self.dead)
             for _ in range(2):
                 sure = (pairs >= 0) & seen
@@ -116,7 +116,7 @@ class _Tracks:
                 fitted = fit_similarity(self.places[sure], dots.centres[pairs[sure]])
                 moved = fitted(self.places)
                 pairs = self._assigned(dots, moved + self.velocities, spacing, ~self.dead)
-                self.motion = IDENTITY if leapt else fitted  # a leap does not go on
+                self.motion = IDENTITY if jumped else fitted  # a jump is not extrapolated
         else:
             pairs = np.full(len(self.places), HIDDEN)
         self._update(dots, moved, pairs, spacing)
@@ -125,7 +125,7 @@ class _Tracks:
     def _found(
         self, dots: Dots, moved: FloatArray, spacing: FloatArray, seen: BoolArray
     ) -> tuple[FloatArray, bool]:
-        """Look for the head where it is not near to where it was expected."""
+        """Search for the head where it is not near its prediction."""
         usual = float(np.median(spacing))
         off = np.linalg.norm(moved[seen][:, None] - dots.centres, axis=2).min(axis=1)
         if np.median(off) < _LOST * usual:
@@ -157,7 +157,7 @@ class _Tracks:
         grown = np.abs(np.log(dots.areas / self.areas[:, None]))
         grown += np.abs(np.log(dots.heights / self.heights[:, None]))
         cost = np.where((cost <= 1.0) & live[:, None], cost + _SIZE * grown, np.inf)
-        # One that was seen goes before one that was not.
+        # Visible ones take precedence over occluded ones.
         cost = cost + np.where(self.unseen > 0, 0.3, 0.0)[:, None]
         finite = np.isfinite(cost)
         rows, columns = linear_sum_assignment(np.where(finite, cost, 1e3))

@@ -1,4 +1,4 @@
-"""Tracks that are parts of one dot's: joined by where all others say that the dot is."""
+"""Joining of tracks of one dot, by its places predicted from all others."""
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -10,15 +10,15 @@ from usdface.footage.still_places import median_seen, still_places
 
 __all__ = ["join_tracks", "without_lone_samples"]
 
-# Two tracks are one dot by distance from where all others say that it is, as a share of the
-# distance to the nearest neighbour.
+# Distance from the place predicted by all others below which two tracks are one dot, as a share of
+# the distance to the nearest neighbour.
 _JOIN = 0.4
 # Frames that a track needs to be joined to.
 _LEAST_FRAMES = 3
-# A spot that a hidden dot is taken for goes again at once: fewer images than this are no dot's
-# return, nor is one that flickers after so many images without the dot. Gaps of so many images do
-# not end a stretch. Of 22 films before a phone (5 to 115 s of the recording) three had such spots,
-# up to 70 px from the dot.
+# A spot that is mistaken for an occluded dot vanishes again: fewer images than this are no return
+# of a dot, nor is one that flickers after this many images without the dot. Gaps of this many
+# images do not end a stretch. Of 22 films before a phone (5 to 115 s of the recording) three had
+# such spots, up to 70 px from the dot.
 _RETURN, _ABSENT, _GAP = 5, 10, 2
 
 
@@ -30,7 +30,7 @@ def without_lone_samples(table: IntArray, at: int) -> IntArray:
     table : (F, T) int64
         The dot of each track in each frame, or HIDDEN.
     at : int
-        The reference frame, in which a dot was told from spots: its stretches are kept.
+        The reference frame, in which dots are verified: its stretches are kept.
     """
     table = table.copy()
     for track in np.flatnonzero((table >= 0).any(axis=0)).tolist():
@@ -58,7 +58,7 @@ def _longest_run(frames: IntArray) -> int:
 def join_tracks(
     table: IntArray, agreed: BoolArray, places: FloatArray
 ) -> tuple[IntArray, BoolArray]:
-    """Join tracks that never meet and are one dot by what all others say."""
+    """Join tracks that never overlap in time and are one dot as predicted by all others."""
     seen = table >= 0
     counts = seen.sum(axis=0)
     main = np.flatnonzero(counts >= max(_LEAST_FRAMES, 0.4 * len(table)))

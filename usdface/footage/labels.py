@@ -57,12 +57,12 @@ def name_tracks(
                 f"a dot is named in frame {frame}; the film has the frames 0 to {len(places) - 1}",
                 "FRAMES_OUTSIDE",
             )
-        asked = [each for each in named if each.frame == frame]
+        wanted = [each for each in named if each.frame == frame]
         seen = np.flatnonzero(~np.isnan(places[frame, :, 0]) & np.array([not n for n in names]))
         if not len(seen):
-            left += [each.name for each in asked]
+            left += [each.name for each in wanted]
             continue
-        there = np.array([(each.x, each.y) for each in asked])
+        there = np.array([(each.x, each.y) for each in wanted])
         away = np.linalg.norm(there[:, None] - places[frame, seen], axis=2)
         limit = _REACH * nearest_distances(places[frame, seen]).clip(max=1e6)
         share = away / limit
@@ -70,8 +70,8 @@ def name_tracks(
         rows, columns = linear_sum_assignment(np.minimum(share, 1.0))
         for row, column in zip(rows.tolist(), columns.tolist(), strict=True):
             if share[row, column] < 1.0:
-                names[seen[column]] = asked[row].name
-        left += [each.name for each in asked if each.name not in names]
+                names[seen[column]] = wanted[row].name
+        left += [each.name for each in wanted if each.name not in names]
     if face is not None:
         left += _name_by_face(names, given, places, face, reference)
     taken = set(names) | set(given)

@@ -18,15 +18,15 @@ __all__ = ["LoadFrame", "scan"]
 LoadFrame = Callable[[], Pixels | None]
 """Reads one frame: pixels (H, W, 3); None where there is no image."""
 
-# Images that are looked at side by side; the part of the image to look at, and the look of the
-# dots, follow from the batch before, so that the result does not depend on the number of threads.
+# Images that are processed in parallel; the region of interest and the model of the dots follow
+# from the batch before, so that the result does not depend on the number of threads.
 _BATCH = 16
 _THREADS = 2
-# Room around the dots, as a share of their extent, and the part of it that they may not come into.
+# Margin around the dots, as a share of their extent, and the rim of it that they must not reach.
 _ROOM, _RIM = 0.15, 0.03
-# An image with fewer dots than this share of the usual is looked at as a whole.
+# An image with fewer dots than this share of the usual number is searched as a whole.
 _FEWER = 0.8
-# How fast the height at which dots are cut out may follow the light, from batch to batch.
+# Largest factor on the threshold from batch to batch, as it follows the light.
 _CHANGE = 1.5
 
 
@@ -89,7 +89,7 @@ def _at_rim(dots: Dots, box: Box, size: tuple[int, int]) -> bool:
 
 
 def _adapted(model: DotModel, batch: list[Dots]) -> DotModel:
-    """Return the look of the dots with the light and the size of a batch."""
+    """Return the model of the dots with the light and the size of a batch."""
     heights = np.concatenate([dots.heights for dots in batch])
     if len(heights) < LEAST_DOTS:
         return model

@@ -1,4 +1,4 @@
-"""The motion of a whole head in the image: shift, turn and scale from dots that most agree on."""
+"""Head motion in the image: a robust fit of shift, rotation and scale to the dots."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from usdface.arrays import FloatArray
 
 __all__ = ["IDENTITY", "Similarity", "fit_similarity"]
 
-# Rounds of leaving out dots that move differently, and how many median distances off they are.
+# Rounds of rejecting outliers, and their least distance in median distances.
 _ROUNDS, _OFF = 3, 2.5
 
 

@@ -34,7 +34,7 @@ def reference_frame(frames: Sequence[Dots]) -> int:
         If no frame has three, or there are more than 400.
     """
     counts = [int(((d.fills > 0.75) & (d.fills < 1.35) & ~d.faint).sum()) for d in frames]
-    # A speck that comes and goes does not choose the frame: a count that lasts does.
+    # The minimum over neighbouring frames, so that a speck of one frame does not count.
     usual = np.array([min(counts[max(0, k - 2) : k + 3]) for k in range(len(counts))])
     best = int(np.argmax(usual)) if usual.max(initial=0) else int(np.argmax(counts))
     if counts[best] < LEAST_DOTS:
@@ -61,7 +61,8 @@ def track_dots(
 
     Dots without a track begin one, and tracks that do not meet in time and are one dot by the
     low-rank model of the face are joined. Each track is followed back from both ends to the
-    reference; where that disagrees, or where a dot is not where all others say, it is a doubt.
+    reference; where that disagrees, or where a dot is far from its prediction by all others, it is
+    a doubt.
 
     Parameters
     ----------
@@ -131,7 +132,7 @@ def _places(frames: Sequence[Dots], table: IntArray) -> FloatArray:
 
 
 def _agreement(frames: Sequence[Dots], table: IntArray, at: int, count: int) -> BoolArray:
-    """Return where following back from the ends gives the same dots (F, T)."""
+    """Return where tracking back from the ends gives the same dots (F, T)."""
     agreed = np.ones(table.shape, dtype=bool)
     places = _places(frames, table)
     last = len(frames) - 1

@@ -1,4 +1,4 @@
-"""Tracks of dots: places, confidence and what was noticed on the way."""
+"""Tracks of dots: places, confidence and doubts."""
 
 from dataclasses import dataclass
 
@@ -36,7 +36,7 @@ class Tracks:
     reference : int
         Frame in which the dots were named.
     cuts : tuple of int
-        Frames before which the picture changed at once.
+        Frames before which there is a cut.
     doubts : tuple of Doubt
     left_out : int
         Short tracks that are no markers.

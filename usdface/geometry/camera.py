@@ -101,7 +101,7 @@ def projection_and_jacobian(
 def undistort(camera: Camera, pixels: FloatArray) -> FloatArray:
     """Return where rays through pixels (..., 2) meet the plane at depth 1, without distortion.
 
-    By Newton's iteration. NaN where it does not converge: beyond what the coefficients describe.
+    By Newton's iteration. NaN where it does not converge: outside the domain of the coefficients.
     """
     bent = (pixels - camera.matrix[:2, 2]) @ np.linalg.inv(camera.matrix[:2, :2]).T
     flat = bent.copy()
@@ -122,7 +122,7 @@ def undistort(camera: Camera, pixels: FloatArray) -> FloatArray:
             flat = flat - step
             if not (np.abs(step) > _CONVERGED).any():
                 break
-        # Beyond its fold the lens would show two points in one place; Newton may leap across it.
+        # Beyond its fold the distortion is not injective; Newton may jump across it.
         straight = (determinant > 0) & (slope[..., 0, 0] + slope[..., 1, 1] > 0)
         unfolded = straight & (np.abs(step).max(axis=-1) <= _CONVERGED)
     return np.where(unfolded[..., None], flat, np.nan)

@@ -19,7 +19,7 @@ def rms_radius(points: FloatArray) -> float:
 def laid_over(
     points: FloatArray, positions: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return by what scale points lie over their positions in each frame, without turning them.
+    """Fit scale and translation of points to their positions in each frame, without rotation.
 
     Parameters
     ----------

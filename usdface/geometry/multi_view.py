@@ -65,7 +65,7 @@ def triangulate(cameras: Sequence[Camera], pixels: FloatArray) -> PointsOfViews:
 def epipolar_distances(
     first: Camera, second: Camera, flat: FloatArray, other: FloatArray
 ) -> FloatArray:
-    """Return how far undistorted places (..., 2) are from showing one point [px], at least.
+    """Return the least distance of undistorted places (..., 2) from epipolar consistency [px].
 
     The first-order (Sampson) distance. R. Hartley, A. Zisserman: Multiple View Geometry in Computer
     Vision, 2nd edition, 11.4.3. NaN where one is not seen.

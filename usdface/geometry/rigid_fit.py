@@ -34,11 +34,11 @@ class Pose:
         return cls(np.tile(np.eye(3), (count, 1, 1)), np.zeros((count, 3)))
 
     def to_head(self, positions: FloatArray) -> FloatArray:
-        """Take positions (F, M, 3) out of the head's motion."""
+        """Remove the head motion from positions (F, M, 3)."""
         return np.asarray((positions - self.translations[:, None]) @ self.rotations)
 
     def to_take(self, positions: FloatArray) -> FloatArray:
-        """Give positions (F, M, 3) the head's motion: the inverse of `to_head`."""
+        """Apply the head motion to positions (F, M, 3): the inverse of `to_head`."""
         moved = positions @ self.rotations.transpose(0, 2, 1)
         return np.asarray(moved + self.translations[:, None])
 

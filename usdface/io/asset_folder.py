@@ -35,7 +35,7 @@ def is_inside(path: Path, folders: Iterable[Path | None]) -> bool:
     try:
         place = Path(os.path.realpath(path))
         return any(place.is_relative_to(os.path.realpath(f)) for f in folders if f is not None)
-    except (OSError, ValueError):  # not a name that the system knows
+    except (OSError, ValueError):  # not a valid name on this system
         return False
 
 

@@ -1,4 +1,4 @@
-"""Atomic writing: after a failure, or a kill, the old files are unchanged or all are new."""
+"""Atomic writing: after a failure, or a kill, either all files are the old ones or all are new."""
 
 import os
 import signal
@@ -31,7 +31,7 @@ StrPath = str | os.PathLike[str]
 
 
 def check_place(path: Path) -> None:
-    """Fail before the work rather than after it where `path` cannot be written.
+    """Fail early if `path` cannot be written.
 
     Raises
     ------
@@ -58,7 +58,7 @@ class _File:
 
 
 class _Writing:
-    """Files that are written aside; `undo` removes those that are left."""
+    """Files that are written to staging folders; `undo` removes the remaining ones."""
 
     def __init__(self, undo: ExitStack) -> None:
         self.undo = undo
@@ -88,10 +88,10 @@ class _Writing:
             raise _unwritable(self.finished[-1].place, error) from error
 
     def _steps(self) -> list[Step]:
-        """Return the moves, such that a reader finds one generation between any two of them.
+        """Return the moves in an order such that a reader never finds two generations mixed.
 
-        Bridges first, which name the other new files where they are staged, then those files,
-        at last the files that bridges stand for.
+        Bridges first, which reference the other new files in their staging folders, then those
+        files, at last the files that bridges replace.
         """
         bridged = any(file.bridge for file in self.finished)
         first = [
@@ -124,8 +124,8 @@ _WRITING: ContextVar[_Writing | None] = ContextVar("_WRITING", default=None)
 def all_or_none() -> Iterator[None]:
     """Replace all files that are written in the block at its end, or none.
 
-    If the process is killed between two of the moves, whoever reads or writes there next makes
-    the others (`usdface.io.staging`). Within another `all_or_none` it is part of that.
+    If the process is killed between two of the moves, the next reader or writer there completes
+    them (`usdface.io.staging`). Within another `all_or_none` it is part of that.
     """
     if _WRITING.get() is not None:
         yield
@@ -190,7 +190,7 @@ def atomic_path(path: Path) -> Iterator[Path]:
 
 
 def staged_files() -> Mapping[Path, Path]:
-    """Return where the files lie now that the `all_or_none` around will put in place, by place."""
+    """Return the staged path of each file of the enclosing `all_or_none`, by its final path."""
     writing = _WRITING.get()
     return {file.place: file.temporary for file in writing.finished} if writing else {}
 
@@ -199,9 +199,9 @@ def staged_files() -> Mapping[Path, Path]:
 def write_bridge(path: Path) -> Iterator[Path]:
     """Yield a temporary path for the bridge of `path`, which was written in this `all_or_none`.
 
-    A bridge says what `path` says, but names the other new files as `staged_files` has them. It
-    stands at `path` while they are put in place: who opens `path` then, or after a kill, finds all
-    of the new result.
+    A bridge has the content of `path`, but references the other new files by `staged_files`. It is
+    at `path` while they are moved: opened then, or after a kill, `path` gives all of the new
+    result.
     """
     writing = _WRITING.get()
     assert writing is not None
@@ -215,7 +215,7 @@ def write_bridge(path: Path) -> Iterator[Path]:
 
 
 def _check_name(path: Path) -> None:
-    """Fail where no file can have that name: the name of a staged file is another."""
+    """Fail if no file can have that name: a staged file has another name."""
     with suppress(FileNotFoundError):
         path.lstat()
 
@@ -227,7 +227,7 @@ def _unwritable(path: Path, error: OSError) -> OutputError:
 
 @contextmanager
 def _folder(folder: Path) -> Iterator[Path]:
-    """Make a folder; if nothing is in it at the end, it goes again."""
+    """Make a folder; remove it at the end if it is empty."""
     made = [place for place in (folder, *folder.parents) if not place.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -270,5 +270,5 @@ def write_bytes(path: Path, *data: bytes) -> None:
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write `text` to `path` atomically, as UTF-8; names of files may hold what is none."""
+    """Write `text` to `path` atomically, as UTF-8; file names may hold other bytes."""
     write_bytes(path, text.encode(errors="backslashreplace"))

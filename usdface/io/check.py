@@ -52,5 +52,5 @@ def _size_of_face(path: Path) -> list[Finding]:
     try:
         rig, _ = read_rig_file(path)
     except UsdFaceError:
-        return []  # what cannot be read was found, or is no rig
+        return []  # an unreadable file was reported, or it is no rig
     return report_size(rig) if len(units_of(rig.shape_names)) >= _FACE else []

@@ -29,8 +29,8 @@ def _write_gltf(
 ) -> list[Finding]:
     from usdface.io.gltf.write import write_gltf
 
-    asked = options.pointer, options.quantize, options.influences
-    return write_gltf(rig, path, clips, *asked, read, metadata)
+    settings = options.pointer, options.quantize, options.influences
+    return write_gltf(rig, path, clips, *settings, read, metadata)
 
 
 GLTF = ExportTarget(

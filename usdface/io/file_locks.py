@@ -87,7 +87,7 @@ def wait_for_lock(folder: Path, most: float) -> Iterator[FolderLock]:
 
 
 def same_folder(folder: Path, lock: FolderLock) -> bool:
-    """Return whether `folder` is still there, and the one that is locked."""
+    """Return whether `folder` still exists and is the locked one."""
     with suppress(OSError):
         return _identity(folder) == lock.identity
     return False

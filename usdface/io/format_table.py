@@ -1,9 +1,9 @@
 """Finding the format of a file: usdface's own formats first, then those of other packages.
 
 Entry points are looked up only where no format of usdface itself fits, or to list them. A format of
-another package never takes the place of one of usdface: a suffix that both claim stays usdface's,
-and PLUGIN_CONFLICT says so. Nothing is skipped silently: an entry point that cannot be used is a
-PLUGIN_FAILED finding where the file is read by another one, and the error where it is not.
+another package never replaces one of usdface: a suffix that both claim stays usdface's, reported as
+PLUGIN_CONFLICT. Nothing is skipped silently: an entry point that cannot be used is a PLUGIN_FAILED
+finding if another one reads the file, else an error.
 """
 
 from collections.abc import Callable, Iterable, Sequence
@@ -184,7 +184,7 @@ class FormatTable(Generic[F]):
 
 
 def _fitting(formats: Iterable[Registered[F]], path: Path) -> list[Registered[F]]:
-    """Return the formats that recognise a file; where none does, those that cannot tell."""
+    """Return the formats that recognise a file; if none does, those that go by its name alone."""
     claiming = [each for each in formats if each.format.claims(path)]
     results = [each.call(each.format.recognises, path) for each in claiming]
     certain = [each for each, result in zip(claiming, results, strict=True) if result]
@@ -192,7 +192,7 @@ def _fitting(formats: Iterable[Registered[F]], path: Path) -> list[Registered[F]
 
 
 def conflicts(formats: Sequence[Registered[F]]) -> list[Finding]:
-    """Return the suffixes that several packages claim, and none of them by looking at the file."""
+    """Return the suffixes that several packages claim, none of them by the file's content."""
     found = []
     for suffix in suffixes_of([each.format for each in formats]):
         claims = [e for e in formats if suffix in e.format.suffixes and not _sniffs(e.format)]

@@ -18,7 +18,7 @@ from usdface.shot import ShotResult
 
 __all__ = ["Generation", "generation_of", "gltf_generation", "outdated_gltf"]
 
-_MOST_FILES = 200  # in a folder that are looked at
+_MOST_FILES = 200  # files of a folder that are read
 _LENGTH = 16  # hexadecimal digits
 
 Generation = dict[str, str]  # "generation" and "result", as a glTF has them

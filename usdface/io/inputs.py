@@ -1,4 +1,4 @@
-"""Files that a command reads, none of which it writes over.
+"""Files that a command reads, none of which it overwrites.
 
 The one place that knows which files a source brings in, and that compares them with the outputs: by
 the file itself, so that links, relative names and other spellings do not matter.
@@ -60,7 +60,7 @@ def files_written(output: Path, read: Iterable[Path]) -> tuple[Path, ...]:
 
 
 def check_outputs(places: Iterable[Path | None], read: Mapping[Path, Path]) -> None:
-    """Fail before the work rather than after it where an output cannot, or must not, be written.
+    """Fail early if an output cannot, or must not, be written.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Other packages that add something to usdface, by entry points: those installed, those that load.
+"""Plug-ins of other packages by entry points: those installed, those that load.
 
 Entry points are looked up only by jobs that call hooks, and to list them.
 """
@@ -97,7 +97,7 @@ def installed_hooks(skip: Sequence[str] = ()) -> tuple[tuple[Hook, ...], list[Fi
     InputError
         If a hook that is to be left out is not installed.
     PluginError
-        If a hook cannot be loaded: a result without it would not be what the installation asks for.
+        If a hook cannot be loaded: a result without it would differ from the installation's.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Staging folders: where files are written aside, and how they are put in place together.
+"""Staging folders: files are written there, and moved to their places together.
 
 A run writes into a hidden folder ``.usdface-...`` beside each output, which it locks while it
 lives. To put the files in place it first writes a journal of the moves into each staging folder;
@@ -43,7 +43,7 @@ class Staging:
             self.path = folder.absolute() / f"{_PREFIX}{secrets.token_hex(6)}"
             _living[self.path] = os.getpid()
             self.path.mkdir()
-            with suppress(OSError):  # another run took it for the litter of a dead one
+            with suppress(OSError):  # another run removed it as that of a dead one
                 lock = try_lock(self.path)
                 if lock is not None and same_folder(self.path, lock):
                     break
@@ -162,9 +162,9 @@ def _run(steps: Sequence[Step]) -> None:
 
 
 def finish_dead_runs(folder: Path) -> None:
-    """Put in place what dead runs had decided to, and remove the rest of what they left.
+    """Complete the moves that dead runs had committed to, and remove their other files.
 
-    What cannot be written here, or is in use by another run, is left as it is.
+    Folders that cannot be written, or are in use by another run, are left as they are.
     """
     with suppress(OSError):
         if not any(_staging_folders(folder)):
@@ -206,7 +206,7 @@ def _finish(staging: Path, held: Collection[tuple[int, int]]) -> None:
             return
         decision = journal if first == staging else _read_journal(first)
         if decision is None:
-            if not (first / _JOURNAL).exists():  # never decided, or all moves are made
+            if not (first / _JOURNAL).exists():  # not committed, or all moves are made
                 shutil.rmtree(staging)
             return
         stagings = [Path(name) for name in decision["stagings"] if Path(name).is_dir()]

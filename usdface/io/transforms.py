@@ -70,8 +70,8 @@ def followed_by(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the transforms (F, 3), (F, 4), (F, 3), each followed by the matrix `then` (4, 4).
 
-    Where `then` keeps angles, what lies between two frames is carried over exactly; else shear
-    is left out.
+    Where `then` preserves angles, interpolation between frames is preserved exactly; else shear is
+    left out.
     """
     linear = then[:3, :3]
     size = np.cbrt(np.linalg.det(linear))

@@ -33,7 +33,7 @@ def bind_data(take: MarkerTake, mesh: Mesh, setup: RetargetSetup, document: str)
     setup : RetargetSetup
         As given, or proposed.
     document : str
-        The binding file of the setup: the page keeps what it does not edit.
+        The binding file of the setup: the page keeps all other keys of it.
     """
     rows = [_place(name, setup) for name in take.names]
     known = [i for i, row in enumerate(rows) if row["point"] >= 0]
@@ -82,7 +82,7 @@ def _stabilised(take: MarkerTake) -> MarkerTake:
 
 
 def motion_curve(positions: FloatArray, neutral: tuple[int, int]) -> FloatArray:
-    """Return how far the markers are from where they rest in the neutral frames, RMS: (F,) [m]."""
+    """Return the RMS displacement of the markers from the neutral frames: (F,) [m]."""
     seen = ~np.isnan(positions[..., 0])
     rest = np.where(seen[..., None], positions, 0.0)[neutral[0] : neutral[1] + 1].sum(axis=0)
     count = seen[neutral[0] : neutral[1] + 1].sum(axis=0)
@@ -108,7 +108,7 @@ def _partners(neutral: FloatArray, face: BoundFace) -> list[int]:
 
 
 def _middle(face: BoundFace) -> float:
-    """Return x of the middle of what the blend shapes move [m]."""
+    """Return x of the centre of the vertices that blend shapes move [m]."""
     moved = [shape.indices for shape in face.mesh.shapes if shape.offsets.any()]
     if not moved:
         return float(face.mesh.points[:, 0].mean())

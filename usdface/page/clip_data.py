@@ -25,7 +25,7 @@ _ROUNDING = 1e-3  # of a frame
 def clip_data(
     clip: Clip, shapes: tuple[str, ...], skeleton: Skeleton | None
 ) -> tuple[dict[str, Any], bool]:
-    """Return a clip at whole frames, and whether it was cut at the most that a page plays.
+    """Return a clip at whole frames, and whether it was cut to the longest that a page plays.
 
     Parameters
     ----------

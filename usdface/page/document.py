@@ -1,9 +1,9 @@
-"""The HTML file of a page: its data, scripts and styles in one, nothing from anywhere else.
+"""The HTML file of a page: data, scripts and styles in one, without external resources.
 
 The scripts are ES modules in an import map of ``data:`` addresses, so they stay the modules that
 they are in `assets`. A content security policy forbids every request, and every script of the page
-itself but those whose hash it names. Text from outside is JSON without ``<``, and the scripts only
-ever make text of it (`assets/dom.js`).
+itself but those whose hash it names. Text from outside is JSON without ``<``, and the scripts
+insert it as text only (`assets/dom.js`).
 """
 
 import base64
@@ -45,7 +45,7 @@ MODULES = (
 
 
 def finding_lines(findings: Iterable[Finding]) -> list[dict[str, str]]:
-    """Return findings as a page shows them: in words."""
+    """Return findings as lines of text for a page."""
     return [
         {"code": f.code, "severity": f.severity, "where": f.where, "message": f.message}
         for f in findings

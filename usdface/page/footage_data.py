@@ -23,7 +23,7 @@ def shown_frames(take: MarkerTake) -> list[int]:
 
 
 def face_box(take: MarkerTake) -> tuple[int, int, int, int]:
-    """Return left, top, right, bottom [px] of the part of the images in which the dots are."""
+    """Return the box of the dots in all images, with a margin: left, top, right, bottom [px]."""
     places = take.positions * (1.0, -1.0)
     low, high = np.nanmin(places, axis=(0, 1)), np.nanmax(places, axis=(0, 1))
     room = _ROOM * float((high - low).max()) + 10

@@ -1,4 +1,4 @@
-"""The data of a shot's page: one clip with two sets of weights, and all that is known about it."""
+"""The data of a shot's page: one clip with two sets of weights, and its results."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The RBF paper's way from an image to a character's feature points, beside the default one.
+"""The RBF paper's map from an image to a character's feature points, compared with the default one.
 
 Source: Troy, Pranowo, Gunanto, "2D to 3D Space Transformation for Facial Animation Based on Marker
 Data", InAES 2016, equations 5 to 10; the quantities are those of its Table I.

@@ -162,7 +162,7 @@ def _read(
 def _bound(
     rig: Rig, take: MarkerTake, given: RetargetSetup | None, options: BindOptions
 ) -> tuple[Mesh, RetargetSetup, list[Finding]]:
-    """Return the mesh and the setup as given or proposed, whatever a person will think of it."""
+    """Return the mesh and the setup as given or proposed, also where no place is sure."""
     try:
         resolved = resolve_binding(rig, take, given, options=options)
     except UnsureBindingError as error:

@@ -50,7 +50,7 @@ def check(
     ------
     InputError
         If the file cannot be read. Of several files each that cannot is the finding
-        FILE_UNREADABLE, and the others are checked. If a figure of several files is asked for, or
+        FILE_UNREADABLE, and the others are checked. If a figure of several files is requested, or
         one without `facs`.
 
     Examples

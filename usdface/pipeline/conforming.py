@@ -48,19 +48,20 @@ def conform(
     output : path
         The show file, .json, for `process_sequence`.
     show : path, optional
-        A show file in the same folder, whose characters, performers and options it takes over.
+        A show file in the same folder, whose characters, performers and options are copied.
     performer : str
         Of all shots; "" = none.
     characters : sequence of str
         A shot is made for each.
     handles : int
-        Frames more on both sides of each clip.
+        Additional frames on both sides of each clip.
     rate : float [Hz]
         Of the deliverables; 0: each clip's own.
     timecode_rate : float [Hz]
-        That the timecodes of the takes count; 0: those of each take.
+        Of the timecodes of the takes; 0: that of each take.
     cut_rate : float [Hz]
-        That an .edl counts, which it does not say; 0: 24, or 29.97 with drop-frame timecode.
+        Of the timecodes of an .edl, which do not state it; 0: 24, or 29.97 with drop-frame
+        timecode.
     on_progress : callable, optional
 
     Returns
@@ -122,17 +123,17 @@ def conform(
 
 
 def _document(base: Path | None) -> dict[str, Any]:
-    """Return what a show file says beside its shots."""
+    """Return the contents of a show file without its shots."""
     if base is None:
         return {}
-    read_show_file(base)  # refuses what it does not know
+    read_show_file(base)  # refuses unknown keys
     text = base.read_text(encoding="utf-8")
     document = json.loads(text) if base.suffix.lower() == ".json" else tomllib.loads(text)
     return {key: value for key, value in document.items() if key != "shots"}
 
 
 def _clock(path: Path, timecode_rate: float) -> TakeClock:
-    stage = open_stage(path)  # held: its prims end with it
+    stage = open_stage(path)  # kept alive: its prims expire with it
     take, _ = read_take_prim(default_prim(stage, path))
     if not take.start_timecode:
         raise InputError(

@@ -40,7 +40,7 @@ def write_sequence_job(
     sources : path or sequence of path
         As of `process_sequence`.
     folder : path
-        Of the bundle; what it has of these files is replaced.
+        Of the bundle; existing files of these names are replaced.
     chunk : int
         Shots in a task.
     pages : bool
@@ -97,7 +97,7 @@ def write_pieces_job(
     pieces : path
         The folder that the pieces are kept in.
     folder : path
-        Of the bundle; what it has of these files is replaced.
+        Of the bundle; existing files of these names are replaced.
     chunk : int
         Pieces in a task.
     words : sequence of str
@@ -148,7 +148,7 @@ def write_pieces_job(
 
 
 def _inputs(plans: Iterable[ShotPlan]) -> list[Path]:
-    """Return all files that the shots read: those that make them, or that they are composed of."""
+    """Return all files that the shots read: their sources, or those that they are composed of."""
     sources: dict[Path, None] = {}
     for plan in plans:
         sources |= dict.fromkeys(plan.making.files if plan.making else (plan.file,))

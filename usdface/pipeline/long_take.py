@@ -35,7 +35,7 @@ from usdface.show.workers import cores, run_in_workers
 
 __all__ = ["KeptPieces", "PiecedStages", "check_no_hooks", "run_piece", "solve_pieces"]
 
-_TIME_LIMIT = 3600.0  # s for a piece: two orders above what was measured
+_TIME_LIMIT = 3600.0  # s for a piece: two orders above the measured time
 
 ValueT = TypeVar("ValueT")
 
@@ -75,7 +75,7 @@ class KeptPieces:
         return with_overrides(replace(staged.shot, rig=self._rig), self._options)
 
     def estimates(self) -> EstimatedTake:
-        """Return the estimates of the take: kept ones, or from its sample."""
+        """Return the estimates of the take, from the folder or computed from its sample."""
         neutral = self.read(np.array([0])).setup.neutral
         sample = self.cuts.sample(neutral)
         blocks = [
@@ -89,7 +89,7 @@ class KeptPieces:
         )
 
     def piece(self, number: int, known: EstimatedTake) -> SolvedShot:
-        """Return a piece: the kept one, or solved."""
+        """Return a piece, from the folder or solved."""
         first, end = self.cuts.piece(number)
         low, high = max(0, first - known.overlap), min(self.cuts.frames, end + known.overlap)
         blocks = list(self.cuts.blocks_over(low, high))
@@ -104,7 +104,7 @@ class KeptPieces:
 
     @property
     def used(self) -> dict[str, str]:
-        """How estimates and pieces were come by: "cached" or "computed"."""
+        """Where estimates and pieces came from: "cached" or "computed"."""
         return self._cache.used
 
 
@@ -126,7 +126,7 @@ def solve_pieces(
     ----------
     shot : path
     folder : path
-        Of the estimates and the pieces. What is there and current is kept.
+        Of the estimates and the pieces. Files that are up to date are kept.
     index : str
         ``"N"`` or ``"N-M"``: only these pieces, from 0 on; ``"estimates"``: none of them.
     workers : int, optional
@@ -219,7 +219,7 @@ def _each(
 
 
 def run_piece(task: Mapping[str, Any]) -> str:
-    """Solve a piece, in a worker; return how it was come by."""
+    """Solve a piece, in a worker; return "cached" or "computed"."""
     register_schemas()
     pieces, known = _opened(
         task["shot"], task["folder"], json.dumps(task["options"]), task["asset_root"]
@@ -278,7 +278,7 @@ class PiecedStages:
     Attributes
     ----------
     used : dict of str to {"cached", "computed", "joined"}
-        How each stage was come by.
+        Where the value of each stage came from.
     """
 
     def __init__(

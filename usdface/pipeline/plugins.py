@@ -1,4 +1,4 @@
-"""What other packages add to usdface here, and whether it would load: `usdface plugins`."""
+"""Installed plug-ins of other packages, and whether each would load: `usdface plugins`."""
 
 from typing import Any
 
@@ -16,8 +16,8 @@ _FORMATS = {"takes": "take format", "rigs": "rig format", "exports": "export for
 def list_plugins() -> Result[None]:
     """List hooks, formats and plug-ins for hosts of other packages, and whether each would load.
 
-    Each is imported. A host's answer holds for the Python that asks: for that of a host, ask with
-    the host's own.
+    Each is imported. For a plug-in of a host the result holds for this Python only: run it with the
+    host's own Python.
 
     Returns
     -------

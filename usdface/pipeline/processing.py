@@ -93,9 +93,8 @@ def process(
     strict : bool
         Refuse a result whose verdict is "not usable": write nothing.
     cache : path, optional
-        A folder in which the arrays of clean-up, solve and correction are kept, and taken from
-        where nothing that they depend on has changed. The result is the same without it. Nothing
-        is kept where hooks run.
+        A folder that caches the arrays of clean-up, solve and correction, keyed by all that they
+        depend on. The result is the same without it. Nothing is cached where hooks run.
     pieces : path, optional
         A folder for the pieces of a long take: each is solved on its own, with the estimates of a
         sample of the take, unless `solve_pieces` has done so. Not where hooks run.

@@ -213,7 +213,7 @@ def _rig_with_clips(
 
 
 def _unused(hooks: Sequence[Hook]) -> list[Finding]:
-    """Report the hooks that a scene which is packed as it is does not go through."""
+    """Report the hooks that are not called for a scene that is packed as it is."""
     message = "the scene is packed as it is, without hooks"
     return [
         finding("HOOK_SKIPPED", hook.name, message)

@@ -46,8 +46,8 @@ def process_sequence(
     """Make the shots of a sequence that are missing, and process those that are out of date.
 
     Each shot is processed as `process` does, in one of some worker processes. A shot that fails, or
-    ends or hangs its worker, fails alone. A result that is there and is what this run would make,
-    by the content of all files that it depends on, the options and the program, is kept.
+    ends or hangs its worker, fails alone. An existing result is kept if it is up to date with the
+    content of all files that it depends on, the options and the program.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def check_unread(
         return
     plans = list(plans)
     read = {file: file for file in files_of(map(Path, sources), plans)}
-    # What a shot without a record is composed of is not known yet.
+    # The files of a shot without a record are not known yet.
     new = [plan for plan in plans if not record_path(plan.file, "record").exists()]
     for plan in new:
         read |= files_read(plan.file, *(plan.making.files if plan.making else ()))
@@ -184,7 +184,7 @@ def _is_shot(path: Path) -> bool:
 
 
 def _kept(plan: ShotPlan) -> Row | None:
-    """Return the row of a result that a run would make again as it is."""
+    """Return the row of a result that is up to date."""
     folder = plan.file.parent
     if plan.making is not None:
         made = read_record(record_path(plan.file, "made"))

@@ -94,7 +94,7 @@ def _record(plan: ShotPlan, options: object) -> Record:
 
 
 def _made(plan: ShotPlan, making: Making) -> list[Finding]:
-    """Make the shot if it is not there, or is not what would be made; one that was edited stays."""
+    """Make the shot if it is missing or out of date; an edited one is kept."""
     folder, place = plan.file.parent, record_path(plan.file, "made")
     known = read_record(place)
     unchanged = known is not None and known.key == known.key_now(folder, making.options)

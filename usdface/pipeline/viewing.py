@@ -153,7 +153,7 @@ def _about(summary: dict[str, Any]) -> str:
 
 
 def _left_out(rig: Rig, shown: int) -> list[Finding]:
-    """Report what the page does not show."""
+    """Report the parts of the rig that the page does not show."""
     found = []
     others = [m.name for m in rig.materials if set(m.textures) - {"base_color_texture"}]
     if others:

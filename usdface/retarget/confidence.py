@@ -1,4 +1,4 @@
-"""Standard deviations of the weights, shapes that no marker sees, places for the next markers.
+"""Standard deviations of the weights, undetermined shapes, and places for the next markers.
 
 The solve is the most probable answer of a linear model with Gaussian errors, so its normal
 matrix also says how far each weight can be off (Tarantola 2005, "Inverse Problem Theory",
@@ -20,22 +20,23 @@ from usdface.retarget.solver.regularisation import Regularisation
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
 
-# The head may be anywhere within so much [m, rad]; more would cost digits where no marker is yet.
+# Prior deviation of the head pose [m, rad]; a larger one costs precision where markers are few.
 _HEAD = 1.0
-# Markers are not believed beyond this [m], a thirtieth of the jitter of optical ones: without any
-# error all that is seen would be sure.
+# Least noise of a marker coordinate [m], a thirtieth of the jitter of optical markers: without any
+# noise every observed shape would be certain.
 _FINEST = 1e-5
-# A shape is not seen if this share of its deviation before the take still is: half of the variance.
+# A shape is undetermined if its posterior deviation exceeds this share of the prior one: half of
+# the variance.
 _UNSEEN = 0.7
 # The spectrum is integrated at so many frequencies: within 1e-3 of a dense inverse in the tests.
 _FREQUENCIES = 256
-# Frames that may tell of a weight together: half a minute. Chosen after both halves of the recorded
-# curves had been seen (benchmarks/README.md).
+# Frames that count as independent evidence of a weight, at most: half a minute. Chosen with both
+# halves of the recorded curves in view (benchmarks/README.md).
 _MANY = 1000
-# Frames that are looked at for bounds, at most twice as many.
+# Frames sampled for the bounds; at most twice as many.
 _FRAMES = 1000
-# Deviations beyond a bound from which on the rest is exponential, to 2 / 100^2; at more, the
-# difference of squares in `within_bounds` would lose its digits (100^4 * 1e-16 = 1e-8).
+# Deviations beyond a bound from which on the tail counts as exponential (error 2 / 100^2); at more,
+# the difference of squares in `within_bounds` would lose its precision (100^4 * 1e-16 = 1e-8).
 _PRESSED = 100.0
 _LOG_BELL = -0.5 * float(np.log(2.0 * np.pi))
 
@@ -49,12 +50,12 @@ class Confidence:
     deviations : (S,) float64 [1]
         Standard deviation of each weight where all markers are seen, before its bounds.
     unseen : dict of int to int
-        Shapes that the markers say little or nothing about, each with the vertex at which one
-        more marker would show it best.
+        Shapes that the markers hardly determine, each with the vertex at which one more marker
+        would determine it best.
     places : (K,) int64
-        The vertices where the next markers would say most, the best first (greedy D-optimal).
+        The most informative vertices for the next markers, the best first (greedy D-optimal).
     hidden : (H,) int64
-        Shapes that the markers say little or nothing about, whether another would show them or not.
+        Shapes that the markers hardly determine, whether another marker would help or not.
     """
 
     deviations: FloatArray
@@ -99,7 +100,7 @@ def confidence_of(
     wanted : int
         How many places for more markers to look for.
     room : float [m]
-        How far the places for more markers must be apart; fewer are found where there is no more.
+        Least distance between places for more markers; fewer are found where there is no room.
     """
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
@@ -120,7 +121,7 @@ def confidence_of(
         return Confidence(deviations, {}, np.zeros(0, np.int64), hidden)
     tried = rows[free]
     spreads, inverse = _at_places(spread, tried, variance)
-    # The fall of a shape's variance by a marker: (V, H).
+    # Reduction of a shape's variance by a marker: (V, H).
     across = spreads[:, :, hidden]
     falls = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
     unseen = {
@@ -195,7 +196,7 @@ def _learned_deviations(
     vectors, values = half @ turned, values.clip(min=0.0)[:, None]
     slow = (regularisation.variance - noise) * noise * values / prior
     variances = (noise * (values + used**2 / prior) + slow) / (values + used) ** 2
-    # A take teaches nothing of directions that many frames together do not show.
+    # A take is no evidence of directions that many frames together do not determine.
     expected = regularisation.precision(len(normal))
     unknown = np.linalg.inv(_MANY / noise * normal + expected)
     least, most = (np.sqrt(np.diag(m).clip(min=0.0)) for m in (unknown, np.linalg.inv(expected)))
@@ -212,8 +213,8 @@ def within_bounds(
     """Return the standard deviation of weights over a take, as none leaves [0, 1]: (S,).
 
     In each frame the error is that of a normal distribution about the weight, cut off at the
-    bounds; root mean square over the frames. A weight that a term presses against a bound is the
-    end of a distribution whose middle lies beyond it.
+    bounds; root mean square over the frames. For a weight that a term holds at a bound, the mean of
+    that distribution lies beyond the bound.
 
     Parameters
     ----------
@@ -222,19 +223,19 @@ def within_bounds(
     weights : (F, S) float64
         In [0, 1].
     regularisation : Regularisation, optional
-        Of the solve, with the terms that press.
+        Of the solve, with the terms that hold weights at bounds.
     """
     some = weights[:: max(1, len(weights) // _FRAMES)]
     beyond = np.zeros(some.shape)
     if regularisation is not None and regularisation.variance > 0.0:
         slope = regularisation.gradient(some) / regularisation.variance
-        # The middle of ``exp(-d^2 / 2 s^2 - slope * d)`` is at -slope * s^2.
+        # The mean of ``exp(-d^2 / 2 s^2 - slope * d)`` is at -slope * s^2.
         pressed = np.where(some <= 0.0, slope.clip(min=0.0), 0.0)
         pressed += np.where(some >= 1.0, slope.clip(max=0.0), 0.0)
         beyond = pressed * deviations
     near = beyond.clip(-_PRESSED, _PRESSED)
     mean, square = _cut_moments(-some / deviations + near, (1.0 - some) / deviations + near)
-    # Far beyond, the rest is exponential: its mean square falls with the slope's.
+    # Far beyond, the tail is exponential: its mean square falls with that of the slope.
     left = (square - 2.0 * near * mean + near**2) * (near / np.where(near, beyond, 1.0)) ** 2
     left = np.where(near == 0.0, square, left)
     return np.asarray(deviations * np.sqrt(left.mean(axis=0)))

@@ -1,9 +1,9 @@
 """Exaggeration: how large the solved performance is played, as a factor on its weights.
 
-The factor is on the weights, after the solve, and not on the markers before it: noise, misfit,
-head pose and residual stay those of the markers, a face at rest stays at rest, the rest of the face
-does not move to make up for it, and a take of weights obeys it, too. Weights stay within 0 and 1
-and below the weights that limit them.
+The factor is on the weights, after the solve, and not on the markers before it: noise, misfit, head
+pose and residual stay those of the markers, a neutral face stays neutral, other regions do not
+compensate for it, and it applies to a take of weights, too. Weights stay within 0 and 1 and below
+the weights that limit them.
 """
 
 from collections.abc import Mapping

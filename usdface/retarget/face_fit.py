@@ -28,11 +28,12 @@ __all__ = ["TRANSFER", "FaceFit", "fit_face", "fit_places", "refine_places"]
 
 # Name of the map that carries displacements by the similarity, to the performer's own shapes.
 TRANSFER = "similarity, shapes transferred"
-# Places that the resting face suggests are taken if they leave so much less of the motion open:
-# between two people the difference at rest is mostly the faces' own. Set by hand.
+# Places estimated from the neutral are taken if they leave at most this share of the motion
+# unexplained: between two people the neutrals differ mostly by the faces themselves. Set by hand.
 _BETTER = 0.95
-# The performer's own shapes are taken if they leave so much less of the motion open than every map.
-# Set by hand: where they are right it is 2 to 20 %, where another map is right it is more.
+# The performer's own shapes are taken if the motion that they leave unexplained is below this
+# factor times that of every map. Set by hand: they leave 2 to 20 % less where they are right, and
+# more where another map is.
 _TRANSFERRED = 0.99
 # More points than this are a mesh, not markers: the time grows with their cube.
 _MOST = 200
@@ -40,8 +41,8 @@ _MOST = 200
 _EXACT = 1e-6
 # A marker moves unlike its place if its residual is so many times the median marker's. Set by hand.
 _UNLIKE = 2.0
-# Solves that follow better places. Of 1, 2 and 3, 2 was enough on the performers of
-# python -m benchmarks.performers that the solve was built with.
+# Times that places are refined and the take is solved again. Of 1, 2 and 3, 2 was enough on the
+# performers of python -m benchmarks.performers that the solve was built with.
 _STEPS = 2
 
 
@@ -62,7 +63,7 @@ class FaceFit:
     placed : PlacedMarkers or None
         The same with slopes along the skin; None for markers on their vertices for good.
     guess : PlaceGuess or None
-        The places' distribution before motion told more.
+        The places' distribution before the take's motion was used.
     transferred : MarkerSurface or None
         The skin with the blend shapes of the performer's face, where these carry the motion.
     """
@@ -130,7 +131,7 @@ def fit_face(
 def _as_another_face(
     neutral: FloatArray, fit: FaceFit, evidence: MotionEvidence, surface: MarkerSurface
 ) -> FaceFit:
-    """Return the fit with the shapes as the performer's face makes them, if motion is for it.
+    """Return the fit with the shapes transferred to the performer, if motion is evidence for it.
 
     Displacements are then carried by the similarity.
     """
@@ -205,7 +206,7 @@ def refine_places(
     solve : callable
         Solves frames of the take with a fit.
     sized : callable
-        Returns the shapes at the size that the performer makes them: what the weights are of.
+        Returns the shapes at the performer's amplitudes, which the weights refer to.
     head_moves : bool
         The head's pose is solved with the weights.
     """
@@ -236,7 +237,7 @@ def _refined_shifts(
     sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
     head_moves: bool,
 ) -> FloatArray:
-    """Return shifts (M, 3) [m] that the solved frames make more likely than those of `fit`."""
+    """Return shifts (M, 3) [m] that the solved frames make more probable than those of `fit`."""
     assert fit.placed is not None and fit.guess is not None
     weights, displaced = joint.weights, joint.displaced
     variance = joint.regularisation.variance

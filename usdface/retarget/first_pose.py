@@ -40,7 +40,7 @@ def first_pose(
 
 
 def head_markers_few(usable: BoolArray, source: str) -> list[Finding]:
-    """Report frames (F,) in which too few markers show the head's pose."""
+    """Report frames (F,) in which too few markers determine the head pose."""
     if usable.all():
         return []
     missing = int((~usable).sum())

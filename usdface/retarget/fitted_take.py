@@ -29,7 +29,7 @@ __all__ = ["FittedTake", "fit_take"]
 
 # Reported where a marker is this share of the face's size off: 1.5 mm on the ICT face.
 _BESIDE = 0.025
-# Frames that places are looked for in, evenly spread, and rounds of a solve: bounds on time. With
+# Frames sampled to refine places, evenly spread, and rounds of a solve: bounds on time. With
 # 30 rounds errors of the performers that the solve was built with are the same.
 _PLACE_FRAMES = 1000
 _PLACE_ROUNDS = 8
@@ -64,7 +64,7 @@ class FittedTake:
     factors: FloatArray
 
     def estimates(self, shapes: BlendShapeEvaluator) -> TakeEstimates:
-        """Return what the take says as a whole; `shapes` are those of the performer."""
+        """Return the estimates that hold for all frames; `shapes` are those of the performer."""
         found = self.joint.regularisation
         return TakeEstimates(
             self.names,
@@ -165,12 +165,12 @@ def _some_frames(seen: BoolArray) -> IntArray:
     """Return `_PLACE_FRAMES` frames of a take, and some of each marker (F, M) that these hide."""
     frames = np.arange(0, len(seen), -(-len(seen) // _PLACE_FRAMES))
     hidden = np.flatnonzero(~seen[frames].any(axis=0))
-    more = [np.flatnonzero(seen[:, marker])[:FEWEST_FRAMES] for marker in hidden]
-    return np.asarray(np.unique(np.concatenate([frames, *more])))
+    others = [np.flatnonzero(seen[:, marker])[:FEWEST_FRAMES] for marker in hidden]
+    return np.asarray(np.unique(np.concatenate([frames, *others])))
 
 
 def _beside(fit: FaceFit, names: tuple[str, ...], source: str) -> list[Finding]:
-    """Report markers that the solve takes to be beside their vertices."""
+    """Report markers that were placed beside their vertices."""
     away = np.linalg.norm(fit.shifts, axis=1)
     farthest = int(away.argmax())
     if away[farthest] < _BESIDE * rms_radius(fit.points):

@@ -9,8 +9,8 @@ from usdface.rigs import Skeleton, Skin
 
 __all__ = ["carrying_joint", "joint_track", "matrices_of", "named_joint"]
 
-# A joint carries the face if so much of the markers' skin weight hangs on it and the joints below:
-# lids, lips and jaw may have joints of their own, which hang below the head's. Set by hand.
+# A joint carries the face if it and its descendants have this share of the markers' skin weight:
+# lids, lips and jaw may have joints of their own below the head's. Set by hand.
 _CARRIED = 0.9
 
 
@@ -63,8 +63,8 @@ def _parents(skeleton: Skeleton) -> list[int]:
 def joint_track(skeleton: Skeleton, joint: int, motion: Pose) -> FloatArray:
     """Return the joint's transforms to its parent that move its skin as `motion`: (F, 4, 4).
 
-    Row vectors, metres. The skin moves as bound, then goes where the skeleton rests, so that
-    the motion stays the head's own under a neck that something else bends.
+    Row vectors, metres. The motion is applied in the bind pose and followed by the skeleton's rest
+    pose, so that it stays relative to a neck that something else animates.
 
     Parameters
     ----------

@@ -11,13 +11,13 @@ from usdface.retarget.solver.curvature import curvature_bands
 
 __all__ = ["head_motion", "smooth_motion"]
 
-# Beyond this angle [rad] rotation vectors are no plain space to average in: they fold at pi.
+# Beyond this angle [rad] rotation vectors cannot be averaged: they wrap around at pi.
 _FAR = 2.5
-# Variance of the noise over that of a step's second difference, as it is tried: two in a decade,
-# from a head that shakes to one that rests.
+# Ratios of the variance of the noise to that of the second difference that are tried: two per
+# decade, from a head that shakes to one that rests.
 _WEIGHTS = np.logspace(-4, 8, 25)
-# Markers that fix a pose (three points); and the least noise [m] that gaps are bridged with, a
-# thousandth of the jitter of optical markers.
+# Markers that determine a pose (three points); and the least noise [m] assumed where gaps are
+# bridged, a thousandth of the jitter of optical markers.
 _FEWEST = 3
 _FINEST = 1e-7
 
@@ -44,7 +44,7 @@ def head_motion(
     noise : float [m]
         Standard deviation of a marker coordinate on the character.
     seen : (F, M) bool
-        Which markers the pose rests on.
+        Markers that the pose was fitted to.
 
     Returns
     -------
@@ -65,8 +65,8 @@ def smooth_motion(
 
     Each of the three angles and three coordinates of the face's centre is the most probable
     curve if its second derivative is white; its power is the one that makes the take itself
-    most probable (Whittaker 1923, the weight by marginal likelihood). A frame counts by how
-    well the markers seen in it fix the pose; with fewer than three it does not count.
+    most probable (Whittaker 1923, the weight by marginal likelihood). A frame is weighted by how
+    well its visible markers determine the pose; with fewer than three it does not count.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def smooth_motion(
     noise : float [m]
         Standard deviation of a coordinate; 0 changes nothing where markers show the pose.
     seen : (F, M) bool
-        Which markers each frame shows.
+        Markers that are visible in each frame.
     """
     rotations = Rotation.from_matrix(pose.rotations.copy())  # SciPy before 1.15.1 wants to write
     angles, centre = rotations.as_rotvec(), points.mean(axis=0)

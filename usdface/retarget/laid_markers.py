@@ -1,4 +1,4 @@
-"""The markers of a take before it is solved: which count, where they rest, how the head goes."""
+"""The markers of a take before it is solved: usable ones, their neutral, the head pose."""
 
 from dataclasses import dataclass
 
@@ -27,7 +27,7 @@ __all__ = ["LaidMarkers", "lay_markers"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LaidMarkers:
-    """The markers of a take that count, and what is known of them before a solve.
+    """The usable markers of a take, and their state before a solve.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class LaidMarkers:
     points : (M, 3) float64 [m]
         Vertices on the character.
     model : BlendShapeEvaluator
-        Of their displacements, without blend shapes that this take cannot show.
+        Of their displacements, without blend shapes that this take cannot determine.
     surface : MarkerSurface or None
         The skin around them; None = they are held on their vertices.
     worn : WornFace or None
@@ -89,7 +89,7 @@ def lay_markers(
     model: BlendShapeEvaluator | None,
     surface: MarkerSurface | None,
 ) -> tuple[LaidMarkers, RetargetSetup, list[Finding]]:
-    """Return the markers that count, and the setup without head markers that show no pose.
+    """Return the usable markers, and the setup without head markers that determine no pose.
 
     Parameters, findings and errors are those of `usdface.retarget.solve_take.solve_take`.
     """

@@ -1,4 +1,4 @@
-"""Weights of a take beyond their bounds: how far a performer's movements go, in the character's."""
+"""Weights of a take in wider bounds: the performer's peaks in units of the character's shapes."""
 
 import numpy as np
 
@@ -63,7 +63,7 @@ def loose_weights(
 
 
 def held_peaks(weights: FloatArray, times: FloatArray) -> FloatArray:
-    """Return how far each weight (F, S) goes up for a tenth of a second together: (S,)."""
+    """Return the level that each weight (F, S) reaches for a tenth of a second in all: (S,)."""
     step = float(np.median(np.diff(times)))
     held = min(max(round(_HELD / step), 1), len(weights) // 4)
     return np.asarray(np.sort(weights, axis=0)[-max(held, 1)])

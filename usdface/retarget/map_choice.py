@@ -1,16 +1,17 @@
 """Choice of the space map: the one with which the rig's shapes explain the take's motion.
 
 Candidates are the plain similarity and, for each kernel, the radial field that best predicts a
-resting marker from all others. Which of them carries displacements best is told by the take
-(`usdface.retarget.motion_evidence`); where it has no say the resting markers decide.
+resting marker from all others. The take's motion decides between them
+(`usdface.retarget.motion_evidence`); where it is no evidence, the error of predicting neutral
+markers does.
 
 Each marker in turn is left out and predicted by the map that the others give. For the radial
 field this needs no new fit (Rippa 1999, "An algorithm for selecting a good value for the
 parameter c in radial basis function interpolation"): with A the matrix of `fit_map`, smoothing
 and constant included, and c its solution, the error at marker i is ``c_i / (A^-1)_ii``. This
 holds for any value at marker i, so also where the similarity below the field is fitted anew
-without it. Wide kernels and little smoothing win between smooth faces, more smoothing where
-markers sit a little off their vertices.
+without it. Wide kernels and little smoothing are chosen between smooth faces, more smoothing where
+markers are a little off their vertices.
 """
 
 from collections.abc import Callable
@@ -28,7 +29,7 @@ __all__ = ["MapChoice", "choose_map", "left_out_errors"]
 # The grid that is searched; python -m benchmarks.stylised measures the choice.
 RADII = (2.0, 3.0, 5.0, 8.0)
 SMOOTHINGS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
-# Of maps that are this nearly as good as the best, the one that bends least is taken. Set by hand;
+# Of maps within this factor of the best, the one that bends least is taken. Set by hand;
 # docs/constants.md.
 _AS_GOOD = 1.05
 # More points than this are a mesh, not markers: the time grows with their cube.
@@ -50,7 +51,7 @@ class MapChoice:
         The least error of each kernel.
     unexplained : dict of str to float
         Of each candidate the share of the take's displacements that shapes and head do not explain
-        (RMS by RMS); empty if the take had no say.
+        (RMS by RMS); empty if the take was no evidence.
     """
 
     name: str
@@ -109,7 +110,7 @@ def choose_map(
     plain = candidates[0].error
     best: dict[str, float] = {c.settings.kernel: c.error for c in candidates if c.settings}
     space = {c.name: c.fitted(source, target, fixed) for c in candidates}
-    # Where left and right are exchanged the field that predicts best is a mirror: no face is one.
+    # Where left and right are exchanged the best field is a mirror; no map between faces is.
     candidates = [c for c in candidates if c.settings is None or not _mirrors(space[c.name])]
     shares = {}
     if unexplained_share is not None:
@@ -125,7 +126,7 @@ def choose_map(
 
 
 def _mirrors(space: SpaceMap) -> bool:
-    """Return whether a map in space turns the surroundings of most markers inside out."""
+    """Return whether a map in space mirrors the surroundings of most markers."""
     derivative = space.derivative
     if derivative.shape[1] != 3:
         return False

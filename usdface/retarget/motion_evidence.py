@@ -2,8 +2,8 @@
 
 The right map is not the one that best predicts where resting markers lie, but the one with which
 the character's shapes explain how the markers move. The part of the displacements that no weight
-and no head motion explains is compared with their size: a share, so that a map gains nothing by
-making motions small. No solve is needed.
+and no head motion explains is divided by their size, so that a map gains nothing by making motions
+small. No solve is needed.
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ from usdface.takes import visible
 
 __all__ = ["MotionEvidence"]
 
-# The take has no say where shapes and head leave fewer numbers of a frame over, or where its motion
-# is of less than so many noise variances, or than this share of the face's size. Set by hand.
+# The take is no evidence where shapes and head leave fewer degrees of freedom of a frame, or where
+# its motion is below these many noise variances, or this share of the face's size. Set by hand.
 _FEWEST_LEFT = 6
 _ROUNDING = 1e-7
 _ABOVE_NOISE = 4.0
@@ -46,8 +46,8 @@ class MotionEvidence:
     ) -> float:
         """Return the share of the displacements that shapes and head do not explain: RMS by RMS.
 
-        Noise is taken off both. NaN if the take has no say: where it does not move, or the shapes
-        can explain anything.
+        Noise is subtracted from both. NaN if the take is no evidence: it does not move, or the
+        shapes can explain any motion.
 
         Parameters
         ----------

@@ -1,8 +1,8 @@
 """The error of a noisy neutral, as the whole take shows it.
 
-The neutral is a mean of noisy frames, and the displacements of all frames share its error. Weights
-of 0 or more are the envelope that shows it: a face at rest that lies below them leaves a residual
-in most frames.
+The neutral is a mean of noisy frames, and the displacements of all frames share its error. The
+lower bound of the weights reveals it: an error that only negative weights would explain leaves a
+residual in most frames.
 """
 
 import numpy as np
@@ -46,15 +46,15 @@ def neutral_correction(
     regularisation: Regularisation,
     rigid: FloatArray,
 ) -> FloatArray:
-    """Return what to add to all displacements for the neutral's error: (M, 3) [m].
+    """Return the correction of all displacements for the neutral's error: (M, 3) [m].
 
-    The neutral is as uncertain as the mean of noisy frames; the mean residual of the take shows its
-    error, but for the misfit, which lasts.
+    The neutral is as uncertain as the mean of noisy frames; the mean residual of the take is an
+    estimate of its error, up to the misfit, which is correlated in time.
 
     Parameters
     ----------
     before : (M, 3) float64 [m]
-        The correction that `leftover` has.
+        The correction that `leftover` includes.
     leftover : (F, M, 3) float64 [m]
         Residuals; any value where `seen` is False.
     frames : (M,) int64

@@ -1,9 +1,9 @@
 """Blend shape weights of the neutral frames of a performer.
 
-Faces rest with weights of their own, half closed lids or pressed lips say. Displacements from
-such a rest lack them, and where a weight falls below its rest they ask for less than 0. That
-tells the rest's weights: with them every frame is explained by weights of 0 or more. Whatever
-the frames do not ask for stays 0, and all of them where they hardly help to explain the take.
+A performer's neutral may have weights above 0, such as half closed lids or pressed lips.
+Displacements are relative to it, so where a weight falls below its neutral value they need a
+negative one. The neutral weights are those with which every frame is explained by weights of 0 or
+more. Weights that no frame needs stay 0, and all do where they hardly help to explain the take.
 """
 
 import numpy as np
@@ -17,36 +17,36 @@ from usdface.takes import visible
 
 __all__ = ["estimate_neutral_weights", "without_weights"]
 
-# As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in
-# any frame, its error in the mean of all, and the motion beyond which a frame says less,
-# because performer and rig differ more in strong expressions. Set by hand: 1 mm, 0.2 mm and 2 mm on
-# that face, where a real take of another face has a misfit of 0.9 mm (AnimFace).
+# As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in any
+# frame, its error in the mean of all, and the motion beyond which a frame has less weight, because
+# performer and rig differ more in strong expressions. Set by hand: 1 mm, 0.2 mm and 2 mm on that
+# face, where a real take of another face has a misfit of 0.9 mm (AnimFace).
 _ERROR = 0.016
 _LASTING_ERROR = 0.0032
 _STRONG = 0.032
-# Expected size of weights (`SolveOptions.spread`), how much fewer are preferred, and expected size
-# of the rest's. Set by hand.
+# Expected size of weights (`SolveOptions.spread`), L1 penalty, and expected size of the neutral
+# weights. Set by hand.
 _SPREAD = 0.5
 _SPARSITY = 0.5
 _REST_SPREAD = 0.15
-_LARGEST = 0.5  # more than half of a shape is no rest
-# Bounds on time: frames that are looked at, and steps of the search.
+_LARGEST = 0.5  # more than half of a shape is no neutral
+# Bounds on time: sampled frames, and steps of the search.
 _FRAMES = 200
 _STEPS = 60
 # A marker must be seen in so many of the frames, and so many frames show all those markers; eight
-# markers say 18 numbers beside the head's six.
+# markers have 18 coordinates beside the head's six.
 _SEEN = 0.9
 _FEWEST_FRAMES = 10
 _FEWEST_MARKERS = 8
-# Performers of another face than the rig's seem to show up to 0.15 where they show nothing: if no
-# weight is larger the rest is a neutral. Of others small weights are left out. Set by hand;
+# Performers with another face than the rig's seem to have neutral weights up to 0.15 where the true
+# ones are 0: if none is larger all are set to 0. Otherwise small ones are left out. Set by hand;
 # python benchmarks/binding.py rests measures them.
 _NEUTRAL = 0.16
 _LEAST = 0.02
-# Performers whose shapes go other ways seem to show more, but the rest's weights then hardly help
+# Performers whose shapes move in other directions seem to have larger ones, but these hardly help
 # to explain the take: the cost without them is 1.05 to 1.25 of that with them, on twelve takes of
-# other people that rest truly; 1.19 to 5.4 where a rest does show something
-# (python benchmarks/binding.py rests). Below this factor the rest is a neutral.
+# other people with a true neutral; 1.19 to 5.4 where the neutral has weights (python
+# benchmarks/binding.py rests). Below this factor all are set to 0.
 _SURE = 1.3
 
 
@@ -55,16 +55,16 @@ def estimate_neutral_weights(
 ) -> FloatArray:
     """Estimate the weights of the face in the neutral frames: (S,) in [0, 0.5].
 
-    A convex problem: the weights of the rest and of each frame, in their bounds, that explain
-    the displacements from rest, with few weights preferred. All 0 where
-    too little is seen, or none is clearly more than the difference of two faces makes it seem.
+    A convex problem: the bounded weights of the neutral and of each frame that explain the
+    displacements from neutral, with an L1 penalty. All 0 where too few markers are visible, or none
+    is clearly above the effect of the difference of two faces.
 
     Parameters
     ----------
     positions : (F, M, 3) float64
         The take, NaN where occluded.
     neutral : (M, 3) float64
-        The rest in one head pose, NaN where it does not show a marker.
+        The neutral in one head pose, NaN where a marker is occluded.
     points : (M, 3) float64 [m]
         The markers' places on the neutral character.
     offsets : (S, M, 3) float64 [m]

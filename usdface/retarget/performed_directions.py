@@ -1,9 +1,9 @@
-"""How a performer makes the shapes: displacements of the markers that a solved take shows.
+"""The performer's shapes: displacements of the markers, learned from a solved take.
 
 Given weights, deviations from the shapes of the fit are a linear regression on its residuals. Their
 prior: smooth over the face, and in proportion to how far the shape moves the skin around. Shapes
-that the take hardly shows keep the fit's. How strong a shape is cannot be told from how far its
-weight goes, and stays as it was. What is off in all frames (the neutral's error) is left out.
+that the take hardly determines keep the fit's. The amplitude of a shape is not separable from its
+weight and stays as it was. Errors common to all frames (the neutral's error) are left out.
 """
 
 from dataclasses import dataclass
@@ -17,18 +17,18 @@ from usdface.retarget.rbf import distances
 
 __all__ = ["PerformedDirections", "learn_directions"]
 
-# A marker goes another way than the fit says by this share of what the skin around it moves.
-# Of 0.07 and 0.15 the better one on the performers that the solve was built with.
+# Prior deviation of a marker's displacement, as a share of that of the skin around it. Of 0.07 and
+# 0.15 the better one on the performers that the solve was built with.
 _SPREAD = 0.07
 # Reach of a deviation, in RMS radii of the markers: 2 cm on the ICT face. Set by hand.
 _REACH = 0.3
-# A deviation of all shapes, as a share of that radius: 0.01 mm.
+# Least deviation for all shapes, as a share of that radius: 0.01 mm.
 _FLOOR = 2e-4
-# Frames of a take repeat the misfit: so many count as one, as for places.
+# Misfit is correlated in time: this many frames count as one, as for places.
 _REPEATED = 30.0
-# A direction is known if the take leaves less than this share of the prior's deviation.
+# A direction is known if its posterior deviation is below this share of the prior one.
 _KNOWN = 0.5
-# Markers err by this share of the radius at least: rounding.
+# Least error of a marker, as a share of the radius: rounding.
 _EXACT = 1e-7
 # Of the conjugate gradients: errors far below the posterior's own.
 _TOLERANCE, _STEPS = 1e-5, 1000
@@ -42,7 +42,7 @@ class PerformedDirections:
     ----------
     displacements : (S, M, 3) float64 [m]
     shares : (S,) float64
-        Of each shape, by how much the take leaves its deviation open: 1 = nothing was seen of it.
+        Of each shape, its posterior deviation over the prior one: 1 = not observed.
     """
 
     displacements: FloatArray
@@ -50,7 +50,7 @@ class PerformedDirections:
 
     @property
     def known(self) -> BoolArray:
-        """Whether a shape's directions are those of the take: (S,) bool."""
+        """Whether a shape's directions were learned from the take: (S,) bool."""
         return np.asarray(self.shares < _KNOWN)
 
 
@@ -69,7 +69,7 @@ def learn_directions(
     Parameters
     ----------
     expected : (S, M, 3) float64 [m]
-        Before the take was seen.
+        The prior mean.
     points : (M, 3) float64 [m]
         Resting markers.
     weights : (F, S) float64
@@ -78,7 +78,7 @@ def learn_directions(
         The markers' displacements, less those expected; frames with an occluded marker (NaN) are
         left out.
     rigid : (3 M, K) float64
-        Orthonormal small head motions, of which the take says nothing.
+        Orthonormal small head motions, which are projected out.
     noise, misfit : float [m]
         Standard deviations of a marker coordinate.
     """
@@ -113,15 +113,17 @@ def learn_directions(
 
     operator = LinearOperator((expected.size,) * 2, matvec=system, dtype=np.float64)
     unit, _ = cg(operator, back(without_head(right)), rtol=_TOLERANCE, maxiter=_STEPS)
-    # Of each marker for itself, which is on the safe side.
+    # Each marker by itself, which overestimates the deviation.
     spread = scale[..., 0].T ** 2
     left = np.linalg.inv(gram + np.eye(count) / spread[:, :, None])
     open_ = np.diagonal(left, axis1=1, axis2=2).sum(axis=0) / spread.sum(axis=0)
-    return PerformedDirections(_as_strong(expected + deviation(unit), expected), np.sqrt(open_))
+    return PerformedDirections(
+        _at_expected_amplitude(expected + deviation(unit), expected), np.sqrt(open_)
+    )
 
 
-def _as_strong(displacements: FloatArray, expected: FloatArray) -> FloatArray:
-    """Return displacements that go as far along the expected ones: strength is the weights'."""
+def _at_expected_amplitude(displacements: FloatArray, expected: FloatArray) -> FloatArray:
+    """Return displacements scaled to the expected ones' length along these."""
     along = (displacements * expected).sum(axis=(1, 2))
     before = (expected**2).sum(axis=(1, 2))
     factor = np.divide(before, along, out=np.ones(len(along)), where=along > 0.5 * before)

@@ -19,10 +19,10 @@ from usdface.retarget.solution import Solution
 
 __all__ = ["WornFace", "face_of_solution", "fit_known_face", "wear"]
 
-# Markers sit where they did if they rest within this share of the face's size, 0.25 mm on the ICT
-# face: a neutral of five frames with 0.3 mm of noise is within half of it. Set by hand.
+# A marker is where it was if its neutral moved by at most this share of the face's size, 0.25 mm on
+# the ICT face: a neutral of five frames with 0.3 mm of noise is within half of it. Set by hand.
 _SAME = 0.004
-# Fewer known markers than this do not show how a face lies over another.
+# Fewer known markers than this do not determine a similarity between two takes.
 _FEWEST = 4
 _NAME = "similarity, the performer's own shapes"
 
@@ -35,7 +35,7 @@ def face_of_solution(
     amplitudes: FloatArray,
     head_moves: bool,
 ) -> tuple[PerformerFace, PerformedDirections]:
-    """Return the performer's face that a solved take shows.
+    """Return the performer's face, learned from a solved take.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def fit_known_face(
 ) -> FaceFit:
     """Lay a performer whose face is known over the character.
 
-    Markers sit where they did, or beside it by how much further they rest. Displacements are
+    Markers keep their learned places, shifted by the change of their neutral. Displacements are
     carried by the similarity, and shapes are the performer's; markers and shapes that the face
     does not know are the character's.
     """

@@ -21,8 +21,8 @@ def pin_bounds(
 ) -> Bounds:
     """Return bounds that fix pinned blend shapes within reach of their pins.
 
-    There a blend shape follows its free solution `weights` (F, S) plus an offset that leads it
-    through the pin; beyond, it is free. `rows` (C, S) are inequalities, ``rows @ w <= 0``.
+    There a blend shape follows its free solution `weights` (F, S) plus an offset to the pin;
+    beyond, it is free. `rows` (C, S) are inequalities, ``rows @ w <= 0``.
     """
     pinned, near_pin = _pinned(pins, names, times, weights)
     lower, upper = np.zeros(weights.shape), np.ones(weights.shape)

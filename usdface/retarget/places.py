@@ -1,9 +1,10 @@
-"""The places of the markers on the skin: where the performer's markers really sit.
+"""The true places of the performer's markers on the skin.
 
-A marker is bound to a vertex by eye, some millimetres from where it sits. Two sources show it. At
-rest performer and character differ by a field that is smooth over the face, and a marker that lies
-beside its neighbours' field sits beside its vertex. In motion a marker moves as the skin does where
-it sits. Both are guesses with a known spread, so that they add up as Gaussian distributions.
+A marker is bound to a vertex by eye, some millimetres from its true place. There are two sources of
+evidence. In the neutral, performer and character differ by a field that is smooth over the face,
+and a marker that deviates from its neighbours' field is beside its vertex. In motion a marker moves
+as the skin at its true place. Both are Gaussian estimates with a known spread, and are combined as
+such.
 """
 
 from collections.abc import Callable
@@ -23,17 +24,17 @@ from usdface.retarget.rbf import distances
 __all__ = ["PlaceGuess", "guess_at_rest", "guess_in_motion", "search_in_motion"]
 
 # Reach of the field between two faces, in RMS radii of the markers, and its variance by that of a
-# place: the grid on which the most likely pair is looked for. 0.3 to 1.2 radii are 2 to 7 cm.
+# place: the grid that is searched for the most likely pair. 0.3 to 1.2 radii are 2 to 7 cm.
 _REACHES = (0.33, 0.5, 0.75, 1.2)
 _RATIOS = 10.0 ** np.arange(-2.0, 4.1, 0.25)
 # Scale and head motion are free: their variance by that of a place. Any large number.
 _FREE = 1e6
-# Frames of a take repeat themselves: so many count as one. Of 3, 10 and 30, 30 was the best on the
-# performers of python -m benchmarks.performers that the solve was built with.
+# Errors are correlated in time: this many frames count as one. Of 3, 10 and 30, 30 was the best on
+# the performers of python -m benchmarks.performers that the solve was built with.
 _REPEATED = 30.0
-# Frames that a place is searched in: a bound on time.
+# Frames sampled for the search of a place: a bound on time.
 _SEARCHED = 300
-# A weight that never moves still may: a floor under the variance of weights.
+# Least variance of weights, for those that never move in the take.
 _STILL = 1e-6
 
 
@@ -113,15 +114,15 @@ def guess_in_motion(
     rigid: FloatArray,
     variance: float,
 ) -> FloatArray:
-    """Return more likely shifts (M, 3) [m] by the motion of a solved take: a Gauss-Newton step.
+    """Return more probable shifts (M, 3) [m] by the motion of a solved take: a Gauss-Newton step.
 
-    The part of the residual that weights and head motion could explain says nothing of the places;
-    it is taken out (variable projection, Golub and Pereyra 1973, as approximated by Kaufman 1975).
+    The part of the residual that weights and head motion could explain is no evidence of places and
+    is projected out (variable projection, Golub and Pereyra 1973, as approximated by Kaufman 1975).
 
     Parameters
     ----------
     guess : PlaceGuess
-        Before the take was seen.
+        The prior.
     shifts : (M, 3) float64 [m]
         Of `placed`.
     placed : PlacedMarkers
@@ -170,9 +171,9 @@ def search_in_motion(
     sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
     variance: float,
 ) -> FloatArray:
-    """Return the shift (3,) [m] of one marker to the vertex near by that moves most like it.
+    """Return the shift (3,) [m] of one marker to the nearby vertex that moves most like it.
 
-    For a marker that moves unlike its place: slopes do not lead from one lip to the other.
+    For a marker that moves unlike its place: gradients do not lead from one lip to the other.
     Parameters are those of `guess_in_motion` and `usdface.retarget.face_fit.refine_places`;
     `marker` is its number.
     """
@@ -194,7 +195,7 @@ def search_in_motion(
 def _not_explained(
     evaluator: BlendShapeEvaluator, weights: FloatArray, rigid: FloatArray, variance: float
 ) -> FloatArray:
-    """Return what is left of displacements without weights and head motion: (3 M, 3 M)."""
+    """Return the matrix that takes weights and head motion out of displacements: (3 M, 3 M)."""
     size = evaluator.offsets.shape[1]
     expected = weights.T @ weights / len(weights) + _STILL * np.eye(weights.shape[1])
     explained = evaluator.offsets.T @ expected @ evaluator.offsets / variance

@@ -106,7 +106,7 @@ def solve_pose_and_weights(
     names : tuple of str, length S
         The blend shapes; needed for pins, symmetry and gaze.
     neutral_frames : (M,) int64, optional
-        Frames that each marker's neutral is the mean of; None where it is known exactly.
+        Number of frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int
         At most.
     least_noise : float [m]
@@ -144,7 +144,7 @@ def solve_pose_and_weights(
         displaced, observed = _displaced(here, space, rows, iterate, times)
         if rest is not None:
             noise = max(rest.noise(observed), least_noise) if done <= 2 else regularisation.noise
-            # A pose that is off in the first rounds looks like misfit.
+            # An error of the pose in the first rounds resembles misfit.
             misfit = rest.misfit(observed, noise)
             regularisation = replace(regularisation, noise=noise, misfit=misfit)
         if not (fit_pose or to_correct or exactly) and seen.all():
@@ -176,8 +176,8 @@ def solve_pose_and_weights(
         regularisation = rows.learned(observed, times, regularisation, iterate)
     weights = _final_weights(rows, observed, times, regularisation, iterate, bounds, setup.pins)
     if rows.axes == 2:
-        # A flat image of a turning head cannot be undone in depth: the motion's small part
-        # is taken out of the markers on the character instead.
+        # The head motion of a 2D take cannot be undone in depth: small motions are projected out of
+        # the markers on the character instead.
         leftover = (observed - rows.displacements(weights)) @ rows.rigid @ rows.rigid.T
         displaced[..., :2] -= leftover.reshape(*seen.shape, 2)
     return PoseAndWeights(model.complete(weights), pose, displaced, regularisation, done, space)
@@ -210,7 +210,7 @@ def reach_of_ends(
     known: Regularisation,
     rounds: int,
 ) -> int:
-    """Return after how many frames nothing is left of the end of a take, in a linear solve.
+    """Return after how many frames the end of a take has no effect, in a linear solve.
 
     Parameters
     ----------

@@ -1,13 +1,13 @@
 """Shrinkage of the brows by the solve, and the factors that undo it.
 
-Where performer and rig differ, the ridge of the solve makes motion smaller that the blend shapes
-explain badly: brows that go sideways as they rise, on a rig whose brows only rise, come out at half
-their size. The mixture of blend shapes stands; its size is that of a least-squares fit without a
+Where performer and rig differ, the ridge of the solve shrinks motion that the blend shapes explain
+badly: brows that move sideways as they rise, on a rig whose brows only rise, are solved at half
+their size. The mixture of blend shapes is kept; its size is that of a least-squares fit without a
 ridge, as in a relaxed fit (N. Meinshausen, "Relaxed Lasso", Computational Statistics & Data
 Analysis 52, 2007), as far as no peak is cut off.
 
-Of the brows alone: no other region moves their markers. In the mouth blend shapes explain each
-other, and weights that are too many are not too small (`python -m benchmarks.shrinkage`).
+Only for the brows: no other region moves their markers. Blend shapes of the mouth are correlated,
+so their weights are spread over many shapes, not too small (`python -m benchmarks.shrinkage`).
 """
 
 import numpy as np
@@ -36,11 +36,12 @@ __all__ = [
     "restoring_factors",
 ]
 
-# RMS displacement of a marker by the brows [m] at which the factor counts by a half: less is noise.
+# RMS displacement of a marker by the brows [m] at which the factor has half its effect: less is
+# noise.
 _COUNTS = 0.0005
-# Markers that move twice as far as the rig solved say that it has no blend shapes for this motion.
+# Largest factor: markers that move farther are evidence that the rig has no shapes for this motion.
 _MOST = 2.0
-# Brows that were restored by more are reported.
+# Larger factors are reported.
 _TOLD = 1.1
 
 
@@ -119,7 +120,7 @@ def restoring_factors(
 ) -> FloatArray:
     """Return the factors on the weights of a take (S,) of brows that the solve shrank.
 
-    1 of an image, which does not see how far brows come forward. Parameters are those of
+    1 for an image, which has no depth: brows also move forward. Parameters are those of
     `usdface.retarget.take_amplitudes.with_found_gains`.
     """
     wanted = setup.solve.shrinkage == "restored" and setup.map.form != "paper"
@@ -149,7 +150,7 @@ def restored(
 
 
 def restored_findings(factors: FloatArray) -> list[Finding]:
-    """Report brows that are so much larger than solved."""
+    """Report brows that the factors (S,) made larger."""
     most = float(factors.max(initial=1.0))
     if most <= _TOLD:
         return []
@@ -158,6 +159,6 @@ def restored_findings(factors: FloatArray) -> list[Finding]:
 
 
 def _markers_moved(model: BlendShapeEvaluator, brows: BoolArray) -> float:
-    """Return how many markers the brows move, the less the less: a participation ratio."""
+    """Return the effective number of markers that the brows move: a participation ratio."""
     squares = (model.offsets[brows] ** 2).sum(axis=0).reshape(-1, 3).sum(axis=1)
     return float(squares.sum() ** 2 / max((squares**2).sum(), 1e-300))

@@ -38,7 +38,7 @@ class Solution:
     noise : float [m]
         Estimated standard deviation of a marker coordinate, on the character.
     misfit : float [m]
-        How much face and rig differ: estimated RMS error of a marker coordinate beyond the
+        Difference of face and rig: estimated RMS error of a marker coordinate beyond the
         noise, in an expressive frame.
     rounds : int
         Rounds of the pose and occlusion loop.
@@ -109,7 +109,7 @@ class Solution:
         return np.asarray(self.feature_points[frames] - self.rest)
 
     def leftover(self, frames: slice) -> FloatArray:
-        """Return what the solved weights leave of the displacements, as solved with: (F, M, 3) [m].
+        """Return the residual of the displacements by the solved weights: (F, M, 3) [m].
 
         0 where there is no `model`.
         """

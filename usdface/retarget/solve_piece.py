@@ -19,7 +19,7 @@ from usdface.takes import MarkerTake
 
 __all__ = ["overlap_frames", "settled", "solve_piece"]
 
-# Frames at a regular rate by which the reach of a piece's end is found: its bands are alike in all.
+# Frames at a regular rate for which the reach of a piece's end is computed.
 _REGULAR = 4096
 
 
@@ -29,7 +29,7 @@ def solve_piece(
     shape_names: tuple[str, ...],
     setup: RetargetSetup,
 ) -> Solution:
-    """Solve some frames of a take: as many rounds and iterations for each piece.
+    """Solve some frames of a take, with the same number of rounds and iterations for each piece.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def settled(
     shape_names: tuple[str, ...],
     setup: RetargetSetup,
 ) -> TakeEstimates:
-    """Return the estimates with the rounds after which these frames settle by them."""
+    """Return the estimates with the number of rounds after which these frames settle."""
     joint = _solved(take, estimates, shape_names, setup, estimates.rounds, exactly=False)
     return replace(estimates, rounds=joint.rounds)
 

@@ -52,8 +52,9 @@ def solve_report(
     setup : RetargetSetup
     solution : Solution
     free : (N,) int64
-        Vertices where more markers could be glued, so far apart as
+        Vertices for more markers.
     room : float [m]
+        Least distance between two of them.
     """
     nothing = SolveReport({}, {}, [])
     residual, failed = advice("residual", lambda: _residual_report(face, solution), nothing)
@@ -127,7 +128,7 @@ def _confidence_report(
 
 
 def _usual(solution: Solution, setup: RetargetSetup, face: BoundFace) -> Regularisation:
-    """Return the terms of the solve for a usual frame and all shapes of the face."""
+    """Return the regularisation of a typical frame, for all shapes of the face."""
     misfit, names = usual_misfit(solution), face.shape_names
     return Regularisation(solution.noise, misfit, setup.solve, names, solution.covariance)
 
@@ -156,7 +157,7 @@ def _confidence(
 
 
 def usual_misfit(solution: Solution) -> float:
-    """Return the misfit of a marker coordinate over all frames, not the expressive ones [m]."""
+    """Return the misfit of a marker coordinate over all frames, not only expressive ones [m]."""
     squares = solution.residual**2
     most = float(np.quantile(squares, MOST))
     return solution.misfit * float(np.sqrt(min(1.0, squares.mean() / most))) if most else 0.0

@@ -91,7 +91,7 @@ def estimate_take(
     surface: MarkerSurface,
     progress: Progress | None = None,
 ) -> tuple[TakeEstimates, list[Finding]]:
-    """Return all that `solve_take` finds in a take but what it finds in each frame.
+    """Return the estimates of `solve_take` that hold for all frames of a take.
 
     Parameters, findings and errors are those of `solve_take`.
     """

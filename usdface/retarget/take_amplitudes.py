@@ -1,8 +1,8 @@
-"""The size of movements that go beyond the character's, from the take itself.
+"""Amplitudes of movements that exceed the character's, estimated from the take itself.
 
 A blend shape ends at weight 1. Where the performer goes further, the peak is cut off, and other
-shapes are pulled in to make up for it. Markers show the product of the movement's amplitude and a
-weight of at most 1, so that a peak beyond 1 says that the amplitude is that or more.
+shapes are pulled in to make up for it. The markers determine the product of the movement's
+amplitude and a weight of at most 1, so that a peak beyond 1 is a lower bound of the amplitude.
 """
 
 from dataclasses import replace
@@ -23,23 +23,24 @@ from usdface.takes import MarkerTake
 
 __all__ = ["take_amplitudes", "with_found_gains"]
 
-# A peak is sure to be beyond 1 by so many of its standard deviations: not at all, and wholly. On
-# performers 1 to 4 of python -m benchmarks.performers the skin is off by 0.497 mm where strengths
-# differ and by 0.211 mm where they do not; by 2 and 4 0.517, 0.211; without gains 0.560, 0.212.
+# Standard deviations by which a peak must exceed 1 to count as beyond it: from not at all to
+# wholly. On performers 1 to 4 of python -m benchmarks.performers the skin is off by 0.497 mm where
+# strengths differ and by 0.211 mm where they do not; by 2 and 4 0.517, 0.211; without gains 0.560,
+# 0.212.
 _BEYOND = (1.0, 3.0)
-# A gain that is nearer to 1 changes nothing that is seen, and costs a solve.
+# Gains closer to 1 have no visible effect, and cost a solve.
 _LEAST = 0.01
 # Least deviation: the posterior's grid has steps of 0.005.
 _FINEST = 0.005
 
 
 def take_amplitudes(peaks: FloatArray, deviations: FloatArray) -> FloatArray:
-    """Return how large each movement is against the character's: (S,), 1 or more.
+    """Return the amplitude of each movement relative to the character's: (S,), 1 or more.
 
     Parameters
     ----------
     peaks : (S,) float64
-        How far each weight goes up where nothing bounds it.
+        The peak of each weight without an upper bound.
     deviations : (S,) float64
         Their standard deviation, by noise and misfit.
 
@@ -64,7 +65,7 @@ def with_found_gains(
     shape_names: tuple[str, ...],
     take: MarkerTake,
 ) -> tuple[RetargetSetup, list[Finding]]:
-    """Return the setup with the gains of movements that go beyond the character's; it, if none.
+    """Return the setup with the gains of movements that exceed the character's; itself if none do.
 
     Parameters
     ----------
@@ -77,12 +78,12 @@ def with_found_gains(
     """
     model, _ = as_performed(fit, shape_names, setup)
     wanted = setup.solve.gains == "found" and setup.map.form != "paper"
-    # Weights beyond 1 are a straight continuation, which paths and combinations have not.
+    # Weights beyond 1 extrapolate linearly, which inbetweens and combinations do not.
     if not (wanted and model.linear and take.dimension == 3 and len(take.times) >= FEWEST_FRAMES):
         return setup, []
-    shown = model.displacements(joint.weights).reshape(joint.displaced.shape)
+    predicted = model.displacements(joint.weights).reshape(joint.displaced.shape)
     loose, deviations = loose_weights(
-        np.where(np.isnan(joint.displaced), shown, joint.displaced),
+        np.where(np.isnan(joint.displaced), predicted, joint.displaced),
         fit.points,
         model.offsets[model.free].reshape(-1, *fit.points.shape),
         take.times,

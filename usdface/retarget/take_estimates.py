@@ -1,4 +1,4 @@
-"""What a take says as a whole: all that the solve of its single frames depends on."""
+"""Estimates from a whole take, on which the solve of each frame depends."""
 
 from dataclasses import dataclass, replace
 
@@ -69,7 +69,7 @@ class TakeEstimates:
     def regularisation(self, options: SolveOptions, names: tuple[str, ...]) -> Regularisation:
         """Return that of every piece of the take, solved without tolerance.
 
-        With a tolerance a piece would end by its own frames, and the whole take by others.
+        With a tolerance the number of iterations would depend on the frames of the piece.
 
         Parameters
         ----------

@@ -1,7 +1,6 @@
 """Pieces of a long take: solved in parallel with bounded memory, and overlaps that hide the cuts.
 
-Each reaches so far into its neighbours that after as many iterations of ADMM it cannot tell that
-the take goes on.
+Each overlaps its neighbours so far that its ends have no effect after the given iterations of ADMM.
 """
 
 from itertools import pairwise
@@ -14,11 +13,11 @@ from usdface.arrays import FloatArray
 
 __all__ = ["overlap", "pieces"]
 
-# Frames of a piece, 1 MB of 53 weights, and how many overlaps it is worth at least: a quarter more
-# work at most.
+# Least length of a piece, in frames (1 MB of 53 weights) and in overlaps: at most a quarter more
+# work.
 _PIECE = 2048
 _OVERLAPS = 8
-# Weight that a piece may be off because it ends: about the single precision that is written.
+# Allowed error of a weight by the end of a piece: about the single precision that is written.
 _SEAM = 1e-7
 
 
@@ -65,9 +64,9 @@ def overlap(
     iterations: int,
     seam: float = _SEAM,
 ) -> int:
-    """Return after how many frames nothing is left of the end of a piece.
+    """Return after how many frames the end of a piece has no effect.
 
-    Parameters are those of `pieces`; `seam` is the weight that counts as nothing.
+    Parameters are those of `pieces`; `seam` is the error of a weight that is negligible.
 
     In the unknowns L^-1 w weigh frame t by exp(c t), as Combes and Thomas (1973) do. If the
     symmetric part of the curvature so weighed, ``K_ts cosh(c (t - s))``, is above ``-(a + d)``,

@@ -28,7 +28,7 @@ class TakeRows:
     Attributes
     ----------
     axes : int
-        2 for an image, which has no say on depth; else 3.
+        2 for an image, which has no depth; else 3.
     model : BlendShapeEvaluator
         Of M * axes coordinates, P of its shapes with a weight of their own.
     rigid : (M * axes, K) float64
@@ -87,7 +87,7 @@ class TakeRows:
         regularisation: Regularisation,
         start: Iterate | None,
     ) -> Regularisation:
-        """Learn how the free weights move in this take; without a covariance if that is open."""
+        """Learn the covariance of the free weights from this take, if that is possible."""
         if not self.model.linear:
             return regularisation
         return with_learned_covariance(*self.equations(observed), times, regularisation, start)

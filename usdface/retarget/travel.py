@@ -1,14 +1,14 @@
 """Travel of the character's skin against that of the performer's markers, by region.
 
-The travel ratio is the slope of a line through 0: how far the skin at a marker goes for each unit
-that the marker goes, along the line on which it moves most. Over the markers m of a region and the
-frames t in which they are seen, with a the marker's displacement and b the skin's, both from their
-mean over the take, along that line::
+The travel ratio is the slope of a line through 0: the displacement of the skin at a marker for each
+unit of the marker's, along its principal direction of motion. Over the markers m of a region and
+the frames t in which they are seen, with a the marker's displacement and b the skin's, both from
+their mean over the take, along that line::
 
     ratio = sum_mt a b / (sum_mt a^2 - N noise^2)
 
-The N noise variances in the denominator are what the noise of the markers adds to it: without them
-a noisy take would look muted (errors in variables: Fuller 1987, Measurement Error Models, 1.2).
+The N noise variances correct the denominator for the noise of the markers: without them a noisy
+take would look muted (errors in variables: Fuller 1987, Measurement Error Models, 1.2).
 Displacements of the markers are those of the performer without the head's motion, brought to the
 size of the character by the similarity between both neutrals. Markers on skin that no blend shape
 moves are left out.
@@ -30,9 +30,10 @@ from usdface.takes import MarkerTake
 
 __all__ = ["Travel", "region_travel"]
 
-# A region rests if its markers go no further than this share of the spread of all markers (1.5 mm
-# on a human face), or these many deviations of the noise, but for this share of the frames: skin
-# slides and head poses err by as much. Set by hand; they only decide which ratios are reported.
+# A region rests if its markers' displacements stay below this share of the spread of all markers
+# (1.5 mm on a human face), or these many deviations of the noise, in all but this share of the
+# frames: sliding skin and errors of the head pose are as large. Set by hand; they only decide which
+# ratios are reported.
 _RESTS = 0.025
 _NOISES = 3.0
 _RARELY = 0.02
@@ -43,7 +44,7 @@ _UNMOVED = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Travel:
-    """How far the skin of a region goes for the markers of the performer.
+    """Travel of the skin of a region relative to the performer's markers.
 
     Attributes
     ----------
@@ -67,7 +68,7 @@ class Travel:
 
     @property
     def best_factor(self) -> float:
-        """The factor on the skin's travel that comes nearest to the markers' [1]; NaN likewise.
+        """The factor on the skin's travel that best fits the markers' [1]; NaN likewise.
 
         In least squares: correlation^2 / ratio, so that motion that does not follow the markers is
         not enlarged.

@@ -1,4 +1,4 @@
-"""The markers of a take that count in a solve, and what they leave open."""
+"""The markers of a take that are used in a solve, and degrees of freedom that they leave open."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -20,7 +20,7 @@ __all__ = [
     "usable_markers",
 ]
 
-# Markers are in a line if they reach no further to the side than this share of its length: 1 mm of
+# Markers are in a line if they deviate from it by at most this share of its length: 1 mm of
 # 50, where noise of 0.3 mm would turn the head by 17 degrees.
 _IN_LINE = 0.02
 

@@ -1,1 +1,1 @@
-"""Many shots: their list, what is out of date, worker processes, the table of results."""
+"""Many shots: their list, detection of outdated results, worker processes, the table of results."""

@@ -48,14 +48,14 @@ def conformed(
     """Return the entries of a show file for the clips of a cut.
 
     A clip is of the take whose timecodes hold it; where several do, of the one that its media name,
-    else of none. What the take lacks at the ends of a clip is reported.
+    else of none. Frames of a clip outside the take are reported.
 
     Parameters
     ----------
     events : sequence of CutEvent
     takes : sequence of TakeClock
     handles : int
-        Frames more on both sides.
+        Additional frames on both sides.
     rate : float [Hz]
         Of the deliverables; 0: each clip's own.
 

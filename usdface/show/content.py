@@ -1,6 +1,6 @@
-"""Digest of a value of the middle: immutable dataclasses, arrays and plain values.
+"""Digest of a value in memory: immutable dataclasses, arrays and plain values.
 
-Two values with one digest are equal in every bit that a computation sees.
+Two values with one digest are equal bit by bit.
 """
 
 import hashlib

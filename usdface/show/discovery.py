@@ -27,7 +27,7 @@ def find_shots(
         Show files (.toml, .json), folders (searched with all below), lists (.txt, a shot a line),
         shots.
     is_shot : callable
-        Whether a USD file of a folder is a shot; asked of files that have no result yet.
+        Whether a USD file of a folder is a shot; called for files that have no result yet.
     root : Path, optional
         Folder that names in show files and lists are relative to, in place of theirs.
 
@@ -42,7 +42,7 @@ def find_shots(
         plans += _plans(source, is_shot, root)
     if not plans:
         raise InputError(f"no shots in {', '.join(map(str, sources))}", "FILE_UNREADABLE")
-    return _told_apart(plans)
+    return _uniquely_named(plans)
 
 
 def _plans(source: Path, is_shot: Callable[[Path], bool], root: Path | None) -> list[ShotPlan]:
@@ -90,8 +90,8 @@ def _listed(path: Path, base: Path) -> list[Path]:
     return [base / line.strip() for line in lines if line.strip() and line.strip()[0] != "#"]
 
 
-def _told_apart(plans: list[ShotPlan]) -> list[ShotPlan]:
-    """Return the plans, each once, and those that share a name named by their whole path."""
+def _uniquely_named(plans: list[ShotPlan]) -> list[ShotPlan]:
+    """Return the distinct plans; those with equal names are named by their whole path."""
     distinct = {(plan.name, plan.file.resolve(), repr(plan)): plan for plan in plans}
     counts = Counter(plan.name for plan in distinct.values())
     return [

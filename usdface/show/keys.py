@@ -20,7 +20,7 @@ from typing import Any
 __all__ = ["content_key", "file_digest", "numbered_siblings", "program", "source_digest"]
 
 _LIBRARIES = ("numpy", "scipy", "numba", "usd-core", "OpenImageIO", "pygltflib", "trimesh")
-# Where asset paths lead may depend on these.
+# The resolution of asset paths may depend on these.
 _ENVIRONMENT = ("PXR_AR_DEFAULT_SEARCH_PATH", "PXR_PLUGINPATH_NAME", "NUMBA_DISABLE_JIT")
 _NUMBERED = re.compile(r"(.*\.)(\d+)(\.[^.]+)")
 
@@ -90,7 +90,7 @@ def numbered_siblings(files: Iterable[Path]) -> dict[str, list[str]]:
 
 @cache
 def program() -> dict[str, Any]:
-    """Return what computes, as plain values: the same wherever the same bytes are computed."""
+    """Return the program's identity as plain values: equal where equal results are computed."""
     plugged = sorted(
         f"{group} {point.name} {point.value} {_version_of(point)} {_source_of(point)}"
         for group, points in _usdface_groups().items()
@@ -109,8 +109,8 @@ def program() -> dict[str, Any]:
 def source_digest(package: Path) -> str:
     """Return the SHA-256 of the files of a package.
 
-    Those in ``__pycache__`` do not count: beside Python's bytecode, numba keeps there what a first
-    run compiles.
+    Those in ``__pycache__`` are ignored: it has Python's bytecode, and numba's compiled code from
+    the first run on.
     """
     source = hashlib.sha256()
     for file in sorted(package.rglob("*")):

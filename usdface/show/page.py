@@ -46,7 +46,7 @@ def check_page_name(place: Path) -> None:
 def table_page(rows: Sequence[Row], title: str, place: Path) -> str:
     """Return the page of rows in their order; links are relative to its `place`."""
     counts = {state: sum(row.state == state for row in rows) for state in ("failed", "missing")}
-    said = ", ".join(f"{count} {state}" for state, count in counts.items() if count)
+    tally = ", ".join(f"{count} {state}" for state, count in counts.items() if count)
     head = "".join(f"<th>{name}</th>" for name in _HEADS)
     body = "\n".join(_row(row, place) for row in rows)
     return (
@@ -55,7 +55,7 @@ def table_page(rows: Sequence[Row], title: str, place: Path) -> str:
         f'<meta http-equiv="Content-Security-Policy" content="default-src \'none\'; '
         "style-src 'unsafe-inline'\">\n"
         f"<style>{_STYLE}</style>\n<h1>{_text(title)}</h1>\n"
-        f"<p>{len(rows)} shots{', ' if said else ''}{said}; the ones in most trouble first</p>\n"
+        f"<p>{len(rows)} shots{', ' if tally else ''}{tally}; the ones in most trouble first</p>\n"
         f"<table><thead><tr>{head}</tr></thead><tbody>\n{body}\n</tbody></table></html>\n"
     )
 

@@ -1,4 +1,4 @@
-"""The plan of a sequence: each shot, how it is made, and what is written of it."""
+"""The plan of a sequence: each shot, how it is made, and its output files."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
@@ -107,7 +107,7 @@ class ShotPlan:
 
     @property
     def outputs(self) -> tuple[Path, ...]:
-        """The files that are written of it under names of their own."""
+        """Its output files beside the result."""
         others = [self.gltf_path] * self.gltf + [self.page_path] * self.page
         others += [self.deliver_path] * (self.deliver is not None)
         return (*([self.file] * (self.making is not None)), self.paths.root, *others)

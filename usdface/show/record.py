@@ -1,7 +1,7 @@
 """The record of a result: the key it was made with, its files, its row of the table.
 
-It lies in the folder of the result's layers. Nothing of it is trusted: files are digested again,
-and a record that is not of this form is none.
+It lies in the folder of the result's layers. It is not trusted: files are digested again, and a
+record of another form is ignored.
 """
 
 import json
@@ -57,15 +57,15 @@ class Record:
     row: dict[str, Any]
 
     def is_current(self, folder: Path, options: Any) -> bool:
-        """Return whether a run with these options would make the result that is there."""
+        """Return whether the existing result is up to date with these options."""
         return self.intact(folder) and self.key == self.key_now(folder, options)
 
     def intact(self, folder: Path) -> bool:
-        """Return whether the result is there as it was written."""
+        """Return whether the result exists as it was written."""
         return bool(self.outputs) and _same(self.outputs, folder)
 
     def key_now(self, folder: Path, options: Any) -> str:
-        """Return the key that a run would have; "" where a file is gone or one has appeared."""
+        """Return the key of a run now; "" where a file is missing or a new one exists."""
         if not _same(self.files, folder) or any((folder / name).exists() for name in self.absent):
             return ""
         siblings = _siblings(self.files, folder)
@@ -119,7 +119,7 @@ def write_record(path: Path, record: Record) -> None:
 
 
 def note_failure(shot: Path, row: Mapping[str, Any] | None) -> None:
-    """Keep the row of a shot that failed, for a table that is gathered later; None: it did not."""
+    """Keep the row of a failed shot, for a table that is gathered later; None = no failure."""
     place = record_path(shot, "failed")
     with suppress(OSError, OutputError):  # on a full disk, say
         if row is not None:
@@ -151,5 +151,5 @@ def _siblings(files: Iterable[str], folder: Path) -> dict[str, list[str]]:
 
 def _name(path: Path, folder: Path) -> str:
     """Return a name relative to a folder, so that a moved show keeps its results."""
-    # Links are not followed: one may lead elsewhere tomorrow.
+    # Links are not followed: their target may change.
     return Path(os.path.relpath(path, folder)).as_posix()

@@ -1,4 +1,4 @@
-"""The cache of a shot's stages, clean-up, solve and correction, by what they depend on."""
+"""The cache of a shot's stages, clean-up, solve and correction, keyed by their inputs."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -47,7 +47,7 @@ _CLASSES = (
         SpaceMap,
     ),
 )
-_KEPT = 2  # files of each stage: a setting that goes to and fro costs nothing
+_KEPT = 2  # files of each stage, so that a setting can be changed back
 
 ValueT = TypeVar("ValueT")
 
@@ -55,7 +55,7 @@ ValueT = TypeVar("ValueT")
 class StageCache:
     """Stages of one shot in a folder, which other shots may share.
 
-    A file that is damaged, or none that this class wrote, is as if it were not there.
+    A file that is damaged, or not written by this class, is ignored.
 
     Parameters
     ----------
@@ -63,13 +63,12 @@ class StageCache:
     name : str
         Of the shot: the beginning of the files' names.
     must_keep : bool
-        Another process takes the values from here, so one that cannot be kept is an error.
-        Otherwise the result does not depend on it.
+        Another process reads the values, so failing to keep one is an error; otherwise it is not.
 
     Attributes
     ----------
     used : dict of str to {"cached", "computed"}
-        How each stage was come by.
+        Where the value of each stage came from.
     not_kept : list of Finding
         CACHE_NOT_KEPT for each stage that the next run will compute again.
     """
@@ -145,7 +144,7 @@ class StageCache:
         return [file for file in self._folder.iterdir() if file.name.endswith(ending)]
 
     def _forget(self, name: str, newest: Path) -> None:
-        """Remove the oldest files of a stage, so that `_KEPT` are there with the newest."""
+        """Remove the oldest files of a stage, so that `_KEPT` remain."""
         prefix = f"{self._name}.{name}."
         if not self._folder.is_dir():
             return

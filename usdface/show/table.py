@@ -18,8 +18,8 @@ class Row:
     ----------
     name : str
     state : {"processed", "kept", "failed", "missing"}
-        "kept": the result of an earlier run is what this one would make. "missing": not processed
-        yet, and only a table was asked for.
+        "kept": the result of an earlier run is up to date. "missing": not processed yet, and only a
+        table was requested.
     error, code : str
         Why it failed.
     verdict : str

@@ -9,8 +9,8 @@ from usdface.show.record import read_record, record_path
 
 __all__ = ["FileStates", "files_of", "states_of", "wait_for_change"]
 
-_PAUSE = 0.5  # s between two looks
-_SETTLED = 2  # looks in which nothing changes: a program that writes several files is done
+_PAUSE = 0.5  # s between two polls
+_SETTLED = 2  # polls without a change, after which a program that writes several files is done
 
 FileStates = dict[Path, tuple[int, int]]
 
@@ -32,12 +32,12 @@ def files_of(sources: Iterable[Path], plans: Iterable[ShotPlan]) -> list[Path]:
 
 
 def wait_for_change(files: Callable[[], Iterable[Path]], since: FileStates | None = None) -> None:
-    """Return when one of the files has changed, appeared or gone, and none does any more.
+    """Return when one of the files has changed, appeared or vanished, and changes have stopped.
 
     Parameters
     ----------
     files : callable
-        Asked at each look, since a folder may have new ones.
+        Called at each poll, since a folder may have new ones.
     since : mapping, optional
         Earlier states of some files, from `states_of`: a change since then counts, too.
     """

@@ -20,7 +20,7 @@ from usdface.errors import UsdFaceError
 
 __all__ = ["Outcome", "cores", "run_in_workers"]
 
-_PATIENCE = 5.0  # s that a worker has to end when it is told to
+_PATIENCE = 5.0  # s that a worker has to end on request
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,7 +32,7 @@ class Outcome:
     number : int
         Of the task.
     value : object
-        What the function returned; None if it failed.
+        The return value of the function; None if it failed.
     error : str
         Why it failed; "" if it did not.
     code : str
@@ -96,7 +96,7 @@ def run_in_workers(
                     number = waiting.popleft()
                     worker.task, worker.begun = number, time.monotonic()
                     on_begin(number)
-                    with suppress(OSError):  # it has died: seen below
+                    with suppress(OSError):  # it has died: detected below
                         worker.pipe.send((number, tasks[number]))
             for worker, outcome in _next(team, time_limit):
                 yield outcome
@@ -133,7 +133,7 @@ def _next(team: list[_Worker], time_limit: float) -> list[tuple[_Worker, Outcome
     found = []
     for worker in busy:
         assert worker.task is not None
-        if (outcome := _heard(worker)) is not None:
+        if (outcome := _received(worker)) is not None:
             found.append((worker, outcome))
         elif not worker.process.is_alive():
             worker.process.join()
@@ -146,8 +146,8 @@ def _next(team: list[_Worker], time_limit: float) -> list[tuple[_Worker, Outcome
     return found
 
 
-def _heard(worker: _Worker) -> Outcome | None:
-    """Return the outcome that a worker has sent, also one that died since."""
+def _received(worker: _Worker) -> Outcome | None:
+    """Return the outcome that a worker has sent, even if it died since; None without one."""
     with suppress(EOFError, OSError):
         if worker.pipe.poll():
             outcome: Outcome = worker.pipe.recv()

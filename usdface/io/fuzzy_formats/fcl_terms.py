@@ -55,7 +55,7 @@ def _from_points(name: str, words: tuple[str, ...]) -> Term:
 
 
 def _bends(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Leave out points that say nothing: beyond the first and the last, the height stays."""
+    """Leave out redundant points: beyond the first and the last, the height is constant."""
     heights = [None, *(y for _, y in points), None]
     kept = [
         point

@@ -79,10 +79,10 @@ def differs(
     beyond: Sequence[tuple[bool, str]],
     words: Sequence[tuple[bool, str]] = (),
 ) -> list[Finding]:
-    """Return a MEANING_DIFFERS for all that another program would compute in another way.
+    """Return a MEANING_DIFFERS for all that another program would evaluate differently.
 
-    `beyond` holds what this format lacks: whether the system has it, and what it is called; `words`
-    likewise what it says in words that its standard does not have: another one for these.
+    `beyond` lists features that this format lacks: whether the system has each, and its name;
+    `words` likewise lists keywords that are not in the format's standard, for a second finding.
     """
     system = expression.fuzzy
     sugeno = system.inference == "sugeno"

@@ -227,7 +227,7 @@ def _read_rule(text: str, variables: Sequence[Variable]) -> Rule:
         for variable, index in zip(columns, _numbers(indices, len(columns)), strict=True):
             if index == 0:
                 continue
-            term, hedges = _asked(text, variable, index)
+            term, hedges = _term_and_hedges(text, variable, index)
             if kind == "input":
                 parts.append(Proposition(variable.name, term, hedges))
             elif not hedges:
@@ -245,7 +245,7 @@ def _read_rule(text: str, variables: Sequence[Variable]) -> Rule:
     return Rule(text, condition, tuple(consequents), weight)
 
 
-def _asked(text: str, variable: Variable, index: float) -> tuple[str, tuple[str, ...]]:
+def _term_and_hedges(text: str, variable: Variable, index: float) -> tuple[str, tuple[str, ...]]:
     """Return the term and the hedges that an index stands for."""
     whole, hundredths = divmod(round(100 * abs(index)), 100) if abs(index) < _MOST_INDEX else (0, 0)
     if not 1 <= whole <= len(variable.terms):

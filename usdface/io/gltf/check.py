@@ -157,14 +157,14 @@ def _points_are_near(of: _Mesh) -> Findings:
             try:
                 indices, offsets = of.reader.offsets(target["POSITION"], len(own))
             except InputError:
-                continue  # said already
+                continue  # reported already
             stray = stray_move(offsets, indices, whole)
             if stray:
                 yield finding("POINT_STRAY", f"{where}, target {place}", *stray)
 
 
 def _points(reader: AccessorReader, accessor: object) -> FloatArray:
-    """Return the points of an accessor; none where it cannot be read, which is said elsewhere."""
+    """Return the points of an accessor; none if unreadable, which is reported elsewhere."""
     try:
         return reader.floats(accessor, "VEC3")
     except InputError:

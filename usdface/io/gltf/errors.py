@@ -14,7 +14,7 @@ __all__ = ["schema_errors"]
 
 @contextmanager
 def schema_errors(path: Path) -> Iterator[None]:
-    """Name the file in errors; what is not known to be anything else violates the specification.
+    """Name the file in errors; unexpected exceptions are violations of the specification.
 
     Raises
     ------

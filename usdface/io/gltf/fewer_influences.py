@@ -66,7 +66,7 @@ def fewer_influences(
 
 
 def _cut(mesh: Mesh, skeleton: Skeleton, clips: Sequence[Clip], most: int) -> "_Cut | None":
-    """Return what cutting down to `most` joints changes; None for nothing."""
+    """Return the change by cutting down to `most` joints; None if there is none."""
     if mesh.skin is None or mesh.skin.joints.shape[1] <= most:
         return None
     joints, weights = sorted_influences(

@@ -1,4 +1,4 @@
-"""Nodes of glTF that carry nothing themselves, read and written."""
+"""Nodes of glTF without content of their own, read and written."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -44,7 +44,7 @@ def read_groups(
     dict of int to Group
         Parents before children.
     list of Finding
-        NODES_DROPPED for those beyond 8,192, FEATURE_DROPPED for what other scenes carry.
+        NODES_DROPPED for those beyond 8,192, FEATURE_DROPPED for the content of other scenes.
     """
     bare, elsewhere = [], []
     for index in tree.order:
@@ -151,8 +151,8 @@ def write_groups(
 ) -> tuple[dict[str, int], list[Finding]]:
     """Append a node for each group, and hang those on joints and each other, and meshes in them.
 
-    A mesh that a skin moves stays at the root of the scene, as the specification advises; so does
-    what a group that squeezes it could not hold.
+    A skinned mesh stays at the root of the scene, as the specification advises; so does a node
+    whose transform a scaling group could not reproduce.
 
     Returns
     -------
@@ -184,7 +184,7 @@ def write_groups(
 
 
 def _worlds(document: GLTF2) -> list[FloatArray]:
-    """Return where all nodes stand."""
+    """Return the world transforms of all nodes."""
     rest = np.array([0.0, 0, 0]), np.array([0.0, 0, 0, 1]), np.ones(3)
     given = [(n.translation, n.rotation, n.scale) for n in document.nodes]
     worlds = [
@@ -212,9 +212,9 @@ def _worlds(document: GLTF2) -> list[FloatArray]:
 def _hang(
     document: GLTF2, worlds: Sequence[FloatArray], index: int, parent: int, roots: list[int]
 ) -> bool:
-    """Hang a node on another so that it stays where it is; on the scene where that cannot be.
+    """Parent a node to another and keep its world transform; to the scene where that is impossible.
 
-    Returns whether it stands there truly.
+    Returns whether its world transform is exact.
     """
     above = worlds[parent] if parent >= 0 else np.eye(4)
     for over, matrix in ((parent, worlds[index] @ np.linalg.pinv(above)), (-1, worlds[index])):

@@ -53,9 +53,9 @@ def is_webp(data: bytes) -> bool:
 
 
 def is_cut_off_webp(data: bytes) -> bool:
-    """Return whether a WebP image is shorter than it says (RFC 9649, section 2.4).
+    """Return whether a WebP image is shorter than its header states (RFC 9649, section 2.4).
 
-    OpenImageIO 3.0 fills what is missing with black.
+    OpenImageIO 3.0 fills the missing part with black.
     """
     return is_webp(data) and int.from_bytes(data[4:8], "little") + 8 > len(data)
 

@@ -20,7 +20,7 @@ from usdface.rigs import BlendShape, Inbetween, Mesh
 
 __all__ = ["Step", "crossings", "flat_mesh", "flat_weights", "folded", "steps_in"]
 
-_CLOSE = 1e-5  # of a weight: hats that are off by more were moved on their own
+_CLOSE = 1e-5  # of a weight: targets that deviate by more were animated separately
 
 
 @dataclass(frozen=True, slots=True)

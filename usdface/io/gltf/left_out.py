@@ -1,4 +1,4 @@
-"""What a glTF holds that is not read: extensions and extras of its parts."""
+"""Parts of a glTF that are not read: extensions and extras."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -21,7 +21,7 @@ _READ = {
     *("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_texture_webp", *VRM_NAMES),
     *("KHR_texture_transform", VARIANTS),
 }
-# Parts whose extras are kept: asset, the default scene, nodes and what they carry.
+# Parts whose extras are kept: asset, the default scene, nodes and their contents.
 _WITH_EXTRAS = (("asset",), ("scenes",), ("nodes",), ("meshes",), ("materials",), ("cameras",))
 
 

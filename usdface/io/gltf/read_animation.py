@@ -137,7 +137,7 @@ def _motion(
     lost = [*unknown]
     transforms: dict[int, dict[str, Curve]] = {}
     weights: dict[int, list[tuple[int | None, Curve]]] = {}
-    # A pointer has the last word over the core's channel, which is then its fallback.
+    # A pointer overrides the core's channel, which is then its fallback.
     for channel in sorted(channels, key=lambda c: c.pointer):
         node = channel.node
         if channel.path != "weights" and node in armature.nodes:

@@ -1,7 +1,7 @@
 """Skin weights as the programs that play glTF read them: none negative, of sum 1.
 
 Source: glTF 2.0 specification, section 3.7.3.3: weights are not negative and their sum is 1.
-three.js and Blender bring other sums to 1 when they load a file; UsdSkel multiplies by what is
+three.js and Blender normalise other sums to 1 when they load a file; UsdSkel uses weights as
 authored.
 """
 

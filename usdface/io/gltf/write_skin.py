@@ -16,7 +16,7 @@ from usdface.rigs import Skin
 __all__ = ["sorted_influences", "write_influences"]
 
 _SET = 4  # influences
-_SUM = 1e-3  # of 1: a sum that is off by more was meant, or is wrong
+_SUM = 1e-3  # of 1: a sum that is off by more is intended, or an error
 
 
 def write_influences(
@@ -52,7 +52,7 @@ def write_influences(
 
 
 def _report_weights(skin: Skin, name: str) -> list[Finding]:
-    """Return findings where UsdSkel shows something else, as it takes weights as they are."""
+    """Return findings where UsdSkel differs, as it does not normalise weights."""
     held = np.nan_to_num(skin.weights)
     negative = int((held < 0).any(axis=1).sum())
     off = int((np.abs(held.sum(axis=1) - 1) > _SUM).sum())

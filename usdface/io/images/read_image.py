@@ -49,7 +49,7 @@ _lock = threading.Lock()
 
 @dataclass(frozen=True, slots=True)
 class ImageHeader:
-    """What a header says.
+    """The header of an image.
 
     Attributes
     ----------
@@ -58,11 +58,11 @@ class ImageHeader:
     subimages : int
         Of a GIF: its frames.
     rate : float [Hz]
-        0 = not said.
+        0 = not stated.
     timecode : str
-        "" = not said.
+        "" = not stated.
     focal : float [px]
-        0 = not said.
+        0 = not stated.
     """
 
     size: tuple[int, int]

@@ -112,7 +112,7 @@ def _value(path: Path, lines: list[Line], at: int, text: str, depth: int) -> tup
 
 
 def _flow(path: Path, line: Line, text: str) -> Any:
-    """Return a number, a text, or what stands in brackets."""
+    """Return a number, a text, or a bracketed list or map."""
     if text[0] not in "[{":
         return _scalar(text)
     stack: list[list[Any]] = [[]]

@@ -103,7 +103,7 @@ def _document(path: Path) -> Any:
 
 
 def _plain(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a map with its keys in lower case, without what stands between words."""
+    """Return a map with its keys in lower case, without separators between words."""
     return {re.sub(r"[\W_]", "", str(key)).lower(): value for key, value in entry.items()}
 
 

@@ -90,9 +90,9 @@ def read_views(
     views = _joined(paths, takes, cameras, sync or [0] * len(paths))
     count = len(views.frames), len(views.names)
     solved = triangulate(cameras, views.pixels.reshape(len(cameras), -1, 2))
-    told, points = _trusted_points(paths, solved, views)
-    if any(each.code == "VIEWS_DISAGREE" for each in told):
-        told += _steps_that_fit(paths, cameras, views)
+    agreement, points = _trusted_points(paths, solved, views)
+    if any(each.code == "VIEWS_DISAGREE" for each in agreement):
+        agreement += _steps_that_fit(paths, cameras, views)
     # The first camera is the world of a stereo pair; it is taken to stand upright.
     first = cameras[0]
     upright = np.allclose(first.rotation, np.eye(3)) and not first.translation.any()
@@ -108,7 +108,7 @@ def read_views(
     )
     given = TakeOptions(units=options.units, up_axis=options.up_axis)
     take, found = finish_take(raw, given)
-    return take, findings + told + found
+    return take, findings + agreement + found
 
 
 def _take_of_camera(

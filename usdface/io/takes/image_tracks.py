@@ -62,11 +62,11 @@ class ImageTracks:
     rate : float [Hz]
         0 = the file does not say.
     confidence : (N,) float64 [1], optional
-        What the program thinks of each sample, 0 to 1.
+        The program's confidence in each sample, 0 to 1.
     threshold : float [1]
         Samples with less confidence are occluded, unless the options name another.
     ignored : sequence of str
-        What else the file says of samples.
+        Other data of samples in the file.
     """
 
     path: Path

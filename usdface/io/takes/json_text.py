@@ -39,6 +39,6 @@ def number(value: object) -> float:
 
 
 def numbers(values: object, count: int) -> FloatArray:
-    """Return the first `count` numbers of a list; NaN for what is none."""
+    """Return the first `count` numbers of a list; NaN for other values."""
     listed = list(values)[:count] if isinstance(values, list | tuple) else []
     return np.array([number(value) for value in listed] + [np.nan] * (count - len(listed)))

@@ -94,7 +94,7 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
 
 
 def _parsed(path: Path, text: str) -> Words:
-    """Return the words of a script; what stands in braces is a list."""
+    """Return the words of a script; text in braces is a list."""
     top: Words = []
     stack = [top]
     for match in _WORD.finditer(text):

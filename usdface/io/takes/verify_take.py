@@ -49,8 +49,8 @@ def verified_take(
     seen, occlusion = find_occlusion(path, take.names, ~take.visible)
     if not seen.all():
         take = take.with_markers(seen)
-    said = {(each.code, each.where) for each in findings}
-    return take, findings + [each for each in occlusion if (each.code, each.where) not in said]
+    reported = {(each.code, each.where) for each in findings}
+    return take, findings + [each for each in occlusion if (each.code, each.where) not in reported]
 
 
 def _number(value: object, least: float) -> bool:

@@ -158,7 +158,7 @@ def animation_path(prims: ShotPrims) -> str:
 def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) -> list[Finding]:
     """Author one animation as overs on the edit target of an open stage, all of it or nothing.
 
-    What an earlier result has there and this one lacks is removed.
+    Properties of an earlier result that this one lacks are removed.
 
     Returns
     -------
@@ -358,8 +358,8 @@ def _author_solution(
 
 def _author_verdict(layer: Sdf.Layer, shot: StagedShot, verdict: Verdict) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
-    said = json.dumps(verdict.as_dict(), ensure_ascii=False)
-    _attribute(prim, tokens.VERDICT, Sdf.ValueTypeNames.String, uniform=True).default = said
+    text = json.dumps(verdict.as_dict(), ensure_ascii=False)
+    _attribute(prim, tokens.VERDICT, Sdf.ValueTypeNames.String, uniform=True).default = text
 
 
 def _author_deviations(layer: Sdf.Layer, shot: StagedShot, deviations: Mapping[str, float]) -> None:

@@ -1,4 +1,4 @@
-"""Checks of what UsdSkel needs around blend shapes to play them: SkelRoot, schema, skeleton, names.
+"""Checks of the requirements of UsdSkel for blend shapes: SkelRoot, schema, skeleton, names.
 
 Each of these faults leaves a stage that validates and stands still.
 

@@ -33,7 +33,7 @@ class UsdBlendShapes:
         shown &= mesh.GetNormalsInterpolation() in ("vertex", "varying")
         # Where a shape has no normal offsets USD shows it with the normals it has at rest.
         complete = all(len(t) or not len(m) for t, m in zip(self._turns, self._moves, strict=True))
-        # Nor does it turn them with points that change over time, as what is written does.
+        # Nor does it turn them with points that change over time, as the written file does.
         self.turns_normals = shown and complete and not points_move(mesh)
 
     def _turn(self, number: int) -> Vt.Vec3fArray:

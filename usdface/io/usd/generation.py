@@ -26,7 +26,7 @@ def stage_generations(stage: Stage) -> dict[Path, str]:
 
 
 def generation_of_stage(stage: Stage, path: Path) -> dict[str, str]:
-    """Return what a glTF of a stage at `path` notes; {} where that is no result, or several."""
+    """Return the metadata for a glTF of a stage at `path`; {} if that is no result, or several."""
     found = set(stage_generations(stage).values())
     return {_ID: found.pop(), "result": path.name} if len(found) == 1 else {}
 

@@ -28,8 +28,8 @@ def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
     examined = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
     findings: dict[str, Finding] = {}
     for prim in examined:
-        for path, *said in (*_attributes(prim), *_undefined_child(prim)):
-            findings[path] = finding("SETTING_UNREAD", path, *said)
+        for path, *message in (*_attributes(prim), *_undefined_child(prim)):
+            findings[path] = finding("SETTING_UNREAD", path, *message)
     return list(findings.values())
 
 

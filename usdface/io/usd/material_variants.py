@@ -1,7 +1,7 @@
 """Material variants as a variant set of ``/Asset``, read and written.
 
 Each variant binds other materials. Bindings of meshes that have variants stand in the variants
-alone, also those of the look without one (``default``): what a prim has itself is stronger.
+alone, also those of the default look (``default``): opinions of the prim itself are stronger.
 """
 
 from collections.abc import Mapping, Sequence

@@ -20,7 +20,7 @@ from usdface.rigs import MaterialSubset, MaterialVariant, Mesh
 
 __all__ = ["read_mesh_materials"]
 
-_GREY, _BLACK = (0.18, 0.18, 0.18), (0.0, 0.0, 0.0)  # what the schema falls back to
+_GREY, _BLACK = (0.18, 0.18, 0.18), (0.0, 0.0, 0.0)  # fallbacks of the schema
 
 
 def read_mesh_materials(

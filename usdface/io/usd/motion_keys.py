@@ -22,8 +22,8 @@ Parts = tuple[FloatArray, FloatArray, FloatArray]
 def continuous_parts(matrices: FloatArray) -> Parts:
     """Return translations (F, 3), rotations (F, 4) and scales (F, 3) of matrices (F, 4, 4) in time.
 
-    Of the ways to take a matrix apart, in which a rotation turns what two axes mirror, each is the
-    one whose rotation is nearest to that before. What a scale of 0 flattens keeps its rotation.
+    A decomposition is ambiguous, as mirroring two axes is a rotation: each frame has the one whose
+    rotation is nearest to that before. A matrix with a scale of 0 keeps its rotation.
     """
     moves, turns, sizes = decompose(matrices)
     flat = np.abs(np.linalg.det(matrices[:, :3, :3])) <= np.finfo(float).tiny
@@ -97,7 +97,7 @@ def motion_keys(matrix_at: Callable[[float], FloatArray], codes: FloatArray) -> 
 
 
 def _off(shown: FloatArray, parts: FloatArray) -> float:
-    """Return by how much lines from first to last miss what is between; shear is no matter."""
+    """Return the error of linear interpolation from first to last, shear ignored."""
     moves, turns, sizes = continuous_parts(shown)
     share = parts[:, None]
     between = compose(

@@ -1,4 +1,4 @@
-"""Reading a processed shot from its stage: the shot, and what the layers over it hold."""
+"""Reading a processed shot from its stage: the shot, and the contents of its result layers."""
 
 import json
 from collections.abc import Sequence
@@ -147,12 +147,12 @@ def _with_solution(played: PlayedShot, prim: Usd.Prim, staged: StagedShot) -> Pl
 
 
 def _verdict(prim: Usd.Prim) -> Verdict | None:
-    """Return the verdict of the result; None where there is none, or nothing that can be read."""
-    said = prim.GetAttribute(tokens.VERDICT).Get()
-    if not said or len(said) > _LONGEST_VERDICT:
+    """Return the verdict of the result; None where there is none that can be read."""
+    text = prim.GetAttribute(tokens.VERDICT).Get()
+    if not text or len(text) > _LONGEST_VERDICT:
         return None
     try:
-        return verdict_from(json.loads(said))
+        return verdict_from(json.loads(text))
     except (ValueError, RecursionError):
         return None
 

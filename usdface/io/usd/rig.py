@@ -132,7 +132,7 @@ def _rig(
     meshes: list[Mesh] = []
     prims = [prim for prim in _meshes_of(roots) if prim.GetPath().HasPrefix(below)]
     outside = set() if root else set(outside_meshes(stage))
-    if not root:  # a scene, of which what is shown counts; a character may be hidden for now
+    if not root:  # a scene: visible prims only; a character may be hidden for now
         prims, new_findings = shown_meshes([*prims, *outside_meshes(stage)], purposes)
         findings += new_findings + report_unconverted(stage)
     for prim in prims:
@@ -226,7 +226,7 @@ def _bindings(
 
 
 def staged_skeletons(stage: Usd.Stage, root: str = "") -> tuple[StagedSkeleton, ...]:
-    """Return the skeletons that `rig_of_stage` joins, and what it names their joints."""
+    """Return the skeletons that `rig_of_stage` joins, and the new names of their joints."""
     _, skeletons = _bindings(skel_roots(stage, root))
     xforms, si = UsdGeom.XformCache(_START), to_si(metrics_of(stage))
     given, _ = _read_skeletons(skeletons, xforms, si, joints=False, single=bool(root))
@@ -236,8 +236,8 @@ def staged_skeletons(stage: Usd.Stage, root: str = "") -> tuple[StagedSkeleton, 
 def skinned_by(stage: Usd.Stage) -> dict[str, Usd.Prim]:
     """Return the skeleton of each mesh that has a skin, by the mesh's path.
 
-    Also one that the rig is without because it moves nothing: the transform of the mesh does not
-    count all the same.
+    Also one that the rig omits because it moves nothing: the transform of the mesh is ignored
+    nevertheless.
     """
     bound, _ = _bindings(skel_roots(stage))
     return {str(path): binding.skeleton for path, binding in bound.items() if binding.skinned}

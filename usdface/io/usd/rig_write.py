@@ -74,7 +74,7 @@ def write_rig(
     References
     ----------
     OpenUSD, UsdSkel schemas (Skeleton, SkelAnimation, BlendShape); observed behaviour of
-    usdview, Blender and maya-usd for what they need to be authored.
+    usdview, Blender and maya-usd for the attributes they need.
     """
     if path.suffix.lower() not in _SUFFIXES:
         raise OutputError(f"{path} is not a USD file name; use {', '.join(_SUFFIXES)}")

@@ -1,7 +1,7 @@
 """Layers that shots share: a performer's and a character's, taken out of a shot that is written.
 
-A shot sublayers them, so a change in one is a change in every shot. One that is there is kept as it
-is: the shot then says nothing itself about what it holds.
+A shot sublayers them, so a change in one is a change in every shot. An existing one is kept as it
+is: the shot then has no opinions on its contents.
 """
 
 from collections.abc import Iterator
@@ -30,7 +30,7 @@ _PRIMS_OF_CHARACTER = tuple(map(Sdf.Path, ("/Shot/Character", "/Shot/Fuzzy", "/S
 
 @dataclass(frozen=True, slots=True)
 class SharedLayers:
-    """Where a shot's shared layers lie; None: what they would hold stays in the shot."""
+    """Paths of a shot's shared layers; None: their contents stay in the shot."""
 
     performer: Path | None = None
     character: Path | None = None
@@ -39,7 +39,7 @@ class SharedLayers:
 def share(
     shot: Sdf.Layer, place: Path, layers: SharedLayers
 ) -> tuple[list[tuple[Path, Sdf.Layer]], list[Finding]]:
-    """Take out of a shot's layer what its shared layers hold, and sublayer these.
+    """Move the contents of shared layers out of a shot's layer, and sublayer these.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def share(
     list of (Path, Sdf.Layer)
         Shared layers that are not there yet, to be written.
     list of Finding
-        LAYER_KEPT for one that is there and differs from what this shot would have put in.
+        LAYER_KEPT for an existing one that differs from this shot's contents for it.
 
     Raises
     ------

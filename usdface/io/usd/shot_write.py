@@ -43,8 +43,8 @@ def write_shot(
     """Write a shot that references the files `rig` and `take` and holds the setup of `shot`.
 
     Units and up axis are the rig's, the clock is the take's. The bound mesh of the setup is a
-    prim path on the rig's own stage. What belongs to `shared` layers goes there, unless they are
-    there already.
+    prim path on the rig's own stage. Contents of `shared` layers go there, unless these exist
+    already.
 
     Returns
     -------

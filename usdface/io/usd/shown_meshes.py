@@ -1,4 +1,4 @@
-"""The meshes of a stage that are shown, and what else is there and is not converted."""
+"""The rendered meshes of a stage, and findings on prims that are not converted."""
 
 from collections.abc import Collection, Iterable
 
@@ -19,8 +19,8 @@ def shown_meshes(
 ) -> tuple[list[Usd.Prim], list[Finding]]:
     """Return the meshes that a render shows at the first time, and those of `purposes`.
 
-    Guides are left out, proxies where others are there to render, and what is invisible; where
-    nothing is visible all is kept, as a file of nothing serves no one. Each is announced.
+    Left out are guides, proxies where render meshes exist, and invisible meshes; where nothing is
+    visible all are kept, rather than write an empty file. Each is reported.
 
     Source: OpenUSD, UsdGeomImageable (purpose, visibility).
     """

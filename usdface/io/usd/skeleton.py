@@ -18,8 +18,8 @@ def read_skeleton(
 
     `to_rig` (4, 4) leads from skeleton space to rig space. A unit of a joint's own frame is
     a metre afterwards, so that joints carry no scale that only came from the stage's units.
-    A skeleton without joints, or with one joint that stays at the identity (what writers add
-    for programs that want a joint) and is not `moved` by an animation, is None.
+    A skeleton without joints, or with one joint that stays at the identity (as writers add for
+    programs that need a joint) and is not `moved` by an animation, is None.
     """
     where = str(prim.GetPath())
     joints = tuple(str(joint) for joint in prim.GetJointsAttr().Get() or ())

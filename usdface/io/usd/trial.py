@@ -24,10 +24,10 @@ __all__ = ["RefusedError", "try_to_open"]
 _TRUSTED = "USDFACE_TRUSTED"  # of the environment: files are opened at once
 _WORKER = Path(__file__).with_name("trial_worker.py")
 _TIMEOUT, _PER_BYTE = 60.0, 1 / 1e6  # s, for a file that waits for something; other limits: there
-_LONGEST = 300  # characters of a worker's word
+_LONGEST = 300  # characters of a worker's output
 _MOST_KNOWN = 4096  # files of the folder that remembers
-# s for which a refused file is not tried again: a command opens it several times, for what it reads
-# and then to read it. No longer, for another layer of it may be mended meanwhile.
+# s for which a refused file is not tried again: a command opens it several times, to list its
+# inputs and to read it. Not longer, as a layer of it may be repaired meanwhile.
 _REFUSED_FOR = 10.0
 _refused: dict[str, tuple[float, list[int], str, str]] = {}  # when, its state, word, code
 
@@ -126,7 +126,7 @@ def _memory_of(path: Path) -> Path | None:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         status = folder.stat()
         if hasattr(os, "getuid") and (status.st_uid != os.getuid() or status.st_mode & 0o022):
-            return None  # others could put their word in
+            return None  # writable by others
     except OSError:
         return None
     return folder / f"{key}.json"

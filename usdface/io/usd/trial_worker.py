@@ -17,7 +17,7 @@ __all__ = ["main"]
 
 _MEMORY, _MEMORY_PER_BYTE = 300 * 2**20, 10  # bytes, of data
 _SECONDS, _SECONDS_PER_BYTE = 6, 1 / 5e6  # of processor time
-_STACK = 4 * 2**20  # bytes: half of what the program has
+_STACK = 4 * 2**20  # bytes: half of the program's
 
 
 class _Refused(Exception):
@@ -55,7 +55,7 @@ def main() -> None:
     del delegate
     sys.stdout.buffer.write(json.dumps(answer).encode())
     sys.stdout.flush()
-    os._exit(0)  # what was read need not be freed
+    os._exit(0)  # memory need not be freed
 
 
 class _Limits:
@@ -124,7 +124,7 @@ def _layers(root: str, files: dict[str, int], limits: _Limits) -> Iterator[str]:
 
 
 def _read(layer: Any) -> None:
-    """Read every value of a layer, which USD does only when it is asked for it."""
+    """Read every value of a layer, which USD does lazily."""
     from pxr import Tf
 
     paths: list[Any] = []

@@ -26,17 +26,17 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     """Flatten a scene into one binary layer and pack it with its textures.
 
     AR viewers read only the package's first layer, and only if it is binary; so the
-    composed scene is written, not the layers of the shot. The weights animation, and with it
-    the corrector's effect, is what plays there; layers to mute are left behind. Of several
-    clips one plays: that which the stage shows, or the one that `options` name.
+    composed scene is written, not the layers of the shot. Its animation has the final weights,
+    corrections included; layers for muting are not in it. Of several clips one plays: that which
+    the stage shows, or the one that `options` name.
 
     The package is written aside, opened and compared. Equal input gives equal bytes.
 
     Returns
     -------
     list of Finding
-        Files that are left out (`usdface.io.usd.usdz_assets.localise`), clips that do not
-        play (ANIMATION_DROPPED), and what the stage lacked (`usdface.io.usd.usdz_stage`).
+        Files that are left out (`usdface.io.usd.usdz_assets.localise`), clips that do not play
+        (ANIMATION_DROPPED), and values that the stage lacked (`usdface.io.usd.usdz_stage`).
 
     Raises
     ------

@@ -14,9 +14,9 @@ __all__ = ["complete_stage"]
 
 
 def complete_stage(layer: Sdf.Layer, where: str = "") -> list[Finding]:
-    """Author what a flattened layer lacks, in place; `where` names it in findings.
+    """Author the values that a flattened layer lacks, in place; `where` names it in findings.
 
-    What is shown stays where it is.
+    Visible prims keep their places.
 
     Returns
     -------

@@ -26,7 +26,7 @@ __all__ = [
     "points_move",
 ]
 
-_EXACT = 5e-6  # of the bounding diagonal: half of what the certificate calls inexact
+_EXACT = 5e-6  # of the bounding diagonal: half of the certificate's limit
 _MOST_SHAPES = 256
 _MOST_NUMBERS = 2**28  # of all samples: 1 GiB
 _NOWHERE = 1e-9  # of the diagonal: the offset of a point that a shape does not move

@@ -1,1 +1,1 @@
-"""Heads before one camera: their pose, the view of each image, the weights that it shows."""
+"""Takes of one camera: the head's pose, the view of each image, and weights by these views."""

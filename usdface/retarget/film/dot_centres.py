@@ -1,4 +1,4 @@
-"""Where a camera sees the middles of painted dots, beside the means of the skin under them."""
+"""Offsets of the imaged centres of painted dots from the mean of the skin under them."""
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -15,10 +15,10 @@ __all__ = ["beside_means", "facing_shares"]
 def beside_means(
     skin: DotSkin, weights: FloatArray, pose: Pose, camera: PinholeCamera
 ) -> FloatArray:
-    """Return how far the middle of each dot is from the image of its skin's mean: (F, B, 2) [px].
+    """Return the offset of each dot's centre from the image of its skin's mean: (F, B, 2) [px].
 
-    The middle is the centroid, in the image, of all parts that face the camera; what hides them is
-    not reckoned with. 0 for a dot without skin, or of which nothing faces the camera.
+    The centre is the centroid, in the image, of all parts that face the camera; occlusion is
+    ignored. 0 for a dot without skin, or of which nothing faces the camera.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def facing_shares(
 
 
 def _owners(skin: DotSkin) -> csr_array:
-    """Return which dot (B) each part (N) is of: (N, B)."""
+    """Return the dot (B) that each part (N) belongs to: (N, B)."""
     count, parts = len(skin.bound), len(skin.dots)
     return csr_array((np.ones(parts), (np.arange(parts), skin.dots)), shape=(parts, count))
 

@@ -1,10 +1,10 @@
-"""The motion of a head that one camera films, found with the weights of its face.
+"""The head motion in a take of one camera, solved together with the weights.
 
-An image says nothing of depth, but the character does: on its resting face and its blend shapes
-every marker has a third coordinate. With it the pose of the head is that of a perspective camera,
-and the weights are solved as each image shows the face (`usdface.retarget.film.seen_weights`).
-Poses, and how a dot's middle lies beside the mean of its skin, depend on the weights, so all are
-found in turn. Where the head turns, the image also tells how deep the performer's own face is.
+An image has no depth, but the character does: its neutral and its blend shapes give every marker a
+third coordinate. With it the head pose is fitted by a perspective camera, and the weights are
+solved in the view of each image (`usdface.retarget.film.seen_weights`). Poses, and the offset of a
+dot's centre from the mean of its skin, depend on the weights, so they are solved alternately. Where
+the head turns, the depths of the performer's own face are estimated, too.
 """
 
 from collections.abc import Callable
@@ -26,32 +26,33 @@ from usdface.takes import MarkerTake, visible
 
 __all__ = ["SolveSeen", "film_head"]
 
-# Poses and weights in turn, at most; and the change of markers, by their residual, at which they
-# end: later rounds change weights by less than their error.
+# Alternations of poses and weights, at most; and the change of markers, by their residual, at which
+# they stop: later rounds change weights by less than their error.
 _ROUNDS = 10
 _SETTLED = 0.05
-# Rounds of all frames, from the displacements of some.
+# Rounds over all frames, started from the displacements of a sample.
 _LAST_ROUNDS = 3
-# Frames that depths and the focal length are looked for in: a bound on time.
+# Frames sampled for the depths: a bound on time.
 _FRAMES = 600
-# Markers for six numbers of a pose and a face.
+# Least number of markers, for the six parameters of a pose and a face.
 _FEWEST = 6
-# Where the image's size is unknown, of the face's size in it.
+# Assumed diagonal of an image of unknown size, by the face's size in it.
 _AROUND = 4.0
-# Focal lengths that are tried, of the image's diagonal: 22 to 170 mm on 35 mm film. In between, a
-# parabola in the logarithm; and the rounds of each trial.
+# Focal lengths that are tried, in diagonals of the image: 22 to 170 mm on 35 mm film;
+# between them a parabola in the logarithm is fitted. Rounds and frames of each trial.
 _FOCAL_LENGTHS = np.array([0.5, 0.8, 1.25, 2.0, 4.0])
 _TRIAL_ROUNDS = 3
 _TRIAL_FRAMES = 200
-# Taken where the take does not show it, and where it hardly matters: 28 mm on 35 mm film, as phones
-# film.
+# Focal length where the take does not determine it, and it hardly matters: 28 mm on 35 mm film, as
+# of phones.
 _USUAL = 0.65
-# The focal length counts as shown where the worst of those tried leaves so much more. Of six films
-# of another performer (python -m benchmarks.one_camera) the three below were found 1.4 to 4.5 times
-# too long, the three above at most 1.3 times: what another face leaves looks like a lens.
+# The focal length counts as determined where the largest residual of those tried is this many times
+# the least. Of six films of another performer (python -m benchmarks.one_camera) the three below
+# were found 1.4 to 4.5 times too long, the three above at most 1.3 times: the misfit of another
+# face resembles a lens error.
 _SHOWN = 1.2
 
-# The weights (F, S) that are solved for a take as it is seen, given its views and neutral frames.
+# Solves the weights (F, S) of a take in the camera's view, given its views and neutral frames.
 SolveSeen = Callable[[MarkerTake, Views, tuple[int, int]], FloatArray]
 
 
@@ -102,7 +103,7 @@ def film_head(
 
 
 def _camera(film: FilmedTake, solve: SolveSeen) -> tuple[PinholeCamera, list[Finding]]:
-    """Return the camera, as the take gives it or as its motion shows it."""
+    """Return the camera, by the take's focal length or by one estimated from its motion."""
     take, findings = film.take, list[Finding]()
     if take.image_size:
         diagonal = float(np.hypot(*take.image_size))
@@ -121,15 +122,15 @@ def _camera(film: FilmedTake, solve: SolveSeen) -> tuple[PinholeCamera, list[Fin
             for length in lengths
         ]
     )
-    shown = bool(errors.max() > _SHOWN * errors.min())
-    length = _lowest(lengths, errors) if shown else _USUAL * diagonal
-    code = "FOCAL_LENGTH_FOUND" if shown else "FOCAL_LENGTH_ASSUMED"
+    determined = bool(errors.max() > _SHOWN * errors.min())
+    length = _lowest(lengths, errors) if determined else _USUAL * diagonal
+    code = "FOCAL_LENGTH_FOUND" if determined else "FOCAL_LENGTH_ASSUMED"
     findings.append(finding(code, take.source, "{focal_length_px:.0f} px", length))
     return PinholeCamera(length, centre), findings
 
 
 def _lowest(lengths: FloatArray, errors: FloatArray) -> float:
-    """Return where a parabola through the least error and its neighbours is lowest."""
+    """Return the minimum of a parabola through the least error and its neighbours."""
     middle = int(np.clip(errors.argmin(), 1, len(errors) - 2))
     around = slice(middle - 1, middle + 2)
     places = np.log(lengths[around])
@@ -147,7 +148,7 @@ def _in_turn(
     depths: FloatArray | None = None,
     weights: FloatArray | None = None,
 ) -> tuple[FilmedHead, FloatArray, float]:
-    """Find poses and weights in turn.
+    """Solve poses and weights alternately.
 
     Parameters
     ----------
@@ -161,7 +162,7 @@ def _in_turn(
     head : FilmedHead
     weights : (F, S) float64
     left : float [px]
-        RMS of what poses and weights leave of the image.
+        RMS residual in the image.
     """
     taken, skin, count = film, film.skin, len(film.image)
     look = start_pose(film.face, film.rest[None], camera)

@@ -1,4 +1,4 @@
-"""How deep a face is by the image of one camera: what turns with the head, but not as thought."""
+"""Depths of the markers from one camera, by parallax as the head turns."""
 
 import numpy as np
 
@@ -11,15 +11,15 @@ from usdface.takes import visible
 
 __all__ = ["refined_depths"]
 
-# Of what is left from frame to frame: at most 200 frames count as one.
+# Largest correlation of residuals from frame to frame: at most 200 frames count as one.
 _MOST_ALIKE = 0.99
 # Standard deviation of a marker's depth between two people, of the face's size: 4 mm, as between
 # the faces of the ICT model (identity modes).
 _DEPTH_SPREAD = 0.08
-# Least deviation of what poses and weights leave, of the face's size. What the pose takes of an
-# expression turns a head that rests; where hardly anything is left of the image these turns would
-# tell depths. By 0.003, 0.01 and 0.03 a filmed head at rest (10 s by a phone, the recorded curves
-# from 100 s on) has weights that are off by 0.108, 0.095 and 0.095, without it by 0.110.
+# Least deviation of the residual, of the face's size. A pose that absorbs some of an expression
+# turns a head that rests; with a very small residual these turns would be taken for parallax. By
+# 0.003, 0.01 and 0.03 a filmed head at rest (10 s by a phone, the recorded curves from 100 s on)
+# has weights that are off by 0.108, 0.095 and 0.095, without it by 0.110.
 _MISFIT = 0.01
 
 
@@ -32,13 +32,12 @@ def refined_depths(
     moved: FloatArray,
     sure: FloatArray,
 ) -> FloatArray:
-    """Return the resting markers' depths (M,) [m] that a turning head makes more likely.
+    """Return the neutral markers' depths (M,) [m], refined by the parallax of a turning head.
 
-    A marker that is deeper than thought lies on the same ray in the neutral frames, and off its
-    place as soon as the head turns. One step of least squares from the character's depths as a
-    prior, in which all poses are free, the weights of each frame as far as a ridge lets them, and
-    the markers' places across, as far as the neutral frames are noisy: what an expression explains
-    is no depth.
+    A marker that is deeper than assumed lies on the same ray in the neutral frames, but off its
+    prediction once the head turns. One step of least squares, with the character's depths as a
+    prior. Poses are free, weights are free within a ridge, and positions across the rays within the
+    noise of the neutral frames: motion that an expression explains is not evidence of depth.
 
     Parameters
     ----------
@@ -57,7 +56,7 @@ def refined_depths(
     placed = pose.to_take(rest + moved)
     left = np.where(known > 0.0, film.image - camera.image(placed), 0.0) * known
     slopes = camera.slopes(placed) @ pose.rotations[:, None] * known[..., None]
-    # What poses and weights leave lasts from frame to frame: fewer frames than there are tell.
+    # The residual is correlated in time, so there are fewer independent frames.
     alike = float((left[1:] * left[:-1]).sum() / max((left**2).sum(), 1e-300))
     lasting = (1.0 + alike) / (1.0 - min(alike, _MOST_ALIKE))
     scale = camera.focal_length / -float(np.median(pose.translations[:, 2]))
@@ -66,12 +65,12 @@ def refined_depths(
     variance = lasting * frame_variance
     poses = pose_columns(rest + moved, pose, camera) * known[..., None]
     taken = _explained(poses, slopes @ film.skin.offsets.transpose(1, 2, 0), frame_variance)
-    columns = slopes @ _ways(film, camera, look).transpose(0, 2, 1)  # (F, M, 2, 3)
+    columns = slopes @ _error_directions(film, camera, look).transpose(0, 2, 1)  # (F, M, 2, 3)
     normal, right = _without(taken, columns, left)
     prior = variance / (_DEPTH_SPREAD * size) ** 2
     right[2::3] -= prior * (rest[:, 2] - film.face[:, 2])
     both = (known[1:] > 0.0) & (known[:-1] > 0.0)
-    # Of a frame: what does not last.
+    # Noise of a frame: the part of the residual that is not correlated in time.
     noise = _mean_square(np.where(both, np.diff(left, axis=0), 0.0), both) / 2.0
     first, last = film.neutral
     across = scale**2 * (last - first + 1) * variance / max(noise, 1e-12 * variance)
@@ -79,18 +78,18 @@ def refined_depths(
     return np.asarray(rest[:, 2] + np.linalg.solve(normal, right)[2::3])
 
 
-def _ways(film: FilmedTake, camera: PinholeCamera, look: Pose) -> FloatArray:
-    """Return the directions in which markers may be off: across, and along their rays (M, 3, 3)."""
-    ways = np.tile(np.eye(3), (len(film.face), 1, 1))
-    ways[:, 2] = camera.rays(film.rest) @ look.rotations[0]
-    ways[:, 2] /= ways[:, 2, 2:]
-    return ways
+def _error_directions(film: FilmedTake, camera: PinholeCamera, look: Pose) -> FloatArray:
+    """Return the directions of the markers' errors: across, and along their rays (M, 3, 3)."""
+    directions = np.tile(np.eye(3), (len(film.face), 1, 1))
+    directions[:, 2] = camera.rays(film.rest) @ look.rotations[0]
+    directions[:, 2] /= directions[:, 2, 2:]
+    return directions
 
 
 def _explained(poses: FloatArray, shapes: FloatArray, variance: float) -> FloatArray:
-    """Return T, of which T T' takes out what poses, and weights of about 1, explain.
+    """Return T: T T' maps residuals to the part that poses and weights of about 1 explain.
 
-    Where nothing is seen a pose is free up to a radian, or a metre, as a weight is up to 1.
+    Priors: deviations of a radian or a metre for a pose, and of 1 for a weight.
 
     Parameters
     ----------
@@ -126,5 +125,5 @@ def _without(
 
 
 def _mean_square(values: FloatArray, seen: FloatArray | BoolArray) -> float:
-    """Return the mean square of coordinates (F, M, 2) that are seen (F, M, 1)."""
+    """Return the mean square of the visible (F, M, 1) coordinates (F, M, 2)."""
     return float((values**2).sum() / (2 * max((seen > 0.0).sum(), 1)))

@@ -1,7 +1,7 @@
-"""A head that one camera films: its pose in space, and its markers as if it had not moved.
+"""The head in a take of one camera: its pose in space, and its markers without head motion.
 
-Of a painted dot the camera shows the middle of what faces it; a marker is the mean of the skin
-under it.
+The camera shows the centre of the part of a painted dot that faces it; a marker is the mean of the
+skin under the dot.
 """
 
 from dataclasses import dataclass, replace
@@ -33,13 +33,13 @@ class FilmedHead:
     rest : (M, 3) float64 [m]
         The resting markers, in head space.
     moved : (F, M, 3) float64 [m]
-        How far the weights move them there.
+        Displacements by the weights, in head space.
     rest_pose : Pose
         Of one frame, the neutral.
     beside : (F, M, 2) float64 [px]
-        From the mean of the skin under each dot to the middle of what the camera sees of it.
+        From the mean of the skin under each dot to the dot's centre in the image.
     facing : (F, M) float64
-        Share of each dot's area that its slant leaves in the image.
+        Foreshortening of each dot's area in the image.
     """
 
     markers: tuple[str, ...]
@@ -59,13 +59,13 @@ class FilmedHead:
 
     @property
     def metre(self) -> float:
-        """Size of a metre of the face in the image [px], in the middle of the take."""
+        """Scale of the face in the image [px/m], the median over the take."""
         return self.camera.focal_length / -float(np.median(self.pose.to_take(self.rest)[..., 2]))
 
     def still(self, take: MarkerTake) -> MarkerTake:
-        """Return a take as seen from far in front of a still head: (F, M, 2) [m].
+        """Return a take as a frontal orthographic view of a head that does not move: (F, M, 2) [m].
 
-        Markers that the face has not are carried along at its mean depth.
+        Markers that are not bound are carried along at the face's mean depth.
         """
         own = self._columns(take)
         depths = np.full((len(take.times), len(take.names)), self.rest[:, 2].mean())
@@ -78,8 +78,8 @@ class FilmedHead:
     def seen(self, take: MarkerTake) -> tuple[MarkerTake, Views]:
         """Return a take as the camera sees the face move, (F, M, 2) [m], and its views.
 
-        Its markers are at their resting places plus what the camera sees of their displacements.
-        Those that the face has not are as in `still`.
+        Its markers are at their neutral positions plus their displacements as projected by the
+        camera. Markers that are not bound are as in `still`.
         """
         own = self._columns(take)
         placed = self.pose.to_take(self.rest + self.moved)

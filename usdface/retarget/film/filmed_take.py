@@ -15,7 +15,7 @@ __all__ = ["FilmedTake"]
 
 @dataclass(frozen=True, eq=False)
 class FilmedTake:
-    """A take of one camera, and the face that it is to be seen on.
+    """A take of one camera, and the character's face under its markers.
 
     Attributes
     ----------
@@ -47,11 +47,11 @@ class FilmedTake:
         return neutral_markers(self.image, self.neutral)
 
     def without(self, beside: FloatArray) -> "FilmedTake":
-        """Return the film of the means of the skin: what lies `beside` (F, M, 2) [px] goes."""
+        """Return the take of the means of the skin, without the offsets `beside` (F, M, 2) [px]."""
         return replace(self, take=replace(self.take, positions=self.image - beside))
 
     def part(self, most: int) -> "FilmedTake":
-        """Return at most so many frames, evenly spread, and the neutral ones."""
+        """Return evenly spread frames, at most `most`, and the neutral ones."""
         take, (first, last) = self.take, self.neutral
         last = min(last, first + most)
         spread = np.linspace(0, len(self.image) - 1, min(len(self.image), most)).round()
@@ -64,6 +64,6 @@ class FilmedTake:
         )
 
     def moved(self, weights: FloatArray) -> FloatArray:
-        """Return how far weights (F, S) move the markers: (F, M, 3) [m]."""
+        """Return the markers' displacements by weights (F, S): (F, M, 3) [m]."""
         moved = self.skin.mean_evaluator.displacements(weights)
         return np.asarray(moved.reshape(len(weights), -1, 3))

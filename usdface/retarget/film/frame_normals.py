@@ -70,7 +70,7 @@ def solve_by_frame(
         inside = slice(core.start - whole.start, core.stop - whole.start)
         weights[core], dual[core] = boxed[inside, :size], scaled[inside]
 
-    # The least that any frame knows of its weights bounds how far the ends of a piece reach.
+    # The least eigenvalue of any frame bounds how far the ends of a piece reach.
     least = np.linalg.eigvalsh(normals)[:, 0].min() * np.eye(size)
     on_all_cores(
         solve, pieces(frames, least, system.penalties[:size], system.half, bands, iterations)

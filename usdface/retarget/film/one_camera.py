@@ -1,4 +1,4 @@
-"""A perspective camera: what it shows of points in space, and the pose of a head that it films.
+"""A perspective camera: projection of points, and the pose of a head in its images.
 
 Camera space: metres, x right, y up, the camera at the origin, looking along -z. Images: pixels,
 x right, y up, as in 2D takes.
@@ -20,8 +20,8 @@ from usdface.takes import visible
 __all__ = ["PinholeCamera", "fit_pose", "pose_columns", "start_pose"]
 
 # Markers that determine a pose in a frame, with one to spare. Steps of a fit, which converges in
-# four to six from a face that looks at the camera; and the change of a step at which it ends, of an
-# angle [rad] and of the distance.
+# four to six from a face that looks at the camera; and the least step, of an angle [rad] and of the
+# distance, at which it ends.
 _FEWEST = 4
 _STEPS = 20
 _SETTLED = 1e-9
@@ -86,7 +86,7 @@ class PinholeCamera:
 
 
 def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> Pose:
-    """Return the pose of a face that looks at the camera, by its place and size in the image.
+    """Return the pose of a frontal face, by its position and size in the image.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Displacements of markers as a camera sees them, and the shapes that explain them.
+"""Displacements of markers in the view of a camera, and the shapes that explain them.
 
-Displacements D w of the markers in head space are seen as V_t D w, with V_t the camera's view of
-every marker in frame t (`usdface.retarget.film.views`): of a head that looks aside an image shows
-how far lips come forward, of one that looks at the camera it does not.
+Displacements D w of the markers in head space are observed as V_t D w, with V_t the camera's view
+of every marker in frame t (`usdface.retarget.film.views`): lips that come forward are visible on a
+head that looks aside, but not on one that looks at the camera.
 """
 
 from dataclasses import dataclass
@@ -20,22 +20,22 @@ from usdface.retarget.solver.noise import MOST, typical_deviation
 
 __all__ = ["SeenTake"]
 
-# A ridge that tells rounding from a direction, of the mean diagonal entry; singular values below
-# its root explain nothing.
+# A ridge above the rounding error, of the mean diagonal entry; singular values below its root
+# explain nothing.
 _ROUNDING = 1e-10
-# What filmed dots err over what is known of it: errors that last (compression, slant, shading) are
-# not in the deviation of a take, and are no difference of face and rig. RMS errors about their mean
-# are 1.07 to 1.31 of the stated deviation (six films before a phone).
+# Error of filmed dots over the take's stated deviation: correlated errors (compression, slant,
+# shading) are not in that deviation, and are not misfit. RMS errors about their mean are 1.07 to
+# 1.31 of the stated deviation (six films before a phone).
 _LASTING = 1.3
 # Frames at a time: the displacements of 53 shapes and 68 markers have 22 MB.
 _BLOCK = 256
-# Coordinates of which the shapes explain all but this share say nothing of noise.
+# Coordinates of which no more than this share is unexplained are no evidence of noise.
 _LEFT = 0.05
 
 
 @dataclass(frozen=True, eq=False)
 class SeenTake:
-    """Displacements as they are seen, and the shapes that explain them.
+    """Displacements in the view of the camera, and the shapes that explain them.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class SeenTake:
 
     @cached_property
     def turns(self) -> FloatArray:
-        """Orthonormal small motions of the head as they are seen: (F, 2 M, 6 or 0)."""
+        """Orthonormal small head motions in the view of the camera: (F, 2 M, 6 or 0)."""
         count = len(self.observed)
         if not self.moving:
             return np.zeros((count, self.observed.shape[1], 0))
@@ -70,7 +70,7 @@ class SeenTake:
         return np.asarray(np.linalg.qr(seen)[0])
 
     def left(self, weights: FloatArray) -> FloatArray:
-        """Return what complete weights (F, S) leave: (F, 2 M) [m]."""
+        """Return the residual of complete weights (F, S): (F, 2 M) [m]."""
         seen = self.views.seen(self.model.displacements(weights))
         return self._still(self.views.weighed(self.observed - seen))
 
@@ -101,14 +101,14 @@ class SeenTake:
         return self.model.secants(full, full)
 
     def _directions(self, displacements: FloatArray, block: slice) -> FloatArray:
-        """Return displacements (F or 1, K, 3 M) as they are seen, the head still: (F, K, 2 M)."""
+        """Return displacements (F or 1, K, 3 M) in the view, without head motion: (F, K, 2 M)."""
         views, turns = self.views.at(block), self.turns[block]
         seen = views.weighed(views.seen(displacements))
         return np.asarray(seen - (seen @ turns) @ turns.transpose(0, 2, 1))
 
     @cached_property
     def unexplained(self) -> tuple[FloatArray, FloatArray]:
-        """What no weights and no motion explain (F, 2 M) [m], and how much of it shows (F, 2 M)."""
+        """Unexplained displacements (F, 2 M) [m], and the unexplained share of each (F, 2 M)."""
         directions = self.model.directions
         values = self._still(self.views.weighed(self.observed))
 

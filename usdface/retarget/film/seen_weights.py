@@ -1,4 +1,4 @@
-"""Weights of a head that turns before a camera: what each image shows is solved as it shows it.
+"""Weights of a head that turns before a camera, solved in the view of each image.
 
 The least squares of `usdface.retarget.solver.solve`, with a matrix of its own in every frame
 (`usdface.retarget.film.seen_take`)::
@@ -6,7 +6,7 @@ The least squares of `usdface.retarget.solver.solve`, with a matrix of its own i
     min over 0 <= w <= 1 of   sum_t |(1 - P_t) C_t (V_t D w_t - y_t)|^2 / 2 + the terms
 
 with D the shapes, V_t the camera's view of the markers, C_t the certainty of the samples and P_t
-the projector on what small motions of the head look like. The covariance of the weights is not
+the projector on small head motions in that view. The covariance of the weights is not
 learned: with it the weights of four of six films were worse, by up to 1.7 times. Blend shapes with
 inbetweens or combinations are solved in Gauss-Newton steps.
 """
@@ -37,7 +37,7 @@ __all__ = ["solve_seen_weights"]
 
 # Gauss-Newton steps of rigs with inbetweens or combinations, and halvings of one. Set by hand.
 _STEPS, _HALVINGS = 12, 5
-# A ridge that tells rounding from a direction, of the mean diagonal entry.
+# A ridge above the rounding error, of the mean diagonal entry.
 _ROUNDING = 1e-10
 
 
@@ -54,13 +54,14 @@ def solve_seen_weights(
     *,
     least_noise: float = 0.0,
 ) -> PoseAndWeights:
-    """Solve the weights of a head as a camera sees it.
+    """Solve the weights of a face in the view of a camera.
 
     Parameters
     ----------
     times : (F,) float64 [s]
     positions : (F, M, 2) float64
-        Rest places of the performer's markers plus how far they are seen to move; NaN where hidden.
+        Neutral positions of the performer's markers plus their observed displacements; NaN =
+        occluded.
     target : (M, 3) float64 [m]
         Neutral feature points on the character.
     model : BlendShapeEvaluator
@@ -152,7 +153,7 @@ def _gauss_newton(
     bounds: Bounds,
     start: Iterate,
 ) -> Iterate:
-    """Solve for the free weights of shapes whose paths bend."""
+    """Solve for the free weights of shapes with inbetweens or combinations."""
     bands = regularisation.bands(times) * (regularisation.options.mode != "frame")
 
     def cost(free: FloatArray) -> float:

@@ -1,4 +1,4 @@
-"""Blend shapes of which a take shows nothing: they stay at 0."""
+"""Blend shapes that a take cannot determine: they stay at 0."""
 
 from dataclasses import replace
 
@@ -16,8 +16,8 @@ _NOTHING = 1e-9
 def unseen_shapes(basis: FloatArray) -> BoolArray:
     """Return which shapes (S,) move no marker, by their offsets (S, M, D).
 
-    In an image (D = 2) also those that come straight forward: a head that rests shows nothing of
-    them but what perspective makes of noise.
+    In an image (D = 2) also those that move straight towards the camera: of a head that does not
+    turn, perspective shows only noise of them.
     """
     moved = np.abs(basis).max(axis=(1, 2))
     return np.asarray(moved <= _NOTHING * moved.max())

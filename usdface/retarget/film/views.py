@@ -11,16 +11,17 @@ __all__ = ["Views"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Views:
-    """How the camera sees markers move, and how surely.
+    """Projections of marker displacements by the camera, and their certainty.
 
     Attributes
     ----------
     markers : tuple of str, length M
     slopes : (F, M, 2, 3) float64
-        Derivative of a marker's place, as the camera sees it, by its place in head space. Head on
-        it is the first two axes.
+        Derivative of a marker's image position by its position in head space. For a frontal face it
+        is the first two axes.
     certainty : (F, M) float64
-        The deviation of the take over that of the sample: 1 in its quadratic mean, 0 of nothing.
+        The deviation of the take over that of the sample: 1 in the quadratic mean, 0 = no
+        information.
     """
 
     markers: tuple[str, ...]
@@ -32,7 +33,7 @@ class Views:
         object.__setattr__(self, "certainty", frozen(self.certainty))
 
     def of(self, markers: tuple[str, ...]) -> "Views":
-        """Return the views of some of the markers; one that is not here is not seen at all."""
+        """Return the views of some of the markers; one that is not here has no certainty."""
         if markers == self.markers:
             return self
         slopes = np.zeros((len(self.slopes), len(markers), 2, 3))
@@ -49,11 +50,11 @@ class Views:
         return Views(self.markers, self.slopes[frames], self.certainty[frames])
 
     def where(self, seen: BoolArray) -> "Views":
-        """Return the views with nothing known of markers that are not seen (F, M)."""
+        """Return the views with no certainty of markers that are not `seen` (F, M)."""
         return Views(self.markers, self.slopes, np.where(seen, self.certainty, 0.0))
 
     def seen(self, displacements: FloatArray) -> FloatArray:
-        """Return displacements in head space as they are seen: (F, ..., 2 M) [m].
+        """Return displacements in head space, projected: (F, ..., 2 M) [m].
 
         `displacements` are (F, ..., 3 M) [m], or (1, ..., 3 M) where they are the same everywhere.
         """
@@ -66,7 +67,7 @@ class Views:
         return np.asarray(seen.reshape(*seen.shape[:-2], -1))
 
     def weighed(self, seen: FloatArray) -> FloatArray:
-        """Return what is seen (F, ..., 2 M) in units of the samples' deviation: (F, ..., 2 M)."""
+        """Return projections (F, ..., 2 M) in units of the samples' deviation: (F, ..., 2 M)."""
         wide = seen.ndim - 2
         certainty = np.repeat(self.certainty, 2, axis=1)
         return np.asarray(seen * certainty.reshape(len(certainty), *(1,) * wide, -1))

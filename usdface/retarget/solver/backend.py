@@ -13,7 +13,7 @@ from usdface.progress import COMPILE, Progress
 
 __all__ = ["compile_kernels", "kernels", "on_all_cores"]
 
-# Frames times blend shapes squared below which numpy is done before numba is loaded (0.7 s of
+# Frames times blend shapes squared below which numpy takes less time than loading numba (0.7 s of
 # processor time): python benchmarks/solve_speed.py, 150 us a frame of 53 shapes in numpy.
 _WORTH = 6_000_000
 # The same from which on a solve without numba takes more than 10 s longer, its rounds included:
@@ -24,7 +24,7 @@ _Item = TypeVar("_Item")
 
 
 def kernels(frames: int, size: int) -> Any:
-    """Return `usdface.retarget.solver.kernels` if it is there and worth loading, else None.
+    """Return `usdface.retarget.solver.kernels` if numba is installed and worth loading, else None.
 
     Whether it is worth it depends on the problem alone, so that equal input has equal output.
     """
@@ -33,7 +33,7 @@ def kernels(frames: int, size: int) -> Any:
     try:
         return importlib.import_module("usdface.retarget.solver.kernels")
     except (ImportError, RuntimeError):
-        # RuntimeError: numba finds no place to keep machine code, and would compile each time.
+        # RuntimeError: numba finds no writable cache folder, and would compile each time.
         return None
 
 

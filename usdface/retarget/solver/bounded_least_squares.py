@@ -5,9 +5,9 @@ unknowns sit on a bound, solve for the others, exchange all that disagree; when 
 making progress in a problem, exchange its last disagreeing unknown only (Murty's rule), which
 ends after finitely many steps for a positive definite matrix.
 
-Inequalities join as more unknowns: their multipliers, which are 0 or more. The matrix is no
-longer symmetric but stays positive definite if a multiplier gives way a little, which a few
-proximal steps (Rockafellar 1976) take back.
+Inequalities join as more unknowns: their multipliers, which are 0 or more. The matrix is no longer
+symmetric but stays positive definite with a small slack for each multiplier, which a few proximal
+steps (Rockafellar 1976) remove.
 """
 
 from collections.abc import Callable
@@ -27,10 +27,10 @@ __all__ = ["solve_bounded"]
 # Bounds on memory: numbers in the matrices of a batch (16 MB); frames of a compiled batch.
 _BATCH_ELEMENTS = 2_000_000
 _BATCH = 512
-# Exchanges of all without progress before those of one: of the time alone. Set by hand.
+# Exchanges of all without progress before those of one; affects the time only. Set by hand.
 _PATIENCE = 5
-# How far a row of unit size gives way to a multiplier of 1. This is taken back until a row is
-# kept so well, or as long as that halves its violation: a row without room stays broken.
+# Slack of a row of unit size for a multiplier of 1, and the violation to which it is reduced, as
+# long as each step halves it: an infeasible row stays violated.
 _GIVE = 1e-8
 _KEPT = 1e-12
 
@@ -65,15 +65,15 @@ def solve_bounded(
         Symmetric positive definite.
     right : (F, S) float64
     start : (F, S) float64, optional
-        A guess; only which of its entries lie on a bound counts.
+        A guess; only its active set is used.
     bounds : Bounds, optional
         0 to 1, if left out.
 
     Returns
     -------
     (F, S) float64
-        The unique minimisers, never outside the lower and upper bounds. Where these leave a
-        row of the bounds no room, the row is broken.
+        The unique minimisers, never outside the lower and upper bounds. A row that is infeasible
+        within these is violated.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def solve_bounded(
         solution = pivot(problem, guess)
         if len(row_scale):
             solution = _kept_rows(pivot, problem, solution, size)
-        # A weight on its bound is there to the last bit, though scaled and back.
+        # A weight on its bound equals it exactly, despite scaling.
         on_low = solution[:, :size] <= problem.lower[:, :size]
         on_high = solution[:, :size] >= problem.upper[:, :size]
         weights = np.clip(solution[:, :size] * scale, low, high)
@@ -134,7 +134,7 @@ def _scaled(normal: FloatArray, rows: FloatArray) -> tuple[FloatArray, FloatArra
 
 
 def _kept_rows(pivot: _Pivot, problem: _Problem, solution: FloatArray, size: int) -> FloatArray:
-    """Solve again where a row is broken, giving way to the change of its multiplier only."""
+    """Solve again where a row is violated, with slack for the change of its multiplier only."""
     result = solution.copy()
     broken = np.arange(len(solution))
     before = np.full(len(solution), np.inf)
@@ -154,14 +154,15 @@ def _kept_rows(pivot: _Pivot, problem: _Problem, solution: FloatArray, size: int
 def _pivot_compiled(compiled: Any, problem: _Problem, guess: FloatArray | None) -> FloatArray:
     """Do as `_pivot` does, but each frame from where the one before ended."""
     count, size = problem.right.shape
-    # Unknowns that are pinned to 0 make up a multiple of eight: whole vectors of the processor.
-    more = -size % 8
-    matrix = np.eye(size + more)
+    # Padded with unknowns pinned to 0 to a multiple of eight: whole SIMD vectors.
+    padding = -size % 8
+    matrix = np.eye(size + padding)
     matrix[:size, :size] = problem.matrix
     filled = [
-        np.pad(part, ((0, 0), (0, more))) for part in (problem.lower, problem.upper, problem.right)
+        np.pad(part, ((0, 0), (0, padding)))
+        for part in (problem.lower, problem.upper, problem.right)
     ]
-    padded, settled = np.zeros((count, size + more)), np.zeros(count, np.bool_)
+    padded, settled = np.zeros((count, size + padding)), np.zeros(count, np.bool_)
     compiled.pivot(matrix, *filled, padded, settled)
     solution = padded[:, :size]
     if not settled.all():

@@ -26,7 +26,7 @@ class Bounds:
     rows : (C, S) float64
         Inequalities, each with few entries: ``w_i <= w_j`` is 1 at i and -1 at j.
     limits : float, (C,) or (F, C) float64
-        Where the bounds leave a row no room, the bounds win.
+        Where a row is infeasible within the bounds, the bounds take precedence.
     """
 
     lower: FloatArray = field(default_factory=lambda: np.zeros(()))

@@ -3,10 +3,10 @@
 The weights are taken for one random process: their covariance in a frame is M, (S, S), and each
 of them is white noise through a second-order low-pass (Butterworth) of corner w0, so that its
 spectrum falls off as 1 / (w^4 + w0^4); the noise of the markers is white. M is the most likely
-one, found by expectation maximisation (Dempster, Laird and Rubin 1977; empirical Bayes). Every
-frequency is a problem of its own there, and frequencies at which the process is alike are
-counted together, so that the cost of a step does not grow with the take. The box is not
-counted; it enters with the start.
+one, found by expectation maximisation (Dempster, Laird and Rubin 1977; empirical Bayes).
+Frequencies are independent there, and those with similar spectra are binned, so that the cost of a
+step does not grow with the take. The bounds of the weights are ignored; they only enter by the
+start.
 """
 
 from itertools import pairwise
@@ -23,13 +23,13 @@ __all__ = ["inverse_bands", "inverse_spectrum", "learn_covariance"]
 # Steps of expectation maximisation, and bins of frequency. Set by hand; docs/constants.md.
 _STEPS = 20
 _BINS = 16
-# Expected before the take is seen: the variance of a weight, and as how many frames this counts. A
-# start with less than this share of it in any direction would never leave 0. Chosen on the first
-# 2,015 recorded frames; the benchmark of the solve scores the others.
+# Prior variance of a weight, and the number of frames that it counts as. The start has at least
+# this share of it in every direction, else it would never leave 0. Chosen on the first 2,015
+# recorded frames; the benchmark of the solve scores the others.
 _EXPECTED = 0.005
 _BELIEF = 5.0
 _LEAST = 0.02
-# Of the best seen direction: weaker ones drown in the rounding of sums over frames. Set by hand.
+# Least eigenvalue, of the largest: smaller ones are rounding of sums over frames. Set by hand.
 _SHOWN = 1e-6
 
 
@@ -77,7 +77,7 @@ def learn_covariance(
     Parameters
     ----------
     normal : (S, S) float64 [m^2]
-        D'D of the marker offsets D, with the ridge that is not to be learned.
+        D'D of the marker offsets D, plus the ridge that is not learned.
     right : (F, S) float64 [m^2]
         D'y of every frame.
     times : (F,) float64 [s]
@@ -104,13 +104,15 @@ def learn_covariance(
     for _ in range(_STEPS):
         half = np.linalg.cholesky(covariance)
         values, turned = eigh(half.T @ normal @ half)
-        shown = values > _SHOWN * values[-1]
-        values = np.where(shown, values, 0.0)
+        above_rounding = values > _SHOWN * values[-1]
+        values = np.where(above_rounding, values, 0.0)
         vectors = half @ turned
         passed = 1.0 / (values + ridge[:, None])
         seen = vectors.T @ power @ vectors
-        seen *= (passed * inverse[:, None])[:, :, None] * np.where(shown, passed, 0.0)[:, None, :]
-        seen[:, ~shown] = 0.0
+        seen *= (passed * inverse[:, None])[:, :, None] * np.where(above_rounding, passed, 0.0)[
+            :, None, :
+        ]
+        seen[:, ~above_rounding] = 0.0
         uncertainty = (held * ridge) @ passed
         moved = vectors @ (seen.sum(axis=0) + np.diag(uncertainty)) @ vectors.T
         covariance = (moved + _BELIEF * expected) / (count + _BELIEF)

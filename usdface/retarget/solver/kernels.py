@@ -16,14 +16,15 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["alternate", "factorise", "pivot"]
 
-# Guesses are changed in every unknown that disagrees by this share of the worst; after so many
-# rounds in the last one only (Murty's rule), which ends for sure.
+# Unknowns are exchanged that violate their sign by this share of the worst; after this many rounds
+# only the last one (Murty's rule), which always terminates.
 _SHARE = 0.3
 _ROUNDS = 60
-# A solution is refined until this share of its equations is left, else the tableau is made anew.
+# Relative residual to which a solution is refined; else the tableau is computed anew, as after this
+# many exchanges.
 _REFINED = 1e-12
 _STALE = 1000
-# Frames of a factor that differ by less share it, relatively: nothing of this is left in 1e-9.
+# Rows of the factor that differ by less, relatively, are shared; the effect is below 1e-9.
 _SAME = 1e-13
 _BLOCK = 8
 
@@ -33,7 +34,7 @@ _FLAGS = "boolean[::1]"
 
 @njit(f"void({_MATRIX}, int64, {_VECTOR})", cache=True, nogil=True, fastmath={"contract"})
 def _exchange(tableau: FloatArray, p: int, row: FloatArray) -> None:
-    """Let unknown p and its equation change places in ``y = x T`` (Tucker 1960)."""
+    """Exchange unknown p with its equation in ``y = x T`` (principal pivot, Tucker 1960)."""
     inverse = 1.0 / tableau[p, p]
     for j in range(len(tableau)):
         row[j] = tableau[p, j] * inverse
@@ -113,7 +114,7 @@ def _disagreement(
     tolerance: float,
     state: FloatArray,
 ) -> float:
-    """Write how far each unknown would have to go to agree; return the largest.
+    """Write the violation of each unknown; return the largest.
 
     `limits` holds lower, upper and right of the frame, `state` values, slopes and the answer.
     """
@@ -146,8 +147,8 @@ def pivot(
 ) -> None:
     """Solve the rows of a bounded least-squares problem, each from where the one before ends.
 
-    The tableau changes with the unknowns that become free or come to rest, so that a frame
-    costs as much as it differs from the one before. Rows that did not settle are left False
+    The tableau is updated for the unknowns that become free or active, so that the cost of a frame
+    is in proportion to its difference from the one before. Rows that did not settle are left False
     in `settled`.
     """
     count, size = right.shape
@@ -193,7 +194,7 @@ def pivot(
                     state[0, i] = known[i]
             worst = _disagreement(free, high, tableau, limits, tolerance, state)
             if worst <= 0.0:
-                # By the tableau this is the answer: make it that of the equations themselves.
+                # Solved by the tableau: refine it by the original equations.
                 before, error = np.inf, np.inf
                 while True:
                     _multiply(state[0], matrix, state[1])

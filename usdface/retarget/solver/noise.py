@@ -1,8 +1,8 @@
 """Noise of the markers, and misfit between face and rig.
 
 Both are measured on the part of the displacements that no weight and no pose explains. An occluded
-marker is no evidence of either: its coordinates are left out of each frame, which leaves so many
-dimensions fewer, and whatever is in their place has no say.
+marker is no evidence of either: its coordinates are left out of each frame, which has fewer degrees
+of freedom, and their values are ignored.
 """
 
 from dataclasses import dataclass
@@ -14,15 +14,15 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 
 __all__ = ["MOST", "Unexplained", "typical_deviation", "white_noise"]
 
-# Misfit grows with the expression and is nothing at rest. This share of the frames has less:
-# neither a resting face nor a few swapped markers decide.
+# Misfit grows with the expression and is 0 at neutral. It is measured at this quantile of the
+# frames, so that neither a neutral face nor a few swapped markers decide.
 MOST = 0.9
-# Directions that are shorter than this share of the longest explain nothing: two blend shapes that
-# move the markers alike differ by the rounding of a file, 10 nm, and what the rank says of the take
-# must not hang on that. Head motions have the length 1, so of blend shapes it is 10 micrometres.
+# Relative singular value below which directions count as 0: two blend shapes that move the markers
+# alike differ by the rounding of a file, 10 nm, and the rank must not depend on that. Head motions
+# have the length 1, so for blend shapes this is 10 micrometres.
 _NOTHING = 1e-5
-# Sets of occluded markers that are looked at, and numbers that are kept for them: bounds on time
-# and memory. Where a take has more, frames evenly spread over it are looked at.
+# Patterns of occlusion that are used, and numbers that are stored for them: bounds on time and
+# memory. Where a take has more, evenly spread frames are used.
 _PATTERNS = 400
 _NUMBERS = 4e6
 # The sum of the squared coefficients of a third difference.
@@ -66,14 +66,14 @@ class Unexplained:
     Attributes
     ----------
     basis : (N, R) float64
-        Orthonormal, of what is left if every marker is seen.
+        Orthonormal, of the unexplained space if all markers are visible.
     seen : (F, N) bool
         Coordinates that were observed.
     frames : (K,) int64
-        Frames that are looked at.
+        Frames that are used.
     alike : list of ((L,) int64, (R, H) float64)
         Those of these frames in which the same coordinates are occluded, and an orthonormal basis
-        of the directions that these decide; empty if none is occluded.
+        of the directions that these affect; empty if none is occluded.
     """
 
     basis: FloatArray
@@ -96,7 +96,7 @@ class Unexplained:
         return cls(basis, seen, frames, _alike(basis, seen[frames]))
 
     def squares(self, observed: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return the mean square [m^2] of frames, and of how many numbers each is: (K,), (K,).
+        """Return the mean square [m^2] of frames, and its degrees of freedom: (K,), (K,).
 
         Parameters
         ----------

@@ -1,6 +1,6 @@
 """Nonlinear solve: blend shapes with inbetweens and combination shapes, at the same speed.
 
-Gauss-Newton steps need a matrix for each frame, which would cost the whole-take solve its speed.
+Gauss-Newton steps need a matrix for each frame, which would be too slow for whole takes.
 Instead each step minimises a model of the true sum of squares that has the right value and
 gradient but one matrix N for all frames (majorisation, Lange 2016; with the exact matrix it
 would be Gauss-Newton)::
@@ -9,12 +9,12 @@ would be Gauss-Newton)::
 
 so that the linear solver does the step, with all bounds and the smoothness, for the right-hand
 side N u - g. A step that does not lower the true sum is halved; where frames do not depend on each
-other, each for itself. Steps are extrapolated (Anderson 1965), per frame, from the last few: what
-differs from the straight shapes is of low rank, so a few steps are enough.
+other, each for itself. Steps are extrapolated (Anderson 1965), per frame, from the last few: the
+difference from linear shapes is of low rank, so a few steps are enough.
 
-A bent path has side valleys. The first guess is therefore that of a wider linear problem, in
-which each inbetween and each combination shape has a weight of its own: where the markers tell
-them apart it has the answer already.
+Inbetweens and combinations cause local minima. The first guess is therefore that of a wider linear
+problem, in which each inbetween and each combination shape has a weight of its own: where the
+markers distinguish them it is already the solution.
 """
 
 from dataclasses import replace
@@ -31,12 +31,12 @@ from usdface.retarget.solver.terms import roughness
 
 __all__ = ["first_guess", "solve_nonlinear"]
 
-# Set by hand: how many steps, halvings of a step that does not lower the sum, and past steps.
+# Set by hand: number of steps, of halvings of a step that does not lower the sum, of past steps.
 _STEPS = 60
 _HALVINGS = 6  # down to a sixty-fourth of a step
 _MEMORY = 6  # steps that are extrapolated from
 # Of the mean diagonal entry: a ridge far below any error of a marker, far above rounding.
-_TOLD_APART = 1e-9
+_RIDGE = 1e-9
 
 
 def solve_nonlinear(
@@ -73,7 +73,7 @@ def solve_nonlinear(
     sums = _Sums(model, rigid, observed, times, regularisation)
     low, high = bounds.over(len(observed), len(normal))
     weights = np.clip(start.weights, low, high)
-    if len(bounds.rows):  # the start may break them, and from then on no step may
+    if len(bounds.rows):  # only the start may violate them
         right = weights @ normal - sums.gradient(weights)
         weights = solve_weights(normal, right, times, regularisation, start, bounds=bounds).weights
     value, gradient = sums.value(weights), sums.gradient(weights)
@@ -129,9 +129,9 @@ def first_guess(
     )
     wide = wide - (wide @ rigid) @ rigid.T
     normal = wide @ wide.T
-    # Shapes that markers do not tell apart share evenly.
-    normal += _TOLD_APART * normal.trace() / len(normal) * np.eye(len(normal))
-    # A term that tells shapes apart knows those that are sought only.
+    # Shapes that the markers do not distinguish get equal weights.
+    normal += _RIDGE * normal.trace() / len(normal) * np.eye(len(normal))
+    # A term by shape does not apply to the additional shapes.
     alike = tuple(term for term in regularisation.terms if not term.by_shape)
     held = replace(regularisation, names=(), terms=alike)
     found = solve_weights(normal, observed @ wide.T, times, held, rough=True)
@@ -180,7 +180,7 @@ class _Sums:
 
 
 def _extrapolated(past: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
-    """Return where the last steps lead, each frame for itself (Anderson mixing): (F, P)."""
+    """Extrapolate the last steps, each frame by itself (Anderson mixing): (F, P)."""
     weights, step = past[-1]
     if len(past) == 1:
         return weights + step

@@ -10,9 +10,10 @@ from usdface.retarget.solver.terms import TERMS, SolverTerm
 
 __all__ = ["Regularisation"]
 
-# How many markers err alike. Of 1, 2 and 5 (weight RMS 0.140, 0.135, 0.134 in the mean of four
-# performers with other movements than the rig's, python -m benchmarks.solve --quick; their motion
-# is then 0.86, 0.80 and 0.70 as large as it should be) the one that is as exact and less muted.
+# Effective number of markers with equal errors. Of 1, 2 and 5 (weight RMS 0.140, 0.135, 0.134 in
+# the mean of four performers with other movements than the rig's, python -m benchmarks.solve
+# --quick; their motion is then 0.86, 0.80 and 0.70 as large as it should be) 2 is as accurate as 5
+# and less muted.
 _ALIKE = 2.0
 
 
@@ -20,9 +21,8 @@ _ALIKE = 2.0
 class Regularisation:
     """The terms beside the squares in the equation of `usdface.retarget.solver.solve`.
 
-    Each is an expectation of the weights times the error of the markers, so that noise and
-    misfit, options and learned covariance only mean something together. All terms are
-    0 where markers do not err.
+    Each is a prior of the weights times the error variance of the markers, so that noise, misfit,
+    options and learned covariance belong together. All terms are 0 where that variance is 0.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class Regularisation:
         RMS error of a marker coordinate beyond the noise: the difference of face and rig.
     options : SolveOptions
     names : tuple of str, length S
-        The shapes, for terms that tell them apart; () = unknown.
+        The shapes, for terms by shape; () = unknown.
     covariance : (S, S) float64 or None
         M of `usdface.retarget.solver.covariance`, where it was learned from the take.
     size : float [m]

@@ -11,11 +11,11 @@ e = v + 2 misfit^2 (misfit: the difference of face and rig), is::
                             + v * smoothness / agility * integral |w''|^2 dt / 2
 
 which is the most probable take if weights are about `spread` large, their second
-derivative is white with power `agility`, and markers carry white noise. So the smoothing
-follows the noise, and the ridge the whole error: another face than the rig's asks for
-shapes that nobody made, and without a ridge answers with pairs of large weights that
-cancel. Misfit is alike on neighbouring markers, so that it counts for more than noise.
-Without noise and misfit each frame is solved for itself, exactly.
+derivative is white with power `agility`, and markers carry white noise. So the smoothing scales
+with the noise, and the ridge with the total error: on another face than the rig's, without a ridge,
+pairs of large weights would cancel each other to fit the misfit. Misfit is correlated between
+neighbouring markers, so that it counts for more than noise. Without noise and misfit each frame is
+solved for itself, exactly.
 
 Where the covariance M of the weights has been learned from the take, the ridge is of the misfit
 alone and the smoothness ``v * smoothness * tr(M^-1 W' C W) / 2``, with C the inverse covariance
@@ -42,20 +42,21 @@ from usdface.retarget.solver.temporal_solve import Iterate, solve_temporal, temp
 
 __all__ = ["FEWEST_FRAMES", "Iterate", "reach", "solve_weights", "with_learned_covariance"]
 
-# Where smoothing weighs less than this share of the least visible weight direction, it is left out:
-# it would change that direction by 1 % at most.
+# Smoothing below this share of the least eigenvalue is left out: it would change that direction by
+# 1 % at most.
 _NEGLIGIBLE = 1e-2
-# Iterations of a solve that will be done again. Set by hand; docs/constants.md.
+# Iterations of a solve that is repeated in a later round. Set by hand; docs/constants.md.
 _ROUGH = 12
-# Stiffness over the weakest direction of a take at 30 Hz: `SolveOptions.iterations` are enough for
-# it, and grow with the root of more (benchmarks/README.md, solve_speed, at 60 and 120 Hz).
+# Ratio of smoothing to the least eigenvalue for which `SolveOptions.iterations` are enough, as in a
+# take at 30 Hz; they grow with the root of a larger one (benchmarks/README.md, solve_speed, at 60
+# and 120 Hz).
 _JOINED = 1500.0
 # A learned covariance makes some directions slow to settle: 130 iterations are then within 4e-4 of
 # 6,000 (benchmarks/README.md, solve_speed).
 _LEARNED_LONGER = 1.3
-# Of the trace: the rounding error of a normal matrix of some 1e3 rows (2e-16 each).
+# Ridge, of the trace: the rounding error of a normal matrix of some 1e3 rows (2e-16 each).
 _RIDGE_FLOOR = 1e-13
-# A take of fewer frames says nothing of how its weights move. Set by hand.
+# A covariance is not learned from fewer frames. Set by hand.
 FEWEST_FRAMES = 8
 
 
@@ -107,7 +108,7 @@ def _system(
     weakest = np.linalg.eigvalsh(expected)[0]
     if options.mode == "frame" or bands[2].max(initial=0.0) <= _NEGLIGIBLE * weakest:
         return expected, bands, 0
-    # The more frames smoothing joins, the longer it takes until all of them know.
+    # The more frames smoothing couples, the more iterations convergence takes.
     joined = float(np.sqrt(bands[2].max() / weakest / _JOINED))
     iterations = _ROUGH if rough else ceil(options.iterations * min(max(joined, 1.0), 2.0))
     if regularisation.covariance is not None:
@@ -123,7 +124,7 @@ def reach(
     rounds: int,
     rows: FloatArray,
 ) -> int:
-    """Return after how many frames nothing is left of the end of a take.
+    """Return after how many frames the end of a take has no effect.
 
     Parameters
     ----------
@@ -151,7 +152,7 @@ def with_learned_covariance(
     regularisation: Regularisation,
     start: Iterate | None = None,
 ) -> Regularisation:
-    """Return the regularisation with the covariance of this take's weights, where that serves.
+    """Return the regularisation with the covariance of this take's weights, if it can be learned.
 
     Parameters are those of `solve_weights`.
     """

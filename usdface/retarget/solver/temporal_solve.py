@@ -34,8 +34,8 @@ __all__ = [
 # Over-relaxation: 1.5 to 1.8 is advised (Boyd et al. 2011, section 3.4.3).
 RELAXATION = 1.8
 # Penalty of a weight: of its own diagonal entry, and of the curvature's but at most so many times
-# the least eigenvalue. Fast frame rates make the curvature's huge, though the weights that a
-# take shows bend no more. Tried on the ICT face, 68 landmarks, 24 to 120 Hz, 0.1 to 1 mm noise.
+# the least eigenvalue. High frame rates make the curvature's huge, though the weights of a take are
+# no less smooth. Tried on the ICT face, 68 landmarks, 24 to 120 Hz, 0.1 to 1 mm noise.
 _PENALTY = (0.06, 0.02)
 _STIFFEST = 60.0
 # The same with a learned covariance; the curvature's part is at most so many times the usual
@@ -43,7 +43,7 @@ _STIFFEST = 60.0
 # with 24 to 68 markers on the ICT face and MakeHuman's, and on performers with other movements.
 _LEARNED_PENALTY = (0.16, 0.04)
 _USUAL = 0.5
-# Weight that pieces of a take that are solved on their own may be off.
+# Allowed error of weights where pieces of a take are solved separately.
 _NOTHING = 1e-10
 
 
@@ -152,7 +152,7 @@ def temporal_reach(
     iterations: int,
     covariance: FloatArray | None = None,
 ) -> int:
-    """Return after how many frames nothing is left of the end of a take.
+    """Return after how many frames the end of a take has no effect.
 
     Parameters are those of `solve_temporal`; `rows` (C, S) are inequalities.
     """
@@ -176,7 +176,7 @@ def shared_system(
         (own, bent), most = _LEARNED_PENALTY, _USUAL * np.median(np.diag(normal))
     penalty = own * np.diag(normal) + min(bent * bands[2].max() / usual, float(most))
     rows = rows.reshape(-1, len(normal))
-    # A row weighs as much as the weights it joins.
+    # The penalty of a row is that of the weights it couples.
     row_penalty = 1.0 / np.maximum((rows**2 / penalty).sum(axis=1), 1e-300)
     penalties = np.concatenate([penalty, row_penalty])
     joined = np.vstack([np.eye(len(normal)), rows])
@@ -209,14 +209,14 @@ def _alternate(
         shifted = bands.copy()
         shifted[2] += value
         factors.append(cholesky_banded(shifted, overwrite_ab=True, check_finite=False))
-    # Columns of the rotated unknowns lie together in memory: each is one banded solve.
+    # Columns of the rotated unknowns are contiguous in memory: each is one banded solve.
     rotation = (system.penalties[:, None] * system.joined @ system.vectors).T
     back = system.joined @ system.vectors
     constant = system.vectors.T @ right.T
     for _ in range(iterations):
         rotated = constant + rotation @ (boxed - dual).T
         for k, factor in enumerate(factors):
-            # LAPACK itself: `cho_solve_banded` takes ten times as long to look at its arguments.
+            # LAPACK itself: `cho_solve_banded` takes ten times as long to check its arguments.
             rotated[k], _ = dpbtrs(factor, rotated[k], overwrite_b=True)
         relaxed = RELAXATION * (back @ rotated).T + (1.0 - RELAXATION) * boxed + dual
         previous, boxed = boxed, np.clip(relaxed, *limits)

@@ -32,9 +32,9 @@ __all__ = [
 ]
 
 
-# Misfit counts as at most this share of the face's size, 0.2 mm on the ICT face: more of it is not
-# imitated by more small weights. Without this bound weights of performers whose shapes go other
-# ways (python -m benchmarks.solve) shrink by a tenth.
+# Upper bound of the misfit in this term, as a share of the face's size, 0.2 mm on the ICT face: a
+# larger one is not imitated by more small weights. Without it weights of performers whose shapes
+# have other directions (python -m benchmarks.solve) shrink by a tenth.
 _MOST_MISFIT = 0.003
 
 
@@ -48,10 +48,10 @@ class SolverTerm:
     Attributes
     ----------
     settings : tuple of str
-        The fields of `SolveOptions` that it obeys.
+        The fields of `SolveOptions` that it uses.
     by_shape : bool
-        True if it tells one shape from another: it takes no part where a wider problem guesses
-        a start (`usdface.retarget.solver.nonlinear_solve.first_guess`).
+        True if it depends on the shapes' names: it is left out of the wider problem for a first
+        guess (`usdface.retarget.solver.nonlinear_solve.first_guess`).
     """
 
     settings: ClassVar[tuple[str, ...]] = ()
@@ -84,8 +84,8 @@ class SolverTerm:
 class Ridge(SolverTerm):
     """Weights are about `spread` large: ``e / spread^2 * |w|^2 / 2``.
 
-    Where the covariance of the weights was learned from the take it knows how large they are, and
-    the ridge is of the misfit alone, which does not average out over frames.
+    A covariance learned from the take already has the size of the weights; the ridge is then of the
+    misfit alone, which does not average out over frames.
     """
 
     settings = ("spread",)
@@ -117,9 +117,9 @@ class Sparsity(SolverTerm):
 class Restraint(SolverTerm):
     """Shapes that explain no more than the difference of two faces rest: ``misfit * size * |w|_1``.
 
-    A performer whose shapes go other ways than the character's is imitated by small weights of
-    shapes that nobody made, in proportion to the misfit. They are pressed to 0; shapes that move
-    much lose little by it. `restraint` times the face's size is the motion that counts as small.
+    A performer whose shapes have other directions than the character's is imitated by small
+    spurious weights, in proportion to the misfit. They are driven to 0; shapes that move much lose
+    little. `restraint` times the face's size is the motion that counts as small.
     """
 
     settings = ("restraint",)

@@ -279,7 +279,7 @@ class _Scene(PlayerFile):
                 number += 1
         held = np.concatenate(values).clip(min=0), (np.concatenate(rows), np.concatenate(columns))
         weights = csr_array(held, shape=(start, len(joints)))
-        # As programs do on loading; what nothing holds they leave to the first joint.
+        # As programs do on loading; vertices without influences go to the first joint.
         total = np.bincount(held[1][0], held[0], start)
         if not total.all():
             alone, first = np.unique(held[1][0], return_index=True)

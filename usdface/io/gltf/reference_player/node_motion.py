@@ -21,7 +21,7 @@ __all__ = ["PlayerNodes", "Space"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Space:
-    """What nodes make of the points and the normals of a mesh.
+    """Transforms of the points and the normals of a mesh by its nodes.
 
     Attributes
     ----------
@@ -155,7 +155,7 @@ def _blend(weights: "csr_array", matrices: FloatArray) -> FloatArray:
 
 def _normal_matrix(matrices: FloatArray) -> FloatArray:
     linear = matrices[..., :3, :3]
-    flat = np.abs(np.linalg.det(linear)) < 1e-30  # scaled to nothing: there is no normal to see
+    flat = np.abs(np.linalg.det(linear)) < 1e-30  # scaled to 0: there is no visible normal
     safe = np.where(flat[..., None, None], np.eye(3), linear)
     return np.asarray(np.linalg.inv(safe).swapaxes(-1, -2), np.float64)
 
