@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from curved_world import COMBINED, make_curved_world
@@ -9,6 +11,7 @@ from usdface.blend_shape_evaluator import (
     with_combinations,
 )
 from usdface.face.known_limits import with_known_limits
+from usdface.inbetween_path import InbetweenPath
 from usdface.io.usd.rig_write import write_rig
 from usdface.rigs import BlendShape, Combination, Mesh
 
@@ -92,6 +95,16 @@ def test_what_makes_no_sense_is_said_and_solved_as_its_own(combinations) -> None
 def test_a_ring_is_said() -> None:
     model, found = small(c=Combination(("a", "d")), d=Combination(("c", "b")))
     assert found == ["COMBINATION_IGNORED c", "COMBINATION_IGNORED d"] and model.linear
+
+
+def test_weights_move_what_their_inbetweens_and_combinations_move() -> None:
+    model, _ = small(c=Combination(("a", "d")), d=Combination(("a", "b"), "min"))
+    still = np.zeros_like(model.offsets)
+    still[2] = model.offsets[2]  # c alone, which a and, through d, b drive
+    assert replace(model, offsets=still).moving.tolist() == [True, True, False, False]
+    path = InbetweenPath(1, np.array([0.0, 0.5, 1.0]), np.array([[0.0], [0.01], [0.0]]))
+    back = BlendShapeEvaluator(np.zeros((2, 1)), (path,))
+    assert back.moving.tolist() == [False, True]
 
 
 def test_limits_are_rows_of_the_free_weights() -> None:

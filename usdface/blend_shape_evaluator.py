@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shapes import BlendShape
 from usdface.findings import Finding, finding
 from usdface.inbetween_path import InbetweenPath, distinct_inbetweens, inbetween_path
@@ -104,6 +104,17 @@ class BlendShapeEvaluator:
     def linear(self) -> bool:
         """Whether displacements are linear in the weights."""
         return not (self.inbetweens or self.combinations)
+
+    @property
+    def moving(self) -> BoolArray:
+        """Whether each weight moves anything, combination shapes by their parents: (S,)."""
+        moving = np.asarray(self.offsets.any(axis=1))
+        for path in self.inbetweens:
+            moving[path.shape] |= path.displacements.any()
+        for combination in reversed(self.combinations):
+            moving[combination.parents] |= moving[combination.shape]
+            moving[combination.shape] = False
+        return moving
 
     @property
     def limit_rows(self) -> FloatArray:

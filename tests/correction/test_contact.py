@@ -249,7 +249,7 @@ def test_on_a_rig_with_inbetweens_little_more_is_taken_back_than_a_solver_takes(
     solved, wanted = bent_corrections(60)
     held, limited, _ = limit_correction(solved, wanted, BENT_GAPS)
     low, high = BENT_GAPS.limits(BENT_GAPS.at(solved))
-    free = BENT_GAPS.moved_by
+    free = BENT_GAPS.evaluator.moving
     ratios = []
     for f in np.flatnonzero(limited.any(axis=1))[:12]:
         moving = free & (wanted[f] > solved[f])

@@ -25,8 +25,6 @@ __all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
 
 # Least crossing that is reported [m].
 _REPORTED = 1e-4
-# Frames that a message lists.
-_NAMED = 8
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,7 +62,7 @@ def close_lips(
             weights, np.zeros(len(weights)), [finding("LIPS_UNSEEN", "lips", message)]
         )
     tolerance = face.layout.tolerance
-    near = near_pins[:, gaps.moved_by].max(axis=1, initial=0.0)
+    near = near_pins[:, gaps.evaluator.moving].max(axis=1, initial=0.0)
     # Near a pin the limit widens, to none at the pin.
     with np.errstate(divide="ignore"):
         largest = largest_gaps(distances, gaps.opened(solved.weights), tolerance, solved.times) / (

@@ -63,14 +63,6 @@ class LipGaps:
         """Return by how much the lips are open at weights (F, T): (F, K) [m]."""
         return np.asarray(self.evaluator.displacements(self.evaluator.combined(weights)))
 
-    @property
-    def moved_by(self) -> BoolArray:
-        """Which weights move the lips: (T,)."""
-        moving = np.asarray(self.evaluator.offsets.any(axis=1))
-        for combination in self.evaluator.combinations:
-            moving[combination.parents] |= moving[combination.shape]
-        return moving
-
 
 def lip_gaps_of(face: BoundFace, names: tuple[str, ...]) -> LipGaps | None:
     """Measure the lips of a face; None if its layout has none."""

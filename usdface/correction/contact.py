@@ -57,7 +57,7 @@ def limit_correction(
     frames = np.flatnonzero(limited.any(axis=1))
     reduced = np.array(corrected)
     if len(frames):
-        active = (corrected[frames] != solved[frames]).any(axis=0) & gaps.moved_by
+        active = (corrected[frames] != solved[frames]).any(axis=0) & gaps.evaluator.moving
         block = np.ix_(frames, np.flatnonzero(active))
         gap_change = _GapChange(gaps, solved[frames], np.flatnonzero(active))
         reduced[block] = solved[block] + _limited_change(

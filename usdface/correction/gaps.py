@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -75,17 +75,6 @@ class Gaps:
         ends = (evaluator.combined(weights) for weights in (solved, corrected))
         result[:, evaluator.free] = evaluator.secants(*ends)
         return result
-
-    @property
-    def moved_by(self) -> BoolArray:
-        """Which weights move a gap: (T,); those of combination shapes do through their parents."""
-        moving = np.asarray(self.evaluator.offsets.any(axis=1))
-        for path in self.evaluator.inbetweens:
-            moving[path.shape] |= path.displacements.any()
-        for combination in reversed(self.evaluator.combinations):
-            moving[combination.parents] |= moving[combination.shape]
-            moving[combination.shape] = False
-        return moving
 
     def _displacements(self, weights: FloatArray) -> FloatArray:
         return self.evaluator.displacements(self.evaluator.combined(weights))

@@ -22,11 +22,12 @@ from usdface.page.bind_data import bind_data
 from usdface.page.character import character_data
 from usdface.page.document import finding_lines, page_html
 from usdface.pipeline.schemas import register_schemas
-from usdface.pipeline.viewing import check_page_name, images_of
+from usdface.pipeline.viewing import images_of
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh, Rig
+from usdface.show.page import check_page_name
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["make_bind_page"]

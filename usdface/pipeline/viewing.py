@@ -6,7 +6,7 @@ from typing import Any
 
 from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
-from usdface.errors import InputError, OutputError
+from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, write_text
@@ -22,6 +22,7 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.rigs import Mesh, Rig
+from usdface.show.page import check_page_name
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["view"]
@@ -131,18 +132,6 @@ def images_of(rig: Rig, meshes: tuple[Mesh, ...]) -> tuple[dict[str, str], list[
         if read[texture.image]:
             addresses[name] = read[texture.image]
     return addresses, found
-
-
-def check_page_name(page: Path) -> None:
-    """Refuse a page that is not named as one.
-
-    Raises
-    ------
-    OutputError
-        If its name does not end in .html or .htm.
-    """
-    if page.suffix.lower() not in (".html", ".htm"):
-        raise OutputError(f"cannot write {page}: a page is HTML; end its name in .html")
 
 
 def _about(summary: dict[str, Any]) -> str:
