@@ -42,3 +42,21 @@ def test_gains_stay_in_their_range_whatever_the_take_does(reached: float) -> Non
     gains, spreads = amplitude_posterior(np.array([2.0, 40.0]), np.array([1e-6, 1e-9]), reached)
     assert (gains >= AMPLITUDE_RANGE[0]).all() and (gains <= AMPLITUDE_RANGE[1]).all()
     assert gains[1] == AMPLITUDE_RANGE[1] and np.isfinite(spreads).all()
+
+
+def test_a_performer_as_large_as_the_character_is_known_by_all_extremes_together() -> None:
+    peaks = 1.0 + 0.05 * np.random.default_rng(1).normal(size=40)
+    peaks[0] = 0.7  # badly seen
+    deviations = np.full(40, 0.02)
+    deviations[0] = 0.3
+    together, _ = amplitude_posterior(peaks, deviations, 0.8)
+    alone = [amplitude_posterior(peaks[[k]], deviations[[k]], 0.8)[0][0] for k in range(40)]
+    assert np.abs(together - 1.0).max() < 0.02 < 0.08 < np.abs(np.array(alone) - 1.0).max()
+    assert abs(together[0] - 1.0) < 0.1 * abs(alone[0] - 1.0)
+
+
+def test_the_extremes_of_a_performer_who_differs_stay() -> None:
+    peaks = np.random.default_rng(2).uniform(0.75, 1.3, 40)
+    gains, _ = amplitude_posterior(peaks, np.full(40, 0.02), 0.8)
+    assert np.corrcoef(gains, peaks)[0, 1] > 0.99
+    assert np.std(gains) > 0.75 * np.std(peaks)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from usdface.options import SolveOptions
-from usdface.retarget.loose_weights import held_peaks, loose_weights
+from usdface.retarget.loose_weights import held_peaks, loose_weights, resting_weights
 from usdface.retarget.solver.regularisation import Regularisation
 
 RNG = np.random.default_rng(0)
@@ -28,3 +28,29 @@ def test_a_peak_counts_if_it_is_held() -> None:
     weights = np.zeros((60, 2))
     weights[20, 0] = weights[20:23, 1] = 1.5
     np.testing.assert_array_equal(held_peaks(weights, TIMES), [0.0, 1.5])
+
+
+def test_a_shape_rests_where_it_comes_down_to() -> None:
+    weights = np.abs(np.sin(np.arange(600)[:, None] * [0.11, 0.17])) - [0.0, 0.1]
+    offsets = np.eye(2)
+    np.testing.assert_allclose(resting_weights(weights, offsets), [0.0, -0.1], atol=0.1)
+    # At the same weight in all frames, exactly there.
+    weights[:, 1] = -0.07
+    assert resting_weights(weights, offsets)[1] == -0.07
+
+
+def test_motion_to_the_left_is_no_rest_on_the_right() -> None:
+    """A third of the take goes left, which weights of the right below 0 explain in part."""
+    weights = np.zeros((600, 2))
+    weights[:200, 0] = weights[400:, 1] = 1.0
+    weights[:200, 1] = weights[400:, 0] = -0.15
+    offsets = np.array([[1.0, 0.0], [-0.9, 0.1]])
+    assert np.quantile(weights, 0.05, axis=0).max() == -0.15
+    np.testing.assert_array_equal(resting_weights(weights, offsets), 0.0)
+
+
+def test_rest_does_not_depend_on_the_size_of_the_face() -> None:
+    weights, offsets = RNG.normal(size=(200, 4)), OFFSETS.reshape(4, -1)
+    np.testing.assert_array_equal(
+        resting_weights(weights, offsets), resting_weights(weights, 1000 * offsets)
+    )

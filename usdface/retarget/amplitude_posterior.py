@@ -24,8 +24,9 @@ _REACH = 0.05
 # Peaks of weights that are no extremes are anywhere, on a logarithmic scale, from this to 1: two
 # deviations of a weight at 0.3 mm of noise (0.023, docs/measurements.md).
 _LEAST = 0.05
-# Standard deviations of a performer's amplitudes that are compared, each as likely as the others.
-_SPREADS = AMPLITUDE_SPREAD * np.linspace(0.1, 1.0, 10)
+# Standard deviations of a performer's amplitudes that are compared, each as likely as the others:
+# ten, from this share of the usual one on. Set by hand.
+_LEAST_SPREAD = 0.1
 
 
 def amplitude_posterior(
@@ -56,7 +57,7 @@ def amplitude_posterior(
     extreme = np.exp(-0.5 * ((peak - _GRID) / width) ** 2) / (np.sqrt(2.0 * np.pi) * width)
     below = ndtr((_GRID - peak) / error) / (-peak * np.log(_LEAST))
     likelihood = reached * extreme + (1.0 - reached) * below
-    spreads = _SPREADS if reached else _SPREADS[-1:]
+    spreads = AMPLITUDE_SPREAD * np.linspace(1.0, _LEAST_SPREAD, 10 if reached else 1)
     priors = np.exp(-0.5 * ((_GRID - 1.0) / spreads[:, None]) ** 2)
     priors /= priors.sum(axis=1, keepdims=True)
     density = likelihood * priors[:, None]  # (D, S, G)
@@ -67,10 +68,10 @@ def amplitude_posterior(
     density /= density.sum(axis=2, keepdims=True)
     evidence = np.log(total, out=np.full(total.shape, -np.inf), where=total > 0.0)
     means = density @ _GRID
-    own = density[-1]
-    deviations = np.sqrt(np.maximum(own @ _GRID**2 - means[-1] ** 2, 0.0))
+    own = density[0]
+    deviations = np.sqrt(np.maximum(own @ _GRID**2 - means[0] ** 2, 0.0))
     # Cut off on one side, the prior has a mean that says more than the take does; its peak stays.
     if not reached:
         return _GRID[own.argmax(axis=1)], deviations
-    seen = np.isfinite(evidence[-1])
+    seen = np.isfinite(evidence[0])
     return softmax(evidence[:, seen].sum(axis=1)) @ means, deviations

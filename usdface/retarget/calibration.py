@@ -28,7 +28,7 @@ from usdface.options import (
 )
 from usdface.performer_face import PerformerFace
 from usdface.retarget.amplitude_posterior import amplitude_posterior
-from usdface.retarget.loose_weights import held_peaks, loose_weights
+from usdface.retarget.loose_weights import AT_REST, held_peaks, loose_weights, resting_weights
 from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -39,10 +39,8 @@ from usdface.takes import MarkerTake
 
 __all__ = ["Calibrated", "calibrate_take"]
 
-# A movement is at rest for this share of the take at least. Set by hand.
-_AT_REST = 0.05
 # Noise alone goes so many standard deviations below rest there: the normal quantile.
-_BY_NOISE = -float(ndtri(_AT_REST))
+_BY_NOISE = -float(ndtri(AT_REST))
 # An amplitude is known if the take leaves less than this share of the prior's deviation: a quarter
 # of its variance.
 _KNOWN = 0.5
@@ -141,7 +139,7 @@ def calibrate_take(
     free = model.free
     names = tuple(shape_names[s] for s in free)
     loose, deviations = _loose_weights(solution, free, setup)
-    low, high = _resting_weights(loose, model.offsets[free]), held_peaks(loose, take.times)
+    low, high = resting_weights(loose, model.offsets[free]), held_peaks(loose, take.times)
     shrunk = OFFSET_SPREAD**2 / (OFFSET_SPREAD**2 + deviations**2)
     rest = np.clip((-low - _BY_NOISE * deviations) * shrunk, 0.0, LARGEST_OFFSET)
     if setup.neutral is None:  # measured from the rig's own neutral, which is at rest
@@ -204,19 +202,6 @@ def _loose_weights(
         moving_head=setup.head == "solve",
         within=(-LARGEST_OFFSET, AMPLITUDE_RANGE[1]),
     )
-
-
-def _resting_weights(loose: FloatArray, offsets: FloatArray) -> FloatArray:
-    """Return the weight to which each shape comes down (S,), of loose weights (F, S).
-
-    Of the half of the frames in which the other shapes move the markers least: a mouth that goes
-    to the left is one that goes to the right by less than nothing.
-    """
-    low = np.quantile(loose, _AT_REST, axis=0)
-    moving = np.maximum(loose - low, 0.0) * np.linalg.norm(offsets, axis=1)
-    others = moving.sum(axis=1, keepdims=True) - moving
-    quiet = others <= np.median(others, axis=0)
-    return np.asarray(np.nanquantile(np.where(quiet, loose, np.nan), _AT_REST, axis=0))
 
 
 def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> list[Finding]:

@@ -9,10 +9,12 @@ from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import solve_weights, with_learned_covariance
 
-__all__ = ["held_peaks", "loose_weights"]
+__all__ = ["AT_REST", "held_peaks", "loose_weights", "resting_weights"]
 
 # A peak counts if it is held for so long [s]: three frames at 30 Hz, a spike has one or two.
 _HELD = 0.1
+# A movement is at rest for this share of the take at least. Set by hand.
+AT_REST = 0.05
 
 
 def loose_weights(
@@ -67,3 +69,16 @@ def held_peaks(weights: FloatArray, times: FloatArray) -> FloatArray:
     step = float(np.median(np.diff(times)))
     held = min(max(round(_HELD / step), 1), len(weights) // 4)
     return np.asarray(np.sort(weights, axis=0)[-max(held, 1)])
+
+
+def resting_weights(weights: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Return the weight to which each shape comes down, of weights (F, S): (S,).
+
+    Only the half of the frames counts in which the other shapes, with offsets (S, N), do least: a
+    mouth that goes to the left is one that goes to the right by less than nothing.
+    """
+    low = np.quantile(weights, AT_REST, axis=0)
+    moving = np.maximum(weights - low, 0.0) * np.linalg.norm(offsets, axis=1)
+    others = moving.sum(axis=1, keepdims=True) - moving
+    quiet = others <= np.median(others, axis=0)
+    return np.asarray(np.nanquantile(np.where(quiet, weights, np.nan), AT_REST, axis=0))
