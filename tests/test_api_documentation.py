@@ -1,6 +1,7 @@
 """Every public name is documented, with an example that runs; docs/api.md shows them all."""
 
 import doctest
+import importlib
 import inspect
 import re
 import shutil
@@ -46,6 +47,21 @@ def test_its_example_runs(name: str, beside_the_examples: Path) -> None:
     said: list[str] = []
     doctest.DocTestRunner(optionflags=FLAGS).run(test, out=said.append)
     assert not said, "".join(said)
+
+
+INTERNAL = [path for path in sorted((ROOT / "usdface").rglob("*.py")) if ">>> " in path.read_text()]
+
+
+def test_examples_of_names_that_are_not_public_run_too() -> None:
+    """Of functions and of modules; those of public names are run above."""
+    run, wrong = 0, list[str]()
+    for path in INTERNAL:
+        module = importlib.import_module(".".join(path.relative_to(ROOT).with_suffix("").parts))
+        for test in doctest.DocTestFinder().find(module, extraglobs={"usdface": usdface}):
+            if test.examples and test.name.rsplit(".", 1)[-1] not in usdface.__all__:
+                run += 1
+                doctest.DocTestRunner(optionflags=FLAGS).run(test, out=wrong.append)
+    assert run > 3 and not wrong, "".join(wrong)
 
 
 @NAMES
