@@ -18,7 +18,7 @@ from usdface.findings import Finding, finding, severest, timed
 PACKAGE = Path(findings.__file__).parent
 SOURCES = [path for path in PACKAGE.rglob("*.py") if path != Path(findings.__file__)]
 # Keys of words that only the message has (`Prose`)
-PROSE = {"hint", "more", "most", "place", "said", "when", "why"}
+PROSE = {"hint", "message", "more", "most", "place", "when", "why"}
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in SOURCES)
 
 

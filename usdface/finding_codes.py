@@ -206,7 +206,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "SHOT_KEPT": (
         "warning",
         "compare",
-        "a shot was edited, and is not made anew from what it is made of",
+        "a shot was edited, and is not made again from its sources",
     ),
     "CUT_TAKE_MISSING": (
         "warning",
@@ -243,12 +243,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "FACS_SIDE_OTHER": (
         "warning",
         "export_again",
-        "a blend shape does on one side what its name says of the other",
+        "a blend shape moves the side opposite to its name",
     ),
     "FACS_SHAPES_SWAPPED": (
         "warning",
         "export_again",
-        "two blend shapes do what the other's name says",
+        "two blend shapes have each other's names",
     ),
     "FACS_UNIT_OTHER": (
         "warning",

@@ -472,7 +472,7 @@ class SolveOptions:
     symmetry: float = field(
         default=0.0,
         metadata=_row(
-            "Penalty on what left and right differ by, relative to the markers' error [1]."
+            "Penalty on the difference of left and right, relative to the markers' error [1]."
         ),
     )
     vergence: float = field(

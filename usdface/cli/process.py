@@ -105,7 +105,7 @@ def _add_pieces(command: argparse.ArgumentParser) -> None:
         "--piece",
         default="",
         metavar="N[-M]|estimates",
-        help="only solve these pieces, from 0 on; estimates: only find what holds for all of them",
+        help="only solve these pieces, from 0 on; estimates: only the estimates that they share",
     )
     group.add_argument(
         "--workers", type=int, help="processes for the pieces (default: one for each core)"

@@ -51,7 +51,7 @@ def add_sequence(commands: Any, summary: str) -> None:
         metavar="DIR",
         help="names in the sources are relative to it",
     )
-    command.add_argument("--watch", action="store_true", help="process what changes, until Ctrl-C")
+    command.add_argument("--watch", action="store_true", help="process changed shots, until Ctrl-C")
     command.add_argument(
         "--keep-going",
         action="store_true",
@@ -75,7 +75,7 @@ def add_sequence(commands: Any, summary: str) -> None:
     )
     kept.add_argument("--no-cache", action="store_true", help="keep no arrays")
     command.add_argument(
-        "--gather", action="store_true", help="process nothing: the table of what is there"
+        "--gather", action="store_true", help="process nothing: print the table of existing results"
     )
 
 

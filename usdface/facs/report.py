@@ -181,7 +181,7 @@ def _shape_finding(shape: ShapeVerdict) -> Finding | None:
             message = "it does {shown}, the mirror image of {unit}"
             return finding("FACS_SIDE_OTHER", shape.name, message, shown, own)
         case "swapped":
-            message = "it does {shown}, and {shape!r} does what its name says"
+            message = "it does {shown}, and {shape!r} does that of its own name"
             return finding("FACS_SHAPES_SWAPPED", shape.name, message, shown, shape.partner)
         case "other_unit":
             message = "it does {shown} (fit {shown_fit:.2f}), not {unit} (fit {fit:.2f})"

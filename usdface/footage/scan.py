@@ -22,7 +22,8 @@ LoadFrame = Callable[[], Pixels | None]
 # from the batch before, so that the result does not depend on the number of threads.
 _BATCH = 16
 _THREADS = 2
-# Margin around the dots, as a share of their extent, and the rim of it that they must not reach.
+# Margin around the dots, as a share of their extent; and the rim that they must not reach, as a
+# share of the box with its margin.
 _ROOM, _RIM = 0.15, 0.03
 # An image with fewer dots than this share of the usual number is searched as a whole.
 _FEWER = 0.8

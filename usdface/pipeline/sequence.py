@@ -243,7 +243,7 @@ def _lacking(plan: ShotPlan) -> Row:
     row = row_from(read_failure(plan.file) or {})
     if row is not None and row.state == "failed":
         return replace(row, name=plan.name)
-    error = "there is no result, or it is not what a run would make now"
+    error = "the result is missing or out of date"
     return Row(name=plan.name, state="missing", error=error, code="SHOT_MISSING")
 
 
@@ -255,7 +255,9 @@ def _clash(plan: ShotPlan, path: Path, other: str) -> Row:
 def _findings(rows: Iterable[Row]) -> Iterable[Any]:
     for row in rows:
         if row.state == "failed":
-            yield finding("SHOT_FAILED", row.name, "{said} [{error}]", Prose(row.error), row.code)
+            yield finding(
+                "SHOT_FAILED", row.name, "{message} [{error}]", Prose(row.error), row.code
+            )
         elif row.state == "missing":
             yield finding("SHOT_MISSING", row.name, row.error)
 

@@ -177,7 +177,7 @@ def _beside(fit: FaceFit, names: tuple[str, ...], source: str) -> list[Finding]:
         return []
     message = (
         "markers sit {median_mm:.1f} mm from their vertices in the median, {marker} "
-        "{largest_mm:.1f} mm; the solve reckons with that. The shot keeps the vertices; "
+        "{largest_mm:.1f} mm; the solve uses these places. The shot keeps the vertices; "
         'solve:places = "bound" holds markers on them'
     )
     return [

@@ -100,7 +100,7 @@ def determined(
     if known < shapes:
         message = (
             "{marker_count} markers say {known_count} numbers of the face for {shape_count} "
-            "blend shapes; what they leave open stays as small as can be. Bind more markers"
+            "blend shapes; undetermined weights stay as small as possible. Bind more markers"
         )
         findings.append(
             finding("MARKERS_FEW", take.source, message, basis.shape[1], max(known, 0), shapes)

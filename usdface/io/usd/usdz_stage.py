@@ -30,7 +30,7 @@ def complete_stage(layer: Sdf.Layer, where: str = "") -> list[Finding]:
         chosen = _main_prim(stage)
         if chosen:
             stage.SetDefaultPrim(chosen)
-            message = "the stage has no defaultPrim; {prim} is what viewers show"
+            message = "the stage has no defaultPrim; viewers show {prim}"
             found.append(finding("DEFAULT_PRIM_CHOSEN", where, message, chosen.GetPath()))
     if not stage.HasAuthoredMetadata(UsdGeom.Tokens.metersPerUnit):
         unit = UsdGeom.GetStageMetersPerUnit(stage)

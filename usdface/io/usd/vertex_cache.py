@@ -2,7 +2,7 @@
 
 A cache of F samples is a sum of as few blend shapes as show it: they are found one by one, each
 from the sample that the others show worst (Gram-Schmidt with pivoting), until none is off by more
-than the certificate calls a difference. Between two samples USD moves points straight, as glTF does
+than half of the certificate's limit. Between two samples USD moves points straight, as glTF does
 weights, so that this holds at any time.
 """
 
