@@ -713,6 +713,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the rig's closed lids move no marker; blinks are sought as another face shows them",
     ),
     "LIDS_CROSS": ("warning", "correct_pins", "pinned weights make the lids of an eye cross"),
+    "LIDS_PARTED": (
+        "info",
+        "look_at_frames",
+        "shut lids that crossed were parted, and stay open in part",
+    ),
     "LIPS_CLOSED": ("info", "nothing", "lips that touch on the performer were brought together"),
     "LIPS_UNSEEN": (
         "info",
