@@ -71,6 +71,7 @@ def test_the_mesh_is_named_and_the_foremost_marker_is_the_nose(world: World) -> 
     ("changes", "said"),
     [
         ({"nose_tip": "nase"}, "'nase' is not among the bound markers"),
+        ({"nose_tip": "nase"}, "; did you mean nose?"),
         ({"head": "markers", "head_markers": ("a", "b", "chin")}, "no marker 'a', 'b'"),
         ({"neutral": (0, 40)}, "frames 0 to 39"),
         ({"binding": Binding(("x", "y"), np.array([1, 2]))}, "no bound marker is in the take"),

@@ -8,7 +8,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.binding_origin import BindingOrigin
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 from usdface.findings import Finding, finding
 from usdface.options import (
     AMPLITUDE_RANGE,
@@ -368,7 +368,8 @@ def fit_setup(
     if setup.nose_tip and setup.nose_tip not in binding.markers:
         raise InputError(
             f"the nose tip {setup.nose_tip!r} is not among the bound markers: "
-            f"{', '.join(binding.markers)}",
+            f"{', '.join(binding.markers[:8])}{' ...' if len(binding.markers) > 8 else ''}"
+            f"{did_you_mean(setup.nose_tip, binding.markers)}",
             "MARKER_UNKNOWN",
         )
     if setup.nose_tip:

@@ -46,8 +46,7 @@ _BY_NOISE = -float(ndtri(AT_REST))
 _KNOWN = 0.5
 # A movement is active beyond so many deviations of noise: one in 700 by chance.
 _UNLIKE = 3.0
-# Names in a finding, and in the summary.
-_NAMED = 8
+# Gains in the summary.
 _SHOWN = 5
 
 
@@ -215,8 +214,3 @@ def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> lis
     if open_:
         found.append(finding("GAIN_UNKNOWN", where, "gain stays open: {shapes}", open_))
     return found
-
-
-def _listed(names: list[str]) -> str:
-    more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
-    return ", ".join(names[:_NAMED]) + more
