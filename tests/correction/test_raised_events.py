@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from usdface.correction.evidence import Evidence
+from usdface.correction.pose_blend import respond
 from usdface.correction.raised_events import JudgedEvents, judged_events
 
 POSE = np.array([1.0, 0.9, 0.6])  # brows, mouth, eyes
@@ -19,7 +20,7 @@ INSIDE = slice(45, 95)
 
 
 def judged(weights: np.ndarray, output: np.ndarray) -> JudgedEvents:
-    return judged_events(output, weights, POSE, EVIDENCE, (0.15, 0.4), True)
+    return judged_events(output, output, weights, POSE, EVIDENCE, (0.15, 0.4), True)
 
 
 def raised(weights: np.ndarray, output: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
@@ -78,3 +79,17 @@ def test_the_correction_is_a_continuous_function_of_weights_and_outputs() -> Non
         noise = 1e-4 * rng.standard_normal(weights.shape)
         after = raised(weights + noise, 0.5 * CURVE + noise[:, 0])
         assert np.abs(after - before).max() < 0.01
+
+
+def test_what_likeness_alone_detects_is_raised_as_far_as_its_output_says() -> None:
+    weights = 0.3 * CURVE[:, None] * POSE
+    arguments = (weights, POSE, EVIDENCE, (0.15, 0.4), True)
+    rules, none = 0.5 * CURVE, np.zeros(len(CURVE))
+    levels = [judged_events(rules, by, *arguments).level for by in (none, 0.25 * CURVE, rules)]
+    expected = [0.5, respond(np.array(0.25), (0.15, 0.4)), 1.0]
+    for level, value in zip(levels, np.maximum(expected, 0.5), strict=True):
+        np.testing.assert_allclose(level, value, atol=1e-9)
+    # A single frame is an event of its own, by the same measure.
+    alone = judged_events(rules, none, weights, POSE, EVIDENCE, (0.15, 0.4), False)
+    output = rules[alone.events.frames]
+    np.testing.assert_allclose(alone.level, np.minimum(respond(output, (0.15, 0.4)), output))

@@ -150,8 +150,14 @@ def express(
     gains = gains or Gains.constant(system.gain, expressions)
     evidence = evidence_of(face, names, system.evidence)
     blending = TakeBlending(system, poses, names, layout, gains, evidence, weights, times)
-    outputs = {side: evaluation.outputs for side, evaluation in evaluations.items()}
-    blended = blending.add(outputs) if system.mode == "add" else blending.raise_up(outputs)
+    outputs, rules_alone = (
+        {side: evaluation.outputs for side, evaluation in of.items()}
+        for of in (evaluations, by_rules)
+    )
+    if system.mode == "add":
+        blended = blending.add(outputs)
+    else:
+        blended = blending.raise_up(outputs, rules_alone)
     gaps = gaps_of(face, names, poses)
     corrected, new_findings = _keep_contact(weights, blended.weights, gaps, blending.frames)
     findings += new_findings

@@ -3,7 +3,8 @@
 In an event (`usdface.correction.events`) every blend shape is raised by the difference from its
 mean at the peak to the pose, times its part in the expression (`usdface.correction.evidence`) and
 the envelope of the event. So the correction rises, holds and falls with the performance, and a full
-expression gets none.
+expression gets none. Where likeness alone detects the event, it is raised as far as its output says
+and no further: that evidence is thinner.
 """
 
 from collections.abc import Mapping
@@ -34,7 +35,7 @@ class JudgedEvents:
     ----------
     events : Events
     level : (N,) float64
-        The share of the pose that is to be reached, by the size of the event alone.
+        The share of the pose that is to be reached, by the output at the peak alone.
     mean : (N, T) float64
         Mean weights at the peak.
     most : (N, T) float64
@@ -90,6 +91,7 @@ class JudgedEvents:
 
 def judged_events(
     output: FloatArray,
+    by_rules: FloatArray,
     weights: FloatArray,
     pose: FloatArray,
     evidence: Evidence,
@@ -101,6 +103,8 @@ def judged_events(
     Parameters
     ----------
     output : (F,) float64
+    by_rules : (F,) float64
+        The output of the rules alone, without likeness.
     weights : (F, T) float64
         Solved weights of the face, or of a half mirrored to the other side.
     pose : (T,) float64
@@ -121,7 +125,19 @@ def judged_events(
     for share in regions.values():
         shown = np.minimum(shown, share)
     taking = evidence.takes_part(mean, pose, events.size) * shown[:, None]
-    return JudgedEvents(events, respond(events.size, response), mean, most, regions, taking)
+    level = _level(events, output, by_rules, response)
+    return JudgedEvents(events, level, mean, most, regions, taking)
+
+
+def _level(
+    events: Events, output: FloatArray, by_rules: FloatArray, response: tuple[float, float]
+) -> FloatArray:
+    """Return the share of the pose to be reached: by rules the response, by likeness the output."""
+    peaks = events.peaks(np.stack([np.minimum(by_rules, output), output], axis=1))
+    ruled = events.size * peaks[:, 0] / np.maximum(peaks[:, 1], 1e-12)
+    return np.maximum(
+        respond(ruled, response), np.minimum(respond(events.size, response), events.size)
+    )
 
 
 def _at_peaks(

@@ -81,8 +81,8 @@ class TakeBlending:
         shown = {s: pose_shares(given, own, "add", gain, response) for s, given in outputs.items()}
         return Blended(corrected, shown, {side: {} for side in outputs})
 
-    def raise_up(self, outputs: Outputs) -> Blended:
-        """Raise weak expressions event by event."""
+    def raise_up(self, outputs: Outputs, by_rules: Outputs) -> Blended:
+        """Raise weak expressions event by event; `by_rules` are the outputs without likeness."""
         added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
         shown = {side: np.zeros(given.shape) for side, given in outputs.items()}
         missing = {
@@ -95,19 +95,20 @@ class TakeBlending:
             for region, absent in missing[side].items():
                 absent[:, row] = judged.missing(region, len(absent))
 
-        drives = _driving(outputs)
+        drives, ruled = _driving(outputs), _driving(by_rules)
         unrecorded = [(row, side) for side in outputs for row in range(len(self.poses))]
         # The events of one emotion and side at a time: those of a long take are many.
         parts = sorted(self._parts(), key=_row_and_side)
         for (row, side), own in groupby(parts, _row_and_side):
-            judged = self._judged(drives[side][:, row], row, side)
+            judged = self._judged(drives[side][:, row], ruled[side][:, row], row, side)
             for *_, region, part in own:
                 judged.raise_part(part, self._gain(row, region), added, reached)
             if drives[side] is outputs.get(side):
                 record(judged, row, side)
                 unrecorded.remove((row, side))
         for row, side in unrecorded:
-            record(self._judged(outputs[side][:, row], row, side), row, side)
+            own_outputs = outputs[side][:, row], by_rules[side][:, row]
+            record(self._judged(*own_outputs, row, side), row, side)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
         return Blended(corrected, shown, missing)
@@ -115,14 +116,16 @@ class TakeBlending:
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
         return split_poses(self.poses, self.names, self.layout)
 
-    def _judged(self, output: FloatArray, row: int, side: Side) -> JudgedEvents:
+    def _judged(
+        self, output: FloatArray, by_rules: FloatArray, row: int, side: Side
+    ) -> JudgedEvents:
         """Return an emotion's events on a side, of weights and pose mirrored to the other side."""
         weights, pose = self.weights, self.poses[row]
         if side != "both":
             pairs = symmetric_pairs(self.names)
             weights, (pose,) = (half_weights(w, pairs, side) for w in (weights, pose[None]))
         whole_take, response = self.times is not None, self.system.response
-        return judged_events(output, weights, pose, self.evidence, response, whole_take)
+        return judged_events(output, by_rules, weights, pose, self.evidence, response, whole_take)
 
     def _gain(self, row: int, region: GainRegion | None) -> FloatArray:
         own = self.gains.of([(self.system.emotions[row], region)], len(self.weights))[:, 0]
