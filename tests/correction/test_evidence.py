@@ -38,8 +38,11 @@ def missing(evidence: Evidence, weights: np.ndarray, pose: np.ndarray) -> tuple[
     return tuple(region for region, share in shown.items() if share == 0)
 
 
-def takes_part(evidence: Evidence, weights: np.ndarray, pose: np.ndarray, size: float) -> list:
-    return evidence.takes_part(weights[None], pose, np.array([size]))[0].tolist()
+def takes_part(
+    evidence: Evidence, weights: np.ndarray, pose: np.ndarray, size: float, by_rules: float = 1.0
+) -> list:
+    sizes, shares = np.array([size]), np.array([by_rules])
+    return evidence.takes_part(weights[None], pose, sizes, shares)[0].tolist()
 
 
 def test_half_the_pose_shows_it(evidence):
@@ -61,6 +64,8 @@ def test_a_pose_asks_only_for_the_regions_that_it_moves(evidence):
 def test_blend_shapes_that_rest_take_no_part_unless_unseen(evidence):
     shown = np.array([0.5, 0.02, 0.0, 0.0])
     assert takes_part(evidence, shown, POSE, 0.5) == [True, False, False, True]
+    # Likeness alone does not say which undetermined blend shapes take part.
+    assert takes_part(evidence, shown, POSE, 0.5, by_rules=0.0) == [True, False, False, False]
 
 
 def two_of_a_kind(other: float) -> Evidence:
@@ -106,5 +111,8 @@ def test_the_evidence_is_a_continuous_function_of_the_weights(evidence):
     there = np.linspace(0, 1, 2001)[:, None] * [0.9, 0.0, 0.0, 0.0] + [0.0, 0.5, 0.4, 0.2]
     shown = evidence.shown(there[:, [1, 0, 2, 3]], POSE)
     assert np.ptp(shown["mouth"]) == 1
-    for share in (*shown.values(), evidence.takes_part(there, POSE, np.full(2001, 0.5))):
+    for share in (
+        *shown.values(),
+        evidence.takes_part(there, POSE, np.full(2001, 0.5), np.ones(2001)),
+    ):
         assert np.abs(np.diff(share, axis=0)).max() < 0.02

@@ -74,11 +74,22 @@ class Evidence:
         markers = _cosine(wanted @ self.motion, there @ self.motion)
         return np.asarray(np.sqrt(np.maximum(shapes, 0.0) * np.maximum(shapes, markers)))
 
-    def takes_part(self, weights: FloatArray, pose: FloatArray, size: FloatArray) -> FloatArray:
-        """Return how far each blend shape takes part in expressions of sizes (N,): (N, T), 0 to 1.
+    def takes_part(
+        self, weights: FloatArray, pose: FloatArray, size: FloatArray, by_rules: FloatArray
+    ) -> FloatArray:
+        """Return how far each blend shape takes part in expressions: (N, T), 0 to 1.
 
         By its share of its weight in an expression of that size (`_TAKES_PART`), plus the deviation
-        that the markers leave on another person's face: an undetermined shape takes part.
+        that the markers leave on another person's face: an undetermined shape takes part, as far
+        as rules detect the expression.
+
+        Parameters
+        ----------
+        weights : (N, T) float64
+        pose : (T,) float64
+        size : (N,) float64
+        by_rules : (N,) float64
+            The share of the output that is of the rules, not of likeness alone, 0 to 1.
         """
         moved = pose > 0
         if self.least == 0:
@@ -86,7 +97,7 @@ class Evidence:
         wanted, there = self.seen * pose, self.seen * np.where(moved, weights, 0.0)
         # Weighted by the weights, so that shapes at rest do not reduce the size.
         shown = (there**2).sum(axis=1) / np.maximum(there @ wanted, 1e-12)
-        unsure = SolveOptions().spread * np.sqrt(1.0 - self.seen)
+        unsure = by_rules[:, None] * SolveOptions().spread * np.sqrt(1.0 - self.seen)
         whole = np.maximum(size, shown)[:, None] * np.where(moved, pose, 1.0)
         share = (weights + unsure) / np.maximum(whole, 1e-12)
         few, enough = _TAKES_PART

@@ -3,8 +3,8 @@
 In an event (`usdface.correction.events`) every blend shape is raised by the difference from its
 mean at the peak to the pose, times its part in the expression (`usdface.correction.evidence`) and
 the envelope of the event. So the correction rises, holds and falls with the performance, and a full
-expression gets none. Where likeness alone detects the event, it is raised as far as its output says
-and no further: that evidence is thinner.
+expression gets none. An event that likeness alone detects is raised as far as its output says, in
+the blend shapes that the markers determine: that evidence is thinner.
 """
 
 from collections.abc import Mapping
@@ -124,20 +124,19 @@ def judged_events(
     shown = np.ones(len(mean))
     for share in regions.values():
         shown = np.minimum(shown, share)
-    taking = evidence.takes_part(mean, pose, events.size) * shown[:, None]
-    level = _level(events, output, by_rules, response)
+    confirmed = _confirmed(events, output, by_rules)
+    taking = evidence.takes_part(mean, pose, events.size, confirmed) * shown[:, None]
+    level = np.maximum(
+        respond(confirmed * events.size, response),
+        np.minimum(respond(events.size, response), events.size),
+    )
     return JudgedEvents(events, level, mean, most, regions, taking)
 
 
-def _level(
-    events: Events, output: FloatArray, by_rules: FloatArray, response: tuple[float, float]
-) -> FloatArray:
-    """Return the share of the pose to be reached: by rules the response, by likeness the output."""
-    peaks = events.peaks(np.stack([np.minimum(by_rules, output), output], axis=1))
-    ruled = events.size * peaks[:, 0] / np.maximum(peaks[:, 1], 1e-12)
-    return np.maximum(
-        respond(ruled, response), np.minimum(respond(events.size, response), events.size)
-    )
+def _confirmed(events: Events, output: FloatArray, by_rules: FloatArray) -> FloatArray:
+    """Return the share of the output at the peak that is of the rules, not of likeness: (N,)."""
+    ruled, whole = events.peaks(np.stack([np.minimum(by_rules, output), output], axis=1)).T
+    return np.asarray(ruled / np.maximum(whole, 1e-12))
 
 
 def _at_peaks(
