@@ -118,9 +118,9 @@ def solve(
         return replace(weights, weights=combined), None, findings
     take, setup, skin, findings = solver_input(take, face, setup, cleaned, progress)
     filmed, camera_findings = _film(take, face, setup, skin, progress)
-    seen, views = filmed.seen(take) if filmed else (take, None)
+    projected, views = filmed.projected(take) if filmed else (take, None)
     solution, new_findings = solve_take(
-        seen,
+        projected,
         skin.rest,
         skin.offsets,
         face.shape_names,
@@ -198,10 +198,10 @@ def _film(
     if not flat or setup.neutral is None:
         return None, []
 
-    def weights(seen: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:
+    def weights(projected: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:
         own = replace(setup, neutral=neutral, pins=())  # which are frames of the whole take
         solution, _ = solve_take(
-            seen, skin.rest, skin.offsets, face.shape_names, own, skin.mean_evaluator,
+            projected, skin.rest, skin.offsets, face.shape_names, own, skin.mean_evaluator,
             views=views, progress=progress,
         )  # fmt: skip
         return solution.weights.weights

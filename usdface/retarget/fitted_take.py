@@ -14,7 +14,7 @@ from usdface.geometry.rigid_fit import Pose
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import as_large, as_performed
 from usdface.retarget.face_fit import FaceFit, refine_places
-from usdface.retarget.film.seen_weights import solve_seen_weights
+from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
@@ -108,7 +108,7 @@ class _TakeSolver:
         times, positions = self.times[frames], self.laid.positions[frames]
         noise = self.laid.least_noise
         if self.views is not None:
-            return solve_seen_weights(
+            return solve_projected_weights(
                 times, positions, fit.points, model, space, pose, setup, self.shape_names,
                 self.views.at(frames), least_noise=noise,
             )  # fmt: skip
@@ -161,11 +161,11 @@ def fit_take(
     ), findings
 
 
-def _some_frames(seen: BoolArray) -> IntArray:
+def _some_frames(is_visible: BoolArray) -> IntArray:
     """Return `_PLACE_FRAMES` frames of a take, and some of each marker (F, M) that these hide."""
-    frames = np.arange(0, len(seen), -(-len(seen) // _PLACE_FRAMES))
-    hidden = np.flatnonzero(~seen[frames].any(axis=0))
-    others = [np.flatnonzero(seen[:, marker])[:FEWEST_FRAMES] for marker in hidden]
+    frames = np.arange(0, len(is_visible), -(-len(is_visible) // _PLACE_FRAMES))
+    hidden = np.flatnonzero(~is_visible[frames].any(axis=0))
+    others = [np.flatnonzero(is_visible[:, marker])[:FEWEST_FRAMES] for marker in hidden]
     return np.asarray(np.unique(np.concatenate([frames, *others])))
 
 

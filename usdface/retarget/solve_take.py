@@ -51,7 +51,7 @@ def solve_take(
     surface : MarkerSurface, optional
         The skin around the B vertices: markers may sit beside them.
     views : Views, optional
-        Of a take as one camera sees it (`usdface.retarget.film.filmed_head.FilmedHead.seen`).
+        Of a take as one camera sees it (`usdface.retarget.film.filmed_head.FilmedHead.projected`).
     correct_neutral : bool
         Correct the error of noisy neutral frames by the whole take.
     progress : Progress, optional
@@ -117,12 +117,12 @@ def solution_of(
     misfit = np.where(hidden, 0.0, displaced - predicted)
     if take.dimension == 2:
         misfit[..., 2] = 0.0
-    seen = visible(displaced)
+    is_visible = visible(displaced)
     squares = (misfit**2).sum(axis=2)
     return Solution(
         WeightsTake(shape_names, take.times, weights, take.rate, take.start_timecode, take.source),
         joint.pose,
-        np.sqrt(squares.sum(axis=1) / np.maximum(seen.sum(axis=1), 1)),
+        np.sqrt(squares.sum(axis=1) / np.maximum(is_visible.sum(axis=1), 1)),
         learned.points + np.where(hidden, predicted, displaced),
         learned.points,
         learned.markers,
@@ -131,7 +131,7 @@ def solution_of(
         learned.misfit,
         joint.rounds,
         learned.choice,
-        np.where(seen, np.sqrt(squares), np.nan),
+        np.where(is_visible, np.sqrt(squares), np.nan),
         in_space=take.dimension == 3,
         covariance=learned.covariance,
         shifts=learned.shifts,

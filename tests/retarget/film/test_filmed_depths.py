@@ -31,11 +31,11 @@ def test_a_face_that_does_not_turn_keeps_the_depths_of_the_character() -> None:
     assert np.sqrt(np.mean((head.rest[:, 2] - FACE[:, 2]) ** 2)) < 0.002
 
 
-@pytest.mark.parametrize("seen", [0, 1, 2])
-def test_frames_in_which_hardly_a_dot_is_seen_change_little(seen: int) -> None:
+@pytest.mark.parametrize("visible", [0, 1, 2])
+def test_frames_in_which_hardly_a_dot_is_visible_change_little(visible: int) -> None:
     take, _ = filmed(WORLD, 25.0)
     positions = take.positions.copy()
-    positions[14:17, seen:] = np.nan
+    positions[14:17, visible:] = np.nan
     whole, _ = found(replace(take, focal_length=FOCAL))
     head, _ = found(replace(take, positions=positions, focal_length=FOCAL))
     assert np.abs(head.rest - whole.rest).max() < 0.001

@@ -13,22 +13,22 @@ VIEWS = Views(
 
 def test_a_head_on_view_shows_two_axes_and_one_from_aside_depth() -> None:
     moved = RANDOM.normal(size=(2, 6))
-    seen = VIEWS.seen(moved)
-    np.testing.assert_allclose(seen[0], moved[0].reshape(2, 3)[:, :2].ravel())
+    projected = VIEWS.projected(moved)
+    np.testing.assert_allclose(projected[0], moved[0].reshape(2, 3)[:, :2].ravel())
     turned = moved[1].reshape(2, 3) @ TURNS[1].T
-    np.testing.assert_allclose(seen[1], turned[:, :2].ravel())
+    np.testing.assert_allclose(projected[1], turned[:, :2].ravel())
 
 
-def test_many_displacements_are_seen_as_each_by_itself() -> None:
+def test_many_displacements_are_projected_as_each_by_itself() -> None:
     many = RANDOM.normal(size=(2, 5, 6))
-    seen = VIEWS.weighed(VIEWS.seen(many))
+    projected = VIEWS.weighted(VIEWS.projected(many))
     for k in range(5):
-        np.testing.assert_allclose(seen[:, k], VIEWS.weighed(VIEWS.seen(many[:, k])))
+        np.testing.assert_allclose(projected[:, k], VIEWS.weighted(VIEWS.projected(many[:, k])))
 
 
 def test_samples_count_by_their_certainty() -> None:
     ones = np.ones((2, 4))
-    assert VIEWS.weighed(ones).tolist() == [[1.0, 1.0, 0.5, 0.5], [2.0, 2.0, 0.0, 0.0]]
+    assert VIEWS.weighted(ones).tolist() == [[1.0, 1.0, 0.5, 0.5], [2.0, 2.0, 0.0, 0.0]]
     hidden = VIEWS.where(np.array([[True, False], [True, True]]))
     assert hidden.certainty.tolist() == [[1.0, 0.0], [2.0, 0.0]]
 

@@ -39,8 +39,8 @@ def beside_means(
         whole = areas @ owners
         sums = np.stack([(areas * middles[..., k]) @ owners for k in range(2)], axis=-1)
         means = camera.image(np.einsum("bv,fvd->fbd", skin.means, placed, optimize=True))
-        seen = whole[..., None] > 0.0
-        return np.where(seen, sums / np.where(seen, whole[..., None], 1.0) - means, 0.0)
+        is_visible = whole[..., None] > 0.0
+        return np.where(is_visible, sums / np.where(is_visible, whole[..., None], 1.0) - means, 0.0)
 
     return by_blocks(len(weights), beside)
 

@@ -2,9 +2,9 @@
 
 An image has no depth, but the character does: its neutral and its blend shapes give every marker a
 third coordinate. With it the head pose is fitted by a perspective camera, and the weights are
-solved in the view of each image (`usdface.retarget.film.seen_weights`). Poses, and the offset of a
-dot's centre from the mean of its skin, depend on the weights, so they are solved alternately. Where
-the head turns, the depths of the performer's own face are estimated, too.
+solved in the view of each image (`usdface.retarget.film.projected_weights`). Poses, and the offset
+of a dot's centre from the mean of its skin, depend on the weights, so they are solved alternately.
+Where the head turns, the depths of the performer's own face are estimated, too.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ from usdface.retarget.film.views import Views
 from usdface.retarget.neutral import neutral_markers
 from usdface.takes import MarkerTake, visible
 
-__all__ = ["SolveSeen", "film_head"]
+__all__ = ["SolveProjected", "film_head"]
 
 # Alternations of poses and weights, at most; and the change of markers, by their residual, at which
 # they stop: later rounds change weights by less than their error.
@@ -52,8 +52,8 @@ _USUAL = 0.65
 # face resembles a lens error.
 _SHOWN = 1.2
 
-# Solves the weights (F, S) of a take in the camera's view, given its views and neutral frames.
-SolveSeen = Callable[[MarkerTake, Views, tuple[int, int]], FloatArray]
+# Solves the weights (F, S) of a take as the camera projects it, by its views and neutral frames.
+SolveProjected = Callable[[MarkerTake, Views, tuple[int, int]], FloatArray]
 
 
 def film_head(
@@ -61,7 +61,7 @@ def film_head(
     markers: tuple[str, ...],
     skin: DotSkin,
     neutral: tuple[int, int],
-    solve: SolveSeen,
+    solve: SolveProjected,
 ) -> tuple[FilmedHead | None, list[Finding]]:
     """Find how a head moved before the camera that filmed it.
 
@@ -102,7 +102,7 @@ def film_head(
     return _in_turn(film, camera, solve, _LAST_ROUNDS, head.rest[:, 2], there)[0], findings
 
 
-def _camera(film: FilmedTake, solve: SolveSeen) -> tuple[PinholeCamera, list[Finding]]:
+def _camera(film: FilmedTake, solve: SolveProjected) -> tuple[PinholeCamera, list[Finding]]:
     """Return the camera, by the take's focal length or by one estimated from its motion."""
     take, findings = film.take, list[Finding]()
     if take.image_size:
@@ -143,7 +143,7 @@ def _lowest(lengths: FloatArray, errors: FloatArray) -> float:
 def _in_turn(
     film: FilmedTake,
     camera: PinholeCamera,
-    solve: SolveSeen,
+    solve: SolveProjected,
     rounds: int,
     depths: FloatArray | None = None,
     weights: FloatArray | None = None,
@@ -164,7 +164,7 @@ def _in_turn(
     left : float [px]
         RMS residual in the image.
     """
-    taken, skin, count = film, film.skin, len(film.image)
+    filmed, skin, count = film, film.skin, len(film.image)
     look = start_pose(film.face, film.rest[None], camera)
     look, _ = fit_pose(film.face, film.rest[None], camera, look)
     deep = film.face[:, 2] if depths is None else depths
@@ -177,7 +177,7 @@ def _in_turn(
         beside = beside_means(skin, weights, pose, camera)
         facing = facing_shares(skin, weights, pose, camera)
         sure = certainty(facing, visible(film.image))
-        film = taken.without(beside)
+        film = filmed.without(beside)
         look, _ = fit_pose(film.face, film.rest[None], camera, look)
         rest = camera.at_depths(film.rest[None], look, deep)[0]
         pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
@@ -187,12 +187,12 @@ def _in_turn(
             pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
         head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing)
         left = _rms(film.image - camera.image(pose.to_take(rest + moved)))
-        still = head.still(taken.take).positions
+        still = head.still(filmed.take).positions
         if done > 1 and _rms(still - before) < _SETTLED * left / head.metre:
             break
         before = still
         if done < rounds - 1:
-            weights = solve(*head.seen(taken.take), film.neutral)
+            weights = solve(*head.projected(filmed.take), film.neutral)
     return head, weights, left
 
 

@@ -124,6 +124,6 @@ def _without(
     return normal, right - np.einsum("fik,fi->k", shared, explained)
 
 
-def _mean_square(values: FloatArray, seen: FloatArray | BoolArray) -> float:
+def _mean_square(values: FloatArray, is_visible: FloatArray | BoolArray) -> float:
     """Return the mean square of the visible (F, M, 1) coordinates (F, M, 2)."""
-    return float((values**2).sum() / (2 * max((seen > 0.0).sum(), 1)))
+    return float((values**2).sum() / (2 * max((is_visible > 0.0).sum(), 1)))

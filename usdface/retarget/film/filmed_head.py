@@ -75,20 +75,20 @@ class FilmedHead:
         flat = self.camera.at_depths(image, self.pose, depths)[..., :2]
         return self._in_head_space(take, flat)
 
-    def seen(self, take: MarkerTake) -> tuple[MarkerTake, Views]:
-        """Return a take as the camera sees the face move, (F, M, 2) [m], and its views.
+    def projected(self, take: MarkerTake) -> tuple[MarkerTake, Views]:
+        """Return a take as projected by the camera, (F, M, 2) [m], and its views.
 
-        Its markers are at their neutral positions plus their displacements as projected by the
-        camera. Markers that are not bound are as in `still`.
+        Its markers are at their neutral positions plus their displacements in the image. Markers
+        that are not bound are as in `still`.
         """
         own = self._columns(take)
         placed = self.pose.to_take(self.rest + self.moved)
         slopes = self.camera.slopes(placed) @ self.pose.rotations[:, None] / self.metre
         left = take.positions[:, own] - self.beside - self.camera.image(placed)
-        seen = (slopes @ self.moved[..., None])[..., 0] + left / self.metre
+        projected = (slopes @ self.moved[..., None])[..., 0] + left / self.metre
         result = self.still(take)
         positions = result.positions.copy()
-        positions[:, own] = self.rest[:, :2] + seen
+        positions[:, own] = self.rest[:, :2] + projected
         views = Views(self.markers, slopes, certainty(self.facing, visible(left)))
         return replace(result, positions=positions), views
 
@@ -106,7 +106,7 @@ class FilmedHead:
         )
 
 
-def certainty(facing: FloatArray, seen: BoolArray) -> FloatArray:
+def certainty(facing: FloatArray, is_visible: BoolArray) -> FloatArray:
     """Return the deviation of a take over that of its samples: (F, M).
 
     The deviation of a dot's place goes as one over its cosine: of six films before a phone it is
@@ -116,9 +116,9 @@ def certainty(facing: FloatArray, seen: BoolArray) -> FloatArray:
     ----------
     facing : (F, M) float64
         As of `FilmedHead`.
-    seen : (F, M) bool
+    is_visible : (F, M) bool
     """
     cosine = facing.clip(_LEAST_FACING, 1.0)
-    if not seen.any():
+    if not is_visible.any():
         return cosine
-    return np.asarray(cosine * np.sqrt(np.mean(cosine[seen] ** -2.0)))
+    return np.asarray(cosine * np.sqrt(np.mean(cosine[is_visible] ** -2.0)))

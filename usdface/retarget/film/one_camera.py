@@ -93,7 +93,7 @@ def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> 
     points : (M, 3) float64 [m]
         In head space.
     image : (F, M, 2) float64 [px]
-        NaN where hidden; at least two are seen in each frame.
+        NaN where hidden; at least two are visible in each frame.
     """
     size, centre, middle = laid_over(points[:, :2], image)  # px per metre, px, m
     distance = camera.focal_length / size
@@ -129,18 +129,19 @@ def fit_pose(
         Of the head in camera space. Frames with fewer than four markers keep that of the nearest
         frame that has them.
     usable : (F,) bool
-        True where at least four markers were seen.
+        True where at least four markers were visible.
     """
     points = np.broadcast_to(points, (*image.shape[:2], 3))
-    seen = visible(image)
-    usable = np.asarray(seen.sum(axis=1) >= _FEWEST)
+    is_visible = visible(image)
+    usable = np.asarray(is_visible.sum(axis=1) >= _FEWEST)
     rotations, translations = start.rotations.copy(), start.translations.copy()
     near = _NEAREST * float(np.median(translations[:, 2]))
-    known = seen[..., None] if certainty is None else (seen * certainty)[..., None]
+    known = is_visible[..., None] if certainty is None else (is_visible * certainty)[..., None]
     for _ in range(_STEPS):
         pose = Pose(rotations, translations)
         columns = pose_columns(points, pose, camera) * known[..., None]
-        left = np.where(seen[..., None], image - camera.image(pose.to_take(points)), 0.0) * known
+        error = image - camera.image(pose.to_take(points))
+        left = np.where(is_visible[..., None], error, 0.0) * known
         columns = columns.reshape(len(image), -1, 6)
         normal = columns.transpose(0, 2, 1) @ columns
         normal += _DAMPING * np.trace(normal, axis1=1, axis2=2)[:, None, None] / 6 * np.eye(6)

@@ -49,11 +49,11 @@ class Views:
         """Return the views of some frames."""
         return Views(self.markers, self.slopes[frames], self.certainty[frames])
 
-    def where(self, seen: BoolArray) -> "Views":
-        """Return the views with no certainty of markers that are not `seen` (F, M)."""
-        return Views(self.markers, self.slopes, np.where(seen, self.certainty, 0.0))
+    def where(self, visible: BoolArray) -> "Views":
+        """Return the views with no certainty of markers that are not `visible` (F, M)."""
+        return Views(self.markers, self.slopes, np.where(visible, self.certainty, 0.0))
 
-    def seen(self, displacements: FloatArray) -> FloatArray:
+    def projected(self, displacements: FloatArray) -> FloatArray:
         """Return displacements in head space, projected: (F, ..., 2 M) [m].
 
         `displacements` are (F, ..., 3 M) [m], or (1, ..., 3 M) where they are the same everywhere.
@@ -62,12 +62,12 @@ class Views:
         apart = displacements.reshape(*displacements.shape[:-1], -1, 3)
         slopes = self.slopes.reshape(len(self.slopes), *(1,) * wide, -1, 2, 3)
         # By coordinates: products of so many small matrices take ten times as long.
-        seen = slopes[..., 0] * apart[..., :1]
-        seen = seen + slopes[..., 1] * apart[..., 1:2] + slopes[..., 2] * apart[..., 2:]
-        return np.asarray(seen.reshape(*seen.shape[:-2], -1))
+        projected = slopes[..., 0] * apart[..., :1]
+        projected = projected + slopes[..., 1] * apart[..., 1:2] + slopes[..., 2] * apart[..., 2:]
+        return np.asarray(projected.reshape(*projected.shape[:-2], -1))
 
-    def weighed(self, seen: FloatArray) -> FloatArray:
+    def weighted(self, projected: FloatArray) -> FloatArray:
         """Return projections (F, ..., 2 M) in units of the samples' deviation: (F, ..., 2 M)."""
-        wide = seen.ndim - 2
+        wide = projected.ndim - 2
         certainty = np.repeat(self.certainty, 2, axis=1)
-        return np.asarray(seen * certainty.reshape(len(certainty), *(1,) * wide, -1))
+        return np.asarray(projected * certainty.reshape(len(certainty), *(1,) * wide, -1))

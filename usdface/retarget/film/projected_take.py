@@ -18,7 +18,7 @@ from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.film.views import Views
 from usdface.retarget.solver.noise import MOST, typical_deviation
 
-__all__ = ["SeenTake"]
+__all__ = ["ProjectedTake"]
 
 # A ridge above the rounding error, of the mean diagonal entry; singular values below its root
 # explain nothing.
@@ -34,7 +34,7 @@ _LEFT = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class SeenTake:
+class ProjectedTake:
     """Displacements in the view of the camera, and the shapes that explain them.
 
     Attributes
@@ -54,10 +54,10 @@ class SeenTake:
     target: FloatArray
     moving: bool
 
-    def at(self, frames: BoolArray) -> "SeenTake":
+    def at(self, frames: BoolArray) -> "ProjectedTake":
         """Return the same of some frames (F,)."""
         views = self.views.at(frames)
-        return SeenTake(self.model, views, self.observed[frames], self.target, self.moving)
+        return ProjectedTake(self.model, views, self.observed[frames], self.target, self.moving)
 
     @cached_property
     def turns(self) -> FloatArray:
@@ -66,13 +66,13 @@ class SeenTake:
         if not self.moving:
             return np.zeros((count, self.observed.shape[1], 0))
         basis = np.broadcast_to(motion_basis(self.target, 3).T, (count, 6, self.target.size))
-        seen = self.views.weighed(self.views.seen(basis)).transpose(0, 2, 1)
-        return np.asarray(np.linalg.qr(seen)[0])
+        projected = self.views.weighted(self.views.projected(basis)).transpose(0, 2, 1)
+        return np.asarray(np.linalg.qr(projected)[0])
 
     def left(self, weights: FloatArray) -> FloatArray:
         """Return the residual of complete weights (F, S): (F, 2 M) [m]."""
-        seen = self.views.seen(self.model.displacements(weights))
-        return self._still(self.views.weighed(self.observed - seen))
+        projected = self.views.projected(self.model.displacements(weights))
+        return self._still(self.views.weighted(self.observed - projected))
 
     def _still(self, values: FloatArray) -> FloatArray:
         turned = self.turns.transpose(0, 2, 1) @ values[..., None]
@@ -103,24 +103,24 @@ class SeenTake:
     def _directions(self, displacements: FloatArray, block: slice) -> FloatArray:
         """Return displacements (F or 1, K, 3 M) in the view, without head motion: (F, K, 2 M)."""
         views, turns = self.views.at(block), self.turns[block]
-        seen = views.weighed(views.seen(displacements))
-        return np.asarray(seen - (seen @ turns) @ turns.transpose(0, 2, 1))
+        projected = views.weighted(views.projected(displacements))
+        return np.asarray(projected - (projected @ turns) @ turns.transpose(0, 2, 1))
 
     @cached_property
     def unexplained(self) -> tuple[FloatArray, FloatArray]:
         """Unexplained displacements (F, 2 M) [m], and the unexplained share of each (F, 2 M)."""
         directions = self.model.directions
-        values = self._still(self.views.weighed(self.observed))
+        values = self._still(self.views.weighted(self.observed))
 
         def rest(block: slice) -> FloatArray:
             views, own = self.views.at(block), values[block]
-            seen = self._directions(directions[None], block)
-            normal = seen @ seen.transpose(0, 2, 1)
+            projected = self._directions(directions[None], block)
+            normal = projected @ projected.transpose(0, 2, 1)
             size = np.trace(normal, axis1=1, axis2=2)[:, None, None] / len(directions)
             normal += (_ROUNDING * size + 1e-300) * np.eye(len(directions))
-            solved = np.linalg.solve(normal, seen)
-            along = (seen @ own[..., None])[..., 0]
-            share = (np.repeat(views.certainty, 2, axis=1) > 0.0) - (seen * solved).sum(axis=1)
+            solved = np.linalg.solve(normal, projected)
+            along = (projected @ own[..., None])[..., 0]
+            share = (np.repeat(views.certainty, 2, axis=1) > 0.0) - (projected * solved).sum(axis=1)
             share = (share - (self.turns[block] ** 2).sum(axis=2)).clip(0.0, 1.0)
             return np.stack([own - (along[:, None] @ solved)[:, 0], share], axis=1)
 

@@ -12,7 +12,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.dot_skin import dot_skin
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import SolveOptions
-from usdface.retarget.film.seen_weights import solve_seen_weights
+from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import SpaceMap
@@ -45,13 +45,13 @@ def solve(
 ) -> PoseAndWeights:
     slopes = np.repeat(turning(degrees).rotations[:, None, :2], len(FACE), axis=1)
     views = Views(WORLD.take.names, slopes, np.ones((COUNT, len(FACE))))
-    positions = FACE[:, :2] + views.seen(model.displacements(weights)).reshape(COUNT, -1, 2)
+    positions = FACE[:, :2] + views.projected(model.displacements(weights)).reshape(COUNT, -1, 2)
     positions = positions + noise * np.random.default_rng(2).normal(size=positions.shape)
     if hidden:
         positions[10:30, 2] = np.nan
     positions[lost] = np.nan
     setup = replace(SETUP, **settings)
-    return solve_seen_weights(
+    return solve_projected_weights(
         WORLD.take.times, positions, FACE, model, identity(), STILL, setup, names, views
     )
 

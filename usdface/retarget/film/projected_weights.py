@@ -1,7 +1,7 @@
 """Weights of a head that turns before a camera, solved in the view of each image.
 
 The least squares of `usdface.retarget.solver.solve`, with a matrix of its own in every frame
-(`usdface.retarget.film.seen_take`)::
+(`usdface.retarget.film.projected_take`)::
 
     min over 0 <= w <= 1 of   sum_t |(1 - P_t) C_t (V_t D w_t - y_t)|^2 / 2 + the terms
 
@@ -21,7 +21,7 @@ from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.film.frame_normals import solve_by_frame
-from usdface.retarget.film.seen_take import SeenTake
+from usdface.retarget.film.projected_take import ProjectedTake
 from usdface.retarget.film.views import Views
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.pose_and_weights import PoseAndWeights
@@ -33,7 +33,7 @@ from usdface.retarget.solver.terms import roughness
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import visible
 
-__all__ = ["solve_seen_weights"]
+__all__ = ["solve_projected_weights"]
 
 # Gauss-Newton steps of rigs with inbetweens or combinations, and halvings of one. Set by hand.
 _STEPS, _HALVINGS = 12, 5
@@ -41,7 +41,7 @@ _STEPS, _HALVINGS = 12, 5
 _ROUNDING = 1e-10
 
 
-def solve_seen_weights(
+def solve_projected_weights(
     times: FloatArray,
     positions: FloatArray,
     target: FloatArray,
@@ -77,10 +77,10 @@ def solve_seen_weights(
     least_noise : float [m]
         Standard deviation of a marker coordinate, as far as it is known before.
     """
-    seen = visible(positions)
+    is_visible = visible(positions)
     observed = np.nan_to_num(space.displacements(positions)[..., :2]).reshape(len(times), -1)
     moving = setup.head == "solve"
-    film = SeenTake(model, views.where(seen), observed, target, moving)
+    film = ProjectedTake(model, views.where(is_visible), observed, target, moving)
     noise = max(film.noise(), least_noise)
     regularisation = Regularisation(
         noise,
@@ -91,14 +91,14 @@ def solve_seen_weights(
     )
     weights = _solved(film, times, regularisation, setup)
     moved = model.displacements(weights)
-    left = (observed - film.views.seen(moved)).reshape(*seen.shape, 2)
-    displaced = moved.reshape(*seen.shape, 3) + (left[:, :, None] @ views.slopes)[:, :, 0]
-    displaced = np.where(seen[..., None], displaced, np.nan)
+    left = (observed - film.views.projected(moved)).reshape(*is_visible.shape, 2)
+    displaced = moved.reshape(*is_visible.shape, 3) + (left[:, :, None] @ views.slopes)[:, :, 0]
+    displaced = np.where(is_visible[..., None], displaced, np.nan)
     return PoseAndWeights(weights, pose, displaced, regularisation, 1, space)
 
 
 def _solved(
-    film: SeenTake, times: FloatArray, regularisation: Regularisation, setup: RetargetSetup
+    film: ProjectedTake, times: FloatArray, regularisation: Regularisation, setup: RetargetSetup
 ) -> FloatArray:
     """Return complete weights (F, S), with the pins of the setup.
 
@@ -123,7 +123,7 @@ def _solved(
 
 
 def _one_step(
-    film: SeenTake,
+    film: ProjectedTake,
     times: FloatArray,
     regularisation: Regularisation,
     bounds: Bounds,
@@ -147,7 +147,7 @@ def _one_step(
 
 
 def _gauss_newton(
-    film: SeenTake,
+    film: ProjectedTake,
     times: FloatArray,
     regularisation: Regularisation,
     bounds: Bounds,
