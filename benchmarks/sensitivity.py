@@ -159,7 +159,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.retarget.neutral_weights", "_FEWEST_FRAMES _FEWEST_MARKERS", RESTED),
         *rows("usdface.retarget.neutral_weights", "_NEUTRAL _LEAST _SURE", RESTED),
         *rows("usdface.retarget.calibration", "_KNOWN _UNLIKE", CALIBRATED),
-        *rows("usdface.retarget.loose_weights", "_HELD AT_REST", CALIBRATED),
+        *rows("usdface.retarget.wide_bounds", "_HELD AT_REST", CALIBRATED),
         *rows("usdface.retarget.amplitude_posterior", "_REACH _LEAST _LEAST_SPREAD", CALIBRATED),
         *rows("usdface.options", "AMPLITUDE_SPREAD LARGEST_OFFSET OFFSET_SPREAD", CALIBRATED),
         *rows("usdface.options", "EXTREME_REACHED", CALIBRATED),

@@ -28,12 +28,17 @@ from usdface.options import (
 )
 from usdface.performer_face import PerformerFace
 from usdface.retarget.amplitude_posterior import amplitude_posterior
-from usdface.retarget.loose_weights import AT_REST, held_peaks, loose_weights, resting_weights
 from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import FEWEST_FRAMES
+from usdface.retarget.wide_bounds import (
+    AT_REST,
+    held_peaks,
+    resting_weights,
+    weights_in_wide_bounds,
+)
 from usdface.retarget_setup import Calibration, RetargetSetup
 from usdface.takes import MarkerTake
 
@@ -137,8 +142,8 @@ def calibrate_take(
     )
     free = model.free
     names = tuple(shape_names[s] for s in free)
-    loose, deviations = _loose_weights(solution, free, setup)
-    low, high = resting_weights(loose, model.offsets[free]), held_peaks(loose, take.times)
+    weights, deviations = _weights_in_wide_bounds(solution, free, setup)
+    low, high = resting_weights(weights, model.offsets[free]), held_peaks(weights, take.times)
     shrunk = OFFSET_SPREAD**2 / (OFFSET_SPREAD**2 + deviations**2)
     rest = np.clip((-low - _BY_NOISE * deviations) * shrunk, 0.0, LARGEST_OFFSET)
     if setup.neutral is None:  # measured from the rig's own neutral, which is at rest
@@ -185,14 +190,14 @@ def _face(
     return face, [finding("DIRECTION_UNKNOWN", take.source, message, unknown)]
 
 
-def _loose_weights(
+def _weights_in_wide_bounds(
     solution: Solution, free: IntArray, setup: RetargetSetup
 ) -> tuple[FloatArray, FloatArray]:
     """Solve the markers as carried over, with weights that may leave 0 to 1: (F, S), (S,)."""
     assert solution.model is not None
     axes = 3 if solution.in_space else 2
     offsets = solution.model.offsets[free].reshape(len(free), -1, 3)
-    return loose_weights(
+    return weights_in_wide_bounds(
         solution.displacements[..., :axes],
         solution.rest,
         offsets[..., :axes],

@@ -12,10 +12,10 @@ from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
 
-__all__ = ["held_back", "neutral_correction"]
+__all__ = ["bootstrap_residual", "neutral_correction"]
 
 
-def held_back(
+def bootstrap_residual(
     rows: TakeRows,
     seen: BoolArray,
     times: FloatArray,

@@ -21,7 +21,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.progress import Progress, Step
 from usdface.retarget.neutral import on_plane
-from usdface.retarget.neutral_error import held_back, neutral_correction
+from usdface.retarget.neutral_error import bootstrap_residual, neutral_correction
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solver.bounds import Bounds
@@ -165,7 +165,7 @@ def solve_pose_and_weights(
             if not (to_correct and neutral_frames is not None):
                 break
             to_correct -= 1
-            leftover -= held_back(rows, seen, times, regularisation, iterate)
+            leftover -= bootstrap_residual(rows, seen, times, regularisation, iterate)
             correction = neutral_correction(
                 correction, leftover, seen, neutral_frames, regularisation, rows.rigid
             )

@@ -21,10 +21,10 @@ from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.exaggeration import scaled_weights
 from usdface.retarget.face_fit import FaceFit
-from usdface.retarget.loose_weights import held_peaks
 from usdface.retarget.pins import faded_at_pins
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
+from usdface.retarget.wide_bounds import held_peaks
 from usdface.retarget_setup import Pin, RetargetSetup
 from usdface.takes import MarkerTake
 

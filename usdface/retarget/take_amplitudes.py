@@ -15,9 +15,9 @@ from usdface.options import AMPLITUDE_RANGE
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.calibrated_shapes import as_performed, enlarged
 from usdface.retarget.face_fit import FaceFit
-from usdface.retarget.loose_weights import held_peaks, loose_weights
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
+from usdface.retarget.wide_bounds import held_peaks, weights_in_wide_bounds
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
@@ -82,7 +82,7 @@ def with_found_gains(
     if not (wanted and model.linear and take.dimension == 3 and len(take.times) >= FEWEST_FRAMES):
         return setup, []
     predicted = model.displacements(joint.weights).reshape(joint.displaced.shape)
-    loose, deviations = loose_weights(
+    weights, deviations = weights_in_wide_bounds(
         np.where(np.isnan(joint.displaced), predicted, joint.displaced),
         fit.points,
         model.offsets[model.free].reshape(-1, *fit.points.shape),
@@ -91,7 +91,7 @@ def with_found_gains(
         moving_head=setup.head == "solve",
         within=(0.0, AMPLITUDE_RANGE[1]),
     )
-    gains = take_amplitudes(held_peaks(loose, take.times), deviations)
+    gains = take_amplitudes(held_peaks(weights, take.times), deviations)
     beyond = np.flatnonzero(gains > 1.0)
     if not len(beyond):
         return setup, []

@@ -3,8 +3,8 @@
 import numpy as np
 
 from usdface.options import SolveOptions
-from usdface.retarget.loose_weights import held_peaks, loose_weights, resting_weights
 from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.wide_bounds import held_peaks, resting_weights, weights_in_wide_bounds
 
 RNG = np.random.default_rng(0)
 REST = RNG.normal(size=(20, 3))
@@ -17,7 +17,7 @@ def test_weights_beyond_1_come_back_under_a_moving_head() -> None:
     turn = 1e-3 * np.sin(TIMES)[:, None, None] * np.cross([0.0, 1.0, 0.0], REST)
     moved = np.tensordot(truth, OFFSETS, 1) + turn + 0.01 * TIMES[:, None, None]
     exact = Regularisation(0.0, 0.0, SolveOptions())  # each frame for itself
-    found, deviations = loose_weights(
+    found, deviations = weights_in_wide_bounds(
         moved, REST, OFFSETS, TIMES, exact, moving_head=True, within=(0.0, 2.0)
     )
     np.testing.assert_allclose(found, truth, atol=1e-6)

@@ -9,7 +9,7 @@ from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import solve_weights, with_learned_covariance
 
-__all__ = ["AT_REST", "held_peaks", "loose_weights", "resting_weights"]
+__all__ = ["AT_REST", "held_peaks", "resting_weights", "weights_in_wide_bounds"]
 
 # A peak counts if it is held for so long [s]: three frames at 30 Hz, a spike has one or two.
 _HELD = 0.1
@@ -17,7 +17,7 @@ _HELD = 0.1
 AT_REST = 0.05
 
 
-def loose_weights(
+def weights_in_wide_bounds(
     displacements: FloatArray,
     rest: FloatArray,
     offsets: FloatArray,
@@ -60,8 +60,8 @@ def loose_weights(
     plain = regularisation.unlearned()
     learned = with_learned_covariance(normal, right, times, plain)
     bounds = Bounds(*(np.asarray(bound) for bound in within))
-    loose = solve_weights(normal, right, times, learned, bounds=bounds)
-    return loose.weights, weight_deviations(normal, float(np.median(np.diff(times))), plain)
+    solved = solve_weights(normal, right, times, learned, bounds=bounds)
+    return solved.weights, weight_deviations(normal, float(np.median(np.diff(times))), plain)
 
 
 def held_peaks(weights: FloatArray, times: FloatArray) -> FloatArray:
