@@ -18,7 +18,7 @@ from rich.table import Table
 
 ROOT = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests"), str(ROOT / "benchmarks")]
-from expression_takes import HEARD, NOISE, REST, SHARED, course  # noqa: E402
+from expression_takes import DETECTED, NOISE, REST, SHARED, course  # noqa: E402
 from faces import RATE, Face, make_face  # noqa: E402
 
 from usdface.arrays import FloatArray  # noqa: E402
@@ -61,7 +61,7 @@ def performance(face: Face, shown: FloatArray, performer: Face) -> tuple[MarkerT
 
 
 def judged(face: Face, take: MarkerTake, solution: Solution, source: str) -> FloatArray:
-    """Return what is heard of each expression without the drawings of a source: (N, E)."""
+    """Return the output of each expression without the drawings of a source: (N, E)."""
     others = tuple(name for name in DRAWN if name != source)
     rigs = tuple(name for name in face_motion().rigs if name != "ICT")
     unseen = partial(ExpressionLikeness, drawn=others, rigs=rigs)
@@ -88,12 +88,12 @@ def judged(face: Face, take: MarkerTake, solution: Solution, source: str) -> Flo
 
 
 def counted(face: Face, shown: list[Variant], outputs: FloatArray) -> tuple[np.ndarray, list[str]]:
-    """Return how many are heard right, not at all and wrong, and the wrong ones."""
+    """Return how many are right, missed and wrong, and the wrong ones."""
     counts, wrong = np.zeros(3, dtype=int), []
     names = [e.name for e in face.expressions]
-    for variant, heard in zip(shown, outputs, strict=True):
-        loudest = names[int(heard.argmax())]
-        if heard.max() < HEARD:
+    for variant, output in zip(shown, outputs, strict=True):
+        loudest = names[int(output.argmax())]
+        if output.max() < DETECTED:
             counts[1] += 1
         elif loudest == variant.emotion:
             counts[0] += 1
@@ -107,7 +107,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--faces", nargs="+", choices=FACES, default=FACES)
     kinds = parser.parse_args().faces
-    table = Table(title="Drawn expressions: right, silent, wrong")
+    table = Table(title="Drawn expressions: right, missed, wrong")
     for column in ("face", *DRAWN, "all", "wrong ones"):
         table.add_column(column)
     for kind in kinds:
@@ -123,8 +123,8 @@ def main() -> None:
             counts, wrong = counted(face, [shown[i] for i in own], outputs)
             cells.append(", ".join(map(str, counts)))
             total, all_wrong = total + counts, all_wrong + wrong
-        told = [f"{all_wrong.count(each)} {each}" for each in dict.fromkeys(all_wrong)]
-        table.add_row(kind, *cells, ", ".join(map(str, total)), "; ".join(told))
+        which = [f"{all_wrong.count(each)} {each}" for each in dict.fromkeys(all_wrong)]
+        table.add_row(kind, *cells, ", ".join(map(str, total)), "; ".join(which))
     Console(width=None if sys.stdout.isatty() else 200).print(table)
 
 

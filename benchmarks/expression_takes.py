@@ -45,8 +45,8 @@ RIGS = ("ict68", "ict41", "makehuman68", "makehuman41", "example", "example68")
 BUILDING, END = (1, 2), (11, 12, 13)
 MODES, BEND = 3.0, 0.005
 MISPLACED = 0.004
-# Least output that counts as heard; the threshold of `expressions.py`.
-HEARD = 0.35
+# Least output that counts as detected; the threshold of `expressions.py`.
+DETECTED = 0.35
 PUBLISHED = {
     "anger": ("anger01", "threaten01"),
     "disgust": ("disgust01",),
@@ -297,7 +297,7 @@ def single_conditions(kinds: tuple[str, ...]) -> Table:
     for kind in kinds:
         face = make_face(kind, SHARED)
         fuzzy = face.system.fuzzy
-        least, wrong, silent = 1.0, 1.0, []
+        least, wrong, missed = 1.0, 1.0, []
         from usdface.correction.feature_extraction import sided_features
         from usdface.fuzzy.inference import evaluate
         from usdface.takes import WeightsTake
@@ -319,18 +319,18 @@ def single_conditions(kinds: tuple[str, ...]) -> Table:
                         least = min(least, output)
                     else:
                         wrong = min(wrong, output)
-                        silent += [f"{expression.name} {name}"] if output < 0.5 else []
-        table.add_row(kind, f"{least:.2f}", f"{wrong:.2f}", "; ".join(silent))
+                        missed += [f"{expression.name} {name}"] if output < 0.5 else []
+        table.add_row(kind, f"{least:.2f}", f"{wrong:.2f}", "; ".join(missed))
     return table
 
 
 def variants() -> Table:
     """Hear the prototypes and major variants of FACS, on the character itself."""
-    table = made("FACS variants on the ICT face", "face,right,silent,wrong,which")
+    table = made("FACS variants on the ICT face", "face,right,missed,wrong,which")
     for kind in ("ict68", "ict41"):
         face = make_face(kind, SHARED)
         shown = [(e, t, performed(face, positions).emotions) for e, t, positions in facs(face)]
-        table.add_row(kind, *heard(face, shown))
+        table.add_row(kind, *detection_counts(face, shown))
     return table
 
 
@@ -351,7 +351,7 @@ def published() -> Table:
 
     Without MakeHuman in the table of face motion, and with it.
     """
-    columns = "face,without,right,silent,wrong,which,speech"
+    columns = "face,without,right,missed,wrong,which,speech"
     table = made("MakeHuman's published expressions", columns)
     body = posable_face(SHARED)
     known = published_expressions(SHARED)
@@ -377,28 +377,28 @@ def published() -> Table:
                 }
             shown = [(e, name, played[name]) for e, names in PUBLISHED.items() for name in names]
             spoken = played["vocalize01"].max()
-            table.add_row(kind, without or "-", *heard(face, shown), f"{spoken:.2f}")
+            table.add_row(kind, without or "-", *detection_counts(face, shown), f"{spoken:.2f}")
     return table
 
 
-def heard(face: Face, shown: list[tuple[str, str, FloatArray]]) -> list[str]:
-    """Return of how many performances the outputs (F, E) are right, silent and wrong."""
+def detection_counts(face: Face, shown: list[tuple[str, str, FloatArray]]) -> list[str]:
+    """Return of how many performances the outputs (F, E) are right, missed and wrong."""
     names = [e.name for e in face.expressions]
-    counts = {"right": 0, "silent": 0, "wrong": 0}
-    told = []
+    counts = {"right": 0, "missed": 0, "wrong": 0}
+    failures = []
     inside = course(0.6) >= 1 - 1e-9
     for emotion, title, emotions in shown:
         outputs = emotions[inside].mean(axis=0)
         loudest = int(outputs.argmax())
-        if outputs[loudest] < HEARD:
-            counts["silent"] += 1
-            told.append(f"{emotion} {title}: own {outputs[names.index(emotion)]:.2f}")
+        if outputs[loudest] < DETECTED:
+            counts["missed"] += 1
+            failures.append(f"{emotion} {title}: own {outputs[names.index(emotion)]:.2f}")
         elif names[loudest] == emotion:
             counts["right"] += 1
         else:
             counts["wrong"] += 1
-            told.append(f"{emotion} {title}: {names[loudest]} {outputs[loudest]:.2f}")
-    return [*map(str, counts.values()), "; ".join(told)]
+            failures.append(f"{emotion} {title}: {names[loudest]} {outputs[loudest]:.2f}")
+    return [*map(str, counts.values()), "; ".join(failures)]
 
 
 def made(title: str, columns: str) -> Table:

@@ -92,8 +92,8 @@ def specificity(faces: dict[str, Face]) -> tuple[Table, Table]:
         mean, largest = jitter.mean(axis=0).max(), jitter.max()
         other = others_heard(face)
         varied.add_row(kind, f"{100 * (other > 0.35).mean():.1f} %", f"{other.max():.2f}")
-        told = "\n".join(alone) or "none"
-        made.add_row(kind, f"{mean:.4f}", f"{largest:.3f}", told, *motion)
+        listed = "\n".join(alone) or "none"
+        made.add_row(kind, f"{mean:.4f}", f"{largest:.3f}", listed, *motion)
     return made, varied
 
 

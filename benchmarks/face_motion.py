@@ -125,8 +125,8 @@ def compare() -> None:
     for one, other in combinations(rigs, 2):
         units = [u for u in rigs[one] if u in rigs[other]]
         cosines = {u: _cosine(rigs[one][u], rigs[other][u]) for u in units}
-        told = ", ".join(f"{u} {c:.2f}" for u, c in cosines.items())
-        print(f"{one}, {other}: {np.median(list(cosines.values())):.2f} ({told})")
+        listed = ", ".join(f"{u} {c:.2f}" for u, c in cosines.items())
+        print(f"{one}, {other}: {np.median(list(cosines.values())):.2f} ({listed})")
 
 
 def _cosine(a: FloatArray, b: FloatArray) -> float:

@@ -125,8 +125,8 @@ def sides(shape: str) -> tuple[str, ...]:
     return ("L", "R") if shape.endswith("_") else ("",)
 
 
-def silent_nearest_mean(kept: Examples, left: Examples) -> tuple[np.ndarray, tuple[str, ...]]:
-    """Hear as `nearest_mean` does, but nothing where speech or a blend shape alone is nearer."""
+def rejecting_nearest_mean(kept: Examples, left: Examples) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Classify as `nearest_mean` does, but reject where speech or a blend shape alone is nearer."""
     outputs, names = nearest_mean(kept, left)
     scale = np.abs(kept.features).max(axis=0)
     moves = scale > 0
@@ -164,15 +164,15 @@ def main() -> None:
         data = world(seed, face)
         learned = fit_system(data)
         performers = cross_validate(data, "recording")
-        silent = performers.counts[-1]
+        neutral = performers.counts[-1]
         print(
             f"world {seed}: {rules_and_fallback(learned)} rules and fallback rules; "
             f"new performer {emotions_only(performers)}, "
-            f"silent {silent[-1]} of {silent.sum()}; new variant "
+            f"no emotion {neutral[-1]} of {neutral.sum()}; new variant "
             f"{emotions_only(cross_validate(data, 'variant'))}, nearest mean "
             f"{emotions_only(cross_validate(data, 'variant', nearest_mean))}, "
-            f"silent at blend shapes "
-            f"{emotions_only(cross_validate(data, 'variant', silent_nearest_mean))}",
+            f"rejecting blend shapes "
+            f"{emotions_only(cross_validate(data, 'variant', rejecting_nearest_mean))}",
             flush=True,
         )
 

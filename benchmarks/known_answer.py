@@ -3,8 +3,8 @@
 Real range-of-motion weights (Live Link Face, 4,030 frames) drive the ICT face; its 68
 landmarks, with noise, are the take, after neutral frames with the same noise or with the neutral
 given. A TRC file, a take, a shot and `usdface.process` later the weights are read from the solve
-layer. Beside ours: an exact box-constrained solve of every frame alone, which is told the head pose
-and the neutral. See README.md.
+layer. Beside ours: an exact box-constrained solve of every frame alone, which is given the head
+pose and the neutral. See README.md.
 """
 
 import argparse

@@ -145,7 +145,7 @@ LENGTHS = pytest.mark.parametrize("frames", [pytest.param(SHORT, id="20 seconds"
 def test_under_noise_weights_come_back_better_than_frame_by_frame(
     truth: Truth, ict_rig: Path, tmp_path: Path, frames: slice, head: str, bound: float
 ) -> None:
-    """Measured: 0.32 to 0.40 of the error of the exact solve that is told the head's pose."""
+    """Measured: 0.32 to 0.40 of the error of the exact solve that is given the head's pose."""
     truth = truth.cut(frames)
     take = truth.noisy if head == "stabilised" else moving(truth.noisy)
     write_trc(tmp_path / "take.trc", take)

@@ -94,7 +94,7 @@ def _blender(files: list[Path], truth) -> Iterator[str]:
     right = given & (error < NEAR)
     rms = float(np.sqrt((error[right] ** 2).mean() / 2))
     yield (
-        f"Blender's tracker, told the {int(seen.sum())} dots of the first image: "
+        f"Blender's tracker, given the {int(seen.sum())} dots of the first image: "
         f"{100 * given.sum() / visible.sum():.1f} % of their visible samples kept, labels right "
         f"{100 * right.sum() / given.sum():.2f} %, centre {rms:.3f} px RMS"
     )

@@ -16,8 +16,8 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from benchmarks.performers.given_values import errors_with_given_values
 from benchmarks.performers.solvers import SOLVERS, write_character
-from benchmarks.performers.told import errors_when_told
 from benchmarks.performers.unknown_strengths import errors_by_strength
 from benchmarks.performers.worlds import BUILT_WITH, JUDGED_ON, ROWS, SKIN, perform, strengths_of
 from benchmarks.solve.faces import ROOT, Face, has_real_data, ict
@@ -25,7 +25,7 @@ from usdface.arrays import FloatArray
 
 DATA = ROOT.parent / "shared" / "data"
 FRESH = (9, 10, 11, 12)
-TOLD = (1, 3)
+GIVEN = (1, 3)
 
 
 def main() -> None:
@@ -37,7 +37,9 @@ def main() -> None:
         "--unknown-strengths", action="store_true", help="what strengths that are not known cost"
     )
     parser.add_argument(
-        "--told", action="store_true", help="errors with parts of the performer's file told; 10 s"
+        "--given",
+        action="store_true",
+        help="errors with true values in parts of the performer's file; 10 s",
     )
     parser.add_argument("--data", type=Path, default=DATA, metavar="DIR")
     parsed = parser.parse_args()
@@ -48,8 +50,8 @@ def main() -> None:
     if parsed.unknown_strengths:
         print_unknown_strengths(face)
         return
-    if parsed.told:
-        print_told(parsed.data, face)
+    if parsed.given:
+        print_given(parsed.data, face)
         return
     names = ", ".join(str(number) for number in numbers)
     table = Table(title=f"weight RMS error / skin \\[mm], performers {names}")
@@ -82,20 +84,20 @@ def print_unknown_strengths(face: Face) -> None:
     Console().print(table)
 
 
-def print_told(data: Path, face: Face) -> None:
-    """Print errors of 10 s of two performers, a file of 20 s being told more and more."""
+def print_given(data: Path, face: Face) -> None:
+    """Print errors of 10 s of two performers, with more and more true values in a file of 20 s."""
     table = Table(title="weight RMS error / skin \\[mm], performers 1, 3")
     with tempfile.TemporaryDirectory() as folder:
         character = write_character(face, Path(folder))
         for row in ROWS[:2]:
             found = []
-            for number in TOLD:
+            for number in GIVEN:
                 other = perform(data, number, row, part=slice(0, 600))
                 performance = perform(data, number, row, part=slice(*ROWS[3].part))
                 performance = replace(performance, other=other)
                 count = len(face.mesh.shapes)
                 strengths = strengths_of(number, count) if row.strengths else np.ones(count)
-                found.append(errors_when_told(performance, face, character, strengths))
+                found.append(errors_with_given_values(performance, face, character, strengths))
             if not table.columns:
                 for column in ("take", *found[0]):
                     table.add_column(column, justify="right")

@@ -1,4 +1,4 @@
-"""Solvers of a `Performance`: ours through files, and others that are told the head's pose."""
+"""Solvers of a `Performance`: ours through files, and others that are given the head's pose."""
 
 import json
 from pathlib import Path
@@ -126,7 +126,7 @@ def least_squares(performance: Performance, face: Face, character: Path) -> Floa
 
 
 def best_linear(performance: Performance, face: Face, character: Path) -> FloatArray:
-    """Carry displacements by the best linear map of each marker, told the performer's shapes."""
+    """Carry displacements by the best linear map of each marker, given the performer's shapes."""
     offsets = face.mesh.offsets_at(performance.bound)
     pairs = zip(performance.offsets.swapaxes(0, 1), offsets.swapaxes(0, 1), strict=True)
     maps = [np.linalg.lstsq(own, theirs, rcond=None)[0] for own, theirs in pairs]
@@ -138,5 +138,5 @@ SOLVERS = {
     "the same, performer's file": with_file,
     "the same, from a range of motion": with_range_of_motion,
     "least squares, similarity, Butterworth 6 Hz": least_squares,
-    "the same, best linear maps (told)": best_linear,
+    "the same, best linear maps (given)": best_linear,
 }

@@ -21,7 +21,7 @@ __all__ = ["errors_by_strength"]
 # Held for 0.1 s at 30 Hz, as `usdface calibrate` asks for; and the deviation of a weight.
 _HELD, _DEVIATION = 4, 0.02
 _SMILES = ("mouthSmile_L", "mouthSmile_R")
-_TOLD = {"jaw": ("jawOpen",), "jaw and smiles": ("jawOpen", *_SMILES)}
+_GIVEN = {"jaw": ("jawOpen",), "jaw and smiles": ("jawOpen", *_SMILES)}
 
 
 def errors_by_strength(face: Face, number: int) -> dict[str, FloatArray]:
@@ -30,7 +30,7 @@ def errors_by_strength(face: Face, number: int) -> dict[str, FloatArray]:
     strengths = strengths_of(number, truth.shape[1])
     products = truth * strengths
     errors = {"every product exact": products.clip(0, 1) - truth}
-    named = {name: np.isin(face.mesh.shape_names, shapes) for name, shapes in _TOLD.items()}
+    named = {name: np.isin(face.mesh.shape_names, shapes) for name, shapes in _GIVEN.items()}
     for name, part in (("the take's own", SCORED), ("another take's", OTHER_TAKE)):
         amplitudes = _amplitudes(face, part, strengths, 0.0)
         errors[f"and {name} peaks"] = (products / amplitudes).clip(0, 1) - truth
@@ -40,9 +40,9 @@ def errors_by_strength(face: Face, number: int) -> dict[str, FloatArray]:
     errors["and its jaw wide open"] = (products / wide).clip(0, 1) - truth
     peaks = np.maximum(_peaks(face, SCORED), _peaks(face, OTHER_TAKE)) * strengths
     errors["both peaks, strengths' distribution"] = (products * _inverse(peaks)).clip(0, 1) - truth
-    for name, told in named.items():
-        some = np.where(told, strengths, amplitudes)
-        errors[f"another take's peaks, {name} told"] = (products / some).clip(0, 1) - truth
+    for name, given in named.items():
+        some = np.where(given, strengths, amplitudes)
+        errors[f"another take's peaks, {name} given"] = (products / some).clip(0, 1) - truth
     return errors
 
 

@@ -28,7 +28,7 @@ A2F_L1, A2F_L2, A2F_SIZE = 1.0, 3.5, 54.7
 
 def similarity(world: World) -> FloatArray:
     """Carry displacements over by the best similarity: (F, M, 3), NaN where occluded."""
-    if world.still.shape[2] == 2:  # they are told the size of a pixel
+    if world.still.shape[2] == 2:  # they are given the size of a pixel
         return METRES_PER_PIXEL * (world.still[REST:] - world.neutral)
     linear, _ = similarity_fit(world.neutral, world.target.neutral)
     return (world.still[REST:] - world.neutral) @ linear

@@ -14,16 +14,16 @@ from usdface.io.calibration_file import calibration_json, read_calibration_file
 from usdface.options import AMPLITUDE_SPREAD
 from usdface.retarget_setup import Calibration
 
-__all__ = ["errors_when_told"]
+__all__ = ["errors_with_given_values"]
 
 # Of a neutral that is known: so many neutral frames.
 _MANY = 100_000
 
 
-def errors_when_told(
+def errors_with_given_values(
     performance: Performance, face: Face, character: Path, strengths: FloatArray
 ) -> dict[str, FloatArray]:
-    """Return errors (F, S) of a first take, with the file, and with more and more of it told."""
+    """Return errors (F, S) of a first take, with the file, and with more and more of it given."""
     assert performance.other is not None
     file = character.parent / "performer.json"
     usdface.calibrate(make_shot(performance.other, face, character), file)
@@ -40,11 +40,11 @@ def errors_when_told(
     sized = strengths[[face.mesh.shape_names.index(name) for name in learned.shapes]]
     known = {
         "with the file": learned,
-        "neutral told": replace(learned, face=neutral),
-        "directions told": replace(learned, face=directions),
-        "neutral, places, directions told": replace(learned, face=wholly),
-        "strengths told": replace(learned, amplitudes=sized),
-        "all told": Calibration(learned.shapes, sized, np.zeros(len(sized)), wholly),
+        "neutral given": replace(learned, face=neutral),
+        "directions given": replace(learned, face=directions),
+        "neutral, places, directions given": replace(learned, face=wholly),
+        "strengths given": replace(learned, amplitudes=sized),
+        "all given": Calibration(learned.shapes, sized, np.zeros(len(sized)), wholly),
     }
     errors = {"first take": ours(performance, face, character) - performance.truth}
     for name, calibration in known.items():
