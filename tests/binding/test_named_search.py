@@ -83,8 +83,8 @@ def test_a_name_that_the_geometry_contradicts_is_asked(one: str, other: str) -> 
     assert {one, other} <= set(proposal.setup.unsure.markers)
     assert codes(proposal).count("NAME_CONTRADICTED") == 2
     assert off(proposal.setup.binding, swapped(one, other)).max() < 0.014
-    told = {each.marker: each.told for each in proposal.contradicted}
-    assert told[one] == "left brow"
+    named = {each.marker: each.named for each in proposal.contradicted}
+    assert named[one] == "left brow"
 
 
 @pytest.mark.slow

@@ -24,12 +24,12 @@ class ContradictedName:
     Attributes
     ----------
     marker : str
-    told, found : str
+    named, found : str
         Descriptions of both places.
     """
 
     marker: str
-    told: str
+    named: str
     found: str
 
 
@@ -134,7 +134,11 @@ def _name_findings(proposal: Proposal, source: str) -> list[Finding]:
     """Report contradictions between the names of markers and where they lie."""
     findings = [
         finding(
-            "NAME_CONTRADICTED", one.marker, "named as {named}, but at {found}", one.told, one.found
+            "NAME_CONTRADICTED",
+            one.marker,
+            "named as {named}, but at {found}",
+            one.named,
+            one.found,
         )
         for one in proposal.contradicted
         if not proposal.names_unused

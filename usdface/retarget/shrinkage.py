@@ -42,7 +42,7 @@ _COUNTS = 0.0005
 # Largest factor: markers that move farther are evidence that the rig has no shapes for this motion.
 _MOST = 2.0
 # Larger factors are reported.
-_TOLD = 1.1
+_REPORTED = 1.1
 
 
 def brow_factor(
@@ -152,7 +152,7 @@ def restored(
 def restored_findings(factors: FloatArray) -> list[Finding]:
     """Report brows that the factors (S,) made larger."""
     most = float(factors.max(initial=1.0))
-    if most <= _TOLD:
+    if most <= _REPORTED:
         return []
     message = "the solve shrank them; they are up to {factor:.2f} times as large"
     return [finding("BROWS_RESTORED", "brows", message, most)]

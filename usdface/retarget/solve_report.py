@@ -118,7 +118,8 @@ def _confidence_report(
         finding(
             "SHAPE_UNSURE",
             name,
-            "hardly seen; a marker would tell most of it here: {place}",
+            "hardly determined by the markers; one more marker would determine most of it here: "
+            "{place}",
             Prose(named[vertex]),
             **named[vertex].as_dict(),
         )
