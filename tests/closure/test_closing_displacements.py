@@ -9,9 +9,9 @@ from slits import slit_face
 
 from usdface.closure.closing_displacements import (
     closing_displacements,
-    glance_of_another_face,
-    lids_of_another_face,
     near_lids,
+    scanned_glance_displacements,
+    scanned_lid_displacements,
 )
 from usdface.closure.lid_gaps import EYES, lid_gaps_of
 from usdface.face.bound_face import BoundFace
@@ -42,7 +42,7 @@ def bound(mesh: Mesh) -> BoundFace:
 def test_lids_that_move_markers_speak_for_themselves() -> None:
     face = bound(MESH)
     for gaps in lid_gaps_of(face, NAMES).values():
-        assert not lids_of_another_face(face, gaps, NAMES)
+        assert not scanned_lid_displacements(face, gaps, NAMES)
         own = face.offsets[NAMES.index(f"eyeBlink{gaps.eye.title()}")]
         found = closing_displacements(face, gaps, NAMES, face.markers[::-1])
         np.testing.assert_array_equal(found, own[::-1])
@@ -51,7 +51,7 @@ def test_lids_that_move_markers_speak_for_themselves() -> None:
 def test_beside_lids_whose_rim_alone_moves_markers_move_as_on_another_face() -> None:
     face = bound(rim_face())
     for gaps in lid_gaps_of(face, NAMES).values():
-        known = lids_of_another_face(face, gaps, NAMES)
+        known = scanned_lid_displacements(face, gaps, NAMES)
         assert set(known) == {gaps.closer, *gaps.tighteners, *gaps.raisers}
         upper = face.markers.index(f"eye_{gaps.eye}_up")
         closing = closing_displacements(face, gaps, NAMES, face.markers)
@@ -70,7 +70,7 @@ def test_without_markers_near_the_eyes_nothing_is_known() -> None:
     points = np.array(list(places.values()))
     face = BoundFace(mesh, tuple(places), points, nose_tip="mouth_up").with_layout(())
     for gaps in lid_gaps_of(face, NAMES).values():
-        assert not lids_of_another_face(face, gaps, NAMES)
+        assert not scanned_lid_displacements(face, gaps, NAMES)
         closing = closing_displacements(face, gaps, NAMES, face.markers)
         assert not near_lids(closing, gaps).any()
 
@@ -79,7 +79,7 @@ def test_lids_follow_eyes_that_look_down_unless_the_rig_says_how() -> None:
     face = bound(MESH)
     for gaps in lid_gaps_of(face, NAMES).values():
         upper = face.markers.index(f"eye_{gaps.eye}_up")
-        glance = glance_of_another_face(face, gaps, NAMES)
+        glance = scanned_glance_displacements(face, gaps, NAMES)
         assert glance is not None and glance[upper, 1] < -0.1 * gaps.opening
         (other,) = set(EYES) - {gaps.eye}
         assert not glance[face.markers.index(f"eye_{other}_up")].any()
@@ -92,7 +92,7 @@ def test_lids_follow_eyes_that_look_down_unless_the_rig_says_how() -> None:
     looking = bound(replace(MESH, shapes=(*MESH.shapes, *own)))
     names = looking.shape_names
     for gaps in lid_gaps_of(looking, names).values():
-        assert glance_of_another_face(looking, gaps, names) is None
+        assert scanned_glance_displacements(looking, gaps, names) is None
 
 
 def test_a_performer_blinks_on_a_rig_whose_lids_move_no_marker() -> None:

@@ -6,9 +6,9 @@ import pytest
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_depth import (
     as_deep_as_others,
+    has_closed_level,
     lid_depth,
     pulses_that_close,
-    tell_the_level,
 )
 
 STEP = 1 / 60
@@ -48,7 +48,7 @@ def test_an_eye_that_is_not_seen_is_infinitely_deep() -> None:
     unknown = lid_depth(np.full(curve.shape, np.nan), STEP)
     assert pulses_that_close(unknown, PEAKS, [BLINK] * 4).all()
     assert as_deep_as_others(unknown, PEAKS).all()
-    assert tell_the_level(unknown, unknown, unknown, PEAKS)
+    assert has_closed_level(unknown, unknown, unknown, PEAKS)
 
 
 @pytest.mark.parametrize("reach", [0.5, 1.0])
@@ -71,15 +71,15 @@ def test_the_eye_that_closes_further_counts() -> None:
     assert as_deep_as_others(lid_depth(winks, STEP), PEAKS).all()
 
 
-def test_only_blinks_tell_the_level() -> None:
+def test_only_blinks_show_the_closed_level() -> None:
     """By the closing shape; squints that take away as much of the opening do not."""
     curve = pulses([1.0, 0.9, 1.0, 1.0]) + narrowed(0.8)
     depth = lid_depth(curve, STEP)
-    assert tell_the_level(depth, depth, depth, PEAKS)
+    assert has_closed_level(depth, depth, depth, PEAKS)
     by_others = lid_depth(0.1 * curve, STEP)
-    assert not tell_the_level(depth, depth, by_others, PEAKS)
+    assert not has_closed_level(depth, depth, by_others, PEAKS)
     shallow = lid_depth(0.15 * pulses([1.0, 1.0, 1.0, 1.0]) + narrowed(0.8), STEP)
-    assert not tell_the_level(shallow, depth, depth, PEAKS)
+    assert not has_closed_level(shallow, depth, depth, PEAKS)
 
 
 def test_no_pulses() -> None:

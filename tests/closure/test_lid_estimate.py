@@ -7,7 +7,7 @@ import pytest
 from closing_world import BLINKS, TIMES, markers, performance, result
 from slits import slit_face
 
-from usdface.closure.closing_displacements import glance_of_another_face
+from usdface.closure.closing_displacements import scanned_glance_displacements
 from usdface.closure.lid_estimate import lid_estimate
 from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.shot import ShotResult
@@ -49,7 +49,7 @@ def test_eyes_that_may_look_down_need_not_be_closed() -> None:
     own = [face.markers.index(name) for name in take.names]
     positions = take.positions.copy()
     for gap in gaps.values():
-        glance = glance_of_another_face(face, gap, NAMES)
+        glance = scanned_glance_displacements(face, gap, NAMES)
         assert glance is not None
         positions[120:240] += 1.5 * glance[own]
     shot = result(replace(take, positions=positions))

@@ -10,7 +10,7 @@ from skins import RATE, make_head
 from usdface.findings import Finding
 from usdface.performer_face import PerformerFace
 from usdface.retarget.calibration import calibrate_take
-from usdface.retarget.performed_face import WornFace, fit_known_face, wear
+from usdface.retarget.performed_face import MatchedFace, fit_known_face, match_face
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, Calibration, RetargetSetup
@@ -32,25 +32,25 @@ OWN = SKIN + 0.2 * np.cross(SKIN, [0.5, 0.3, 0.8])
 FACE = PerformerFace(NAMES, HEAD.vertices, SHIFTS, PLACED.points, 10, SHAPES, OWN)
 
 
-def worn(
+def matched(
     neutral: np.ndarray,
     face: PerformerFace = FACE,
     names: tuple[str, ...] = NAMES,
     frames: np.ndarray | None = FRAMES,
-) -> tuple[WornFace | None, list[Finding]]:
-    return wear(face, names, HEAD.vertices[: len(names)], neutral, frames, "take")
+) -> tuple[MatchedFace | None, list[Finding]]:
+    return match_face(face, names, HEAD.vertices[: len(names)], neutral, frames, "take")
 
 
-def laid(neutral: np.ndarray, face: PerformerFace = FACE) -> tuple[WornFace, np.ndarray]:
-    """Return how the face is worn, and its displacements on the character (S, M, 3)."""
-    found, _ = worn(neutral, face)
+def laid(neutral: np.ndarray, face: PerformerFace = FACE) -> tuple[MatchedFace, np.ndarray]:
+    """Return how the face is matched, and its displacements on the character (S, M, 3)."""
+    found, _ = matched(neutral, face)
     assert found is not None
     fit = fit_known_face(face, found, SHAPES, HEAD.surface)
     return found, fit.evaluator.offsets.reshape(OWN.shape)
 
 
 def test_the_same_markers_have_their_places_and_movements_again() -> None:
-    found, _ = worn(FACE.rest)
+    found, _ = matched(FACE.rest)
     assert found is not None and not found.moved.any()
     fit = fit_known_face(FACE, found, SHAPES, HEAD.surface)
     np.testing.assert_allclose(fit.shifts, SHIFTS, atol=1e-12)
@@ -67,7 +67,7 @@ def test_a_performer_who_stands_elsewhere_in_other_units_is_the_same() -> None:
 def test_two_noisy_neutrals_are_better_than_one() -> None:
     rng = np.random.default_rng(2)
     first, second = 5e-5 * rng.normal(size=(2, MARKERS, 3))
-    found, _ = worn(FACE.rest + second, replace(FACE, rest=FACE.rest + first))
+    found, _ = matched(FACE.rest + second, replace(FACE, rest=FACE.rest + first))
     assert found is not None and found.frames is not None and (found.frames == 20).all()
     away = np.sqrt(((found.neutral - FACE.rest) ** 2).mean())
     assert away < 0.8 * np.sqrt((second**2).mean())
@@ -75,7 +75,7 @@ def test_two_noisy_neutrals_are_better_than_one() -> None:
 
 def test_a_neutral_that_is_exact_is_kept() -> None:
     neutral = FACE.rest + 5e-5 * np.random.default_rng(2).normal(size=FACE.rest.shape)
-    found, _ = worn(neutral, frames=None)
+    found, _ = matched(neutral, frames=None)
     assert found is not None and found.frames is None
     np.testing.assert_array_equal(found.neutral, neutral)
 
@@ -84,7 +84,7 @@ def test_markers_that_were_put_on_again_elsewhere_are_followed() -> None:
     """Each a millimetre or two beside: their places go along, and their movements."""
     others = SHIFTS + HEAD.beside(0.0015, seed=9)
     there = HEAD.surface.at(others)
-    found, findings = worn(there.points)
+    found, findings = matched(there.points)
     assert found is not None
     assert [f.code for f in findings] == ["PERFORMER_MARKERS_MOVED"]
     np.testing.assert_array_equal(found.neutral, there.points)
@@ -102,7 +102,7 @@ def test_markers_and_shapes_that_the_face_does_not_know_are_the_characters() -> 
     )  # fmt: skip
     neutral = HEAD.points.copy()
     neutral[:20] = FACE.rest[:20]
-    found, findings = worn(neutral, few)
+    found, findings = matched(neutral, few)
     assert found is not None and found.known.tolist() == list(range(20))
     assert [f.code for f in findings] == ["PERFORMER_UNMATCHED"]
     assert NAMES[20] in findings[0].message and NAMES[19] not in findings[0].message
@@ -114,7 +114,7 @@ def test_markers_and_shapes_that_the_face_does_not_know_are_the_characters() -> 
 
 
 def test_a_face_of_other_vertices_is_not_worn() -> None:
-    found, findings = worn(FACE.rest, replace(FACE, vertices=FACE.vertices + 1))
+    found, findings = matched(FACE.rest, replace(FACE, vertices=FACE.vertices + 1))
     assert found is None and [f.code for f in findings] == ["PERFORMER_UNMATCHED"]
 
 

@@ -5,7 +5,7 @@ from usdface.rule_design.negative_conditions import (
     LEAST_FIRING,
     negative_conditions,
     ramp_membership,
-    silence,
+    suppression,
 )
 
 # Four features: what both do, what only the other does (a little, far), and what moves in speech.
@@ -91,6 +91,6 @@ def test_a_condition_has_two_sides_where_the_other_expression_has():
     (found,), left = excluded(others=(other,), single=np.zeros((1, 4)), twins=twins)
     assert [feature for feature, _ in found] == [2, 3] and left.tolist() == [0.0]
     one_sided = other * [1, 1, 1, 0]
-    assert silence(one_sided[None], found).tolist() == [0.0]
+    assert suppression(one_sided[None], found).tolist() == [0.0]
     (found,), _ = excluded(others=(one_sided,), single=np.zeros((1, 4)), twins=twins)
     assert [feature for feature, _ in found] == [2]

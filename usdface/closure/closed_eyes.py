@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.closure.blink_gaze import without_glances
-from usdface.closure.closing_displacements import lids_of_another_face
+from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.closings import find_closings
 from usdface.closure.eye_closing import EyeClosing, closing_course, nearest_frame
 from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
@@ -169,7 +169,7 @@ def _by_another_face(
     return [
         finding("LIDS_GUESSED", f"{eye} eye", message)
         for eye, own in gaps.items()
-        if lids_of_another_face(face, own, names)
+        if scanned_lid_displacements(face, own, names)
     ]
 
 

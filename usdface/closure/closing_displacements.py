@@ -13,7 +13,12 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.expression_poses import units_of
 from usdface.face.face_motion import motion_at
 
-__all__ = ["closing_displacements", "glance_of_another_face", "lids_of_another_face", "near_lids"]
+__all__ = [
+    "closing_displacements",
+    "near_lids",
+    "scanned_glance_displacements",
+    "scanned_lid_displacements",
+]
 
 # A marker that the closing shape moves by less, as a share of the farthest, does not count.
 _MOVED = 0.15
@@ -34,7 +39,7 @@ def closing_displacements(
     `gaps` are of the blend shapes `names`. As on the scanned face if the shape moves no marker.
     """
     order = [face.markers.index(name) for name in markers]
-    another = lids_of_another_face(face, gaps, names)
+    another = scanned_lid_displacements(face, gaps, names)
     return another.get(gaps.closer, _own_closing(face, gaps, names))[order]
 
 
@@ -45,7 +50,7 @@ def near_lids(closing: FloatArray, gaps: LidGaps) -> BoolArray:
     return np.asarray((farthest >= _NEAR * gaps.opening) & (size >= _MOVED * farthest))
 
 
-def lids_of_another_face(
+def scanned_lid_displacements(
     face: BoundFace, gaps: LidGaps, names: tuple[str, ...]
 ) -> dict[int, FloatArray]:
     """Return the displacements of a face's markers by the lids of an eye, as on the scanned face.
@@ -75,7 +80,7 @@ def lids_of_another_face(
     }
 
 
-def glance_of_another_face(
+def scanned_glance_displacements(
     face: BoundFace, gaps: LidGaps, names: tuple[str, ...]
 ) -> FloatArray | None:
     """Return the displacements of a face's markers by a glance down of the scanned face.

@@ -17,9 +17,9 @@ from usdface.closure.held_eyes import find_held_eyes
 from usdface.closure.lid_depth import (
     LidDepth,
     as_deep_as_others,
+    has_closed_level,
     lid_depth,
     pulses_that_close,
-    tell_the_level,
 )
 from usdface.closure.lid_pulses import APART, lid_pulses
 from usdface.closure.solved_lids import SolvedLids
@@ -71,7 +71,7 @@ def find_closings(
     solved : SolvedLids, optional
         Pulses that are solved less deep than the take's other blinks are dropped
         (`as_deep_as_others`); those solved as squints or glances give no level of a closed eye
-        (`tell_the_level`).
+        (`has_closed_level`).
 
     Returns
     -------
@@ -95,7 +95,7 @@ def find_closings(
     closed[closed] = as_deep_as_others(as_solved, peaks[closed])
     blinks = [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
     peaks = peaks[closed]
-    if not blinks or not tell_the_level(depth, as_solved, by_closer, peaks):
+    if not blinks or not has_closed_level(depth, as_solved, by_closer, peaks):
         return blinks
     # The level of a closed eye is that of its own blinks: their height above rest, at least.
     own_peaks = _eyes_that_blink(pulses, scale, blinks, peaks, step)

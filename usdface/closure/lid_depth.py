@@ -17,7 +17,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_pulses import APART, lid_pulses
 
-__all__ = ["LidDepth", "as_deep_as_others", "lid_depth", "pulses_that_close", "tell_the_level"]
+__all__ = ["LidDepth", "as_deep_as_others", "has_closed_level", "lid_depth", "pulses_that_close"]
 
 # Shares of the opening that are gone in a closed eye at least: of the whole, as lids of a performer
 # who moves them less than the rig, and of that of the take's blinks. Of 416 recorded closed eyes on
@@ -121,7 +121,9 @@ def as_deep_as_others(solved: LidDepth, peaks: IntArray) -> BoolArray:
     return np.asarray(np.maximum(most, 0.0) >= used * _AS_DEEP * level)
 
 
-def tell_the_level(lids: LidDepth, solved: LidDepth, by_closer: LidDepth, peaks: IntArray) -> bool:
+def has_closed_level(
+    lids: LidDepth, solved: LidDepth, by_closer: LidDepth, peaks: IntArray
+) -> bool:
     """Whether the lids' pulses are deep enough to define the level of a closed eye.
 
     Blinks span most of the lids' range in the take, and of the closing shape's; quick squints and

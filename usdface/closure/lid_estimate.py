@@ -13,9 +13,9 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.closure.closing_displacements import (
     closing_displacements,
-    glance_of_another_face,
-    lids_of_another_face,
     near_lids,
+    scanned_glance_displacements,
+    scanned_lid_displacements,
 )
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.face.bound_face import BoundFace
@@ -67,13 +67,13 @@ def lid_estimate(
     offsets = np.zeros((len(names), len(face.markers), 3))
     offsets[known] = face.offsets[[column[name] for name in names if name in column]]
     for eye in measured:
-        for shape, elsewhere in lids_of_another_face(face, gaps[eye], names).items():
+        for shape, elsewhere in scanned_lid_displacements(face, gaps[eye], names).items():
             offsets[shape] = elsewhere
     deviations = np.full(len(names), _OTHERS)
     deviations[[gaps[eye].closer for eye in measured]] = _CLOSER
     taken = np.array([_closed_by(gaps[eye], len(names)) for eye in measured])
     for row, eye in enumerate(measured):
-        glance = glance_of_another_face(face, gaps[eye], names) if glances else None
+        glance = scanned_glance_displacements(face, gaps[eye], names) if glances else None
         if glance is not None:
             offsets = np.concatenate([offsets, glance[None]])
             deviations = np.append(deviations, _CLOSER)

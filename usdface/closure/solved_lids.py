@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
-from usdface.closure.closing_displacements import lids_of_another_face
+from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.face.bound_face import BoundFace
 from usdface.takes import WeightsTake
@@ -53,11 +53,11 @@ def solved_lids(face: BoundFace, gaps: Mapping[Eye, LidGaps], solved: WeightsTak
     -------
     SolvedLids
         NaN for an eye that is missing, or whose blend shapes move no marker
-        (`lids_of_another_face`): its lids are not solved.
+        (`scanned_lid_displacements`): its lids are not solved.
     """
     closed, by_closer = (np.full((len(solved.times), 2), np.nan) for _ in range(2))
     for eye, own in gaps.items():
-        if lids_of_another_face(face, own, solved.names):
+        if scanned_lid_displacements(face, own, solved.names):
             continue
         column = EYES.index(eye)
         neutral = float(own.widest(np.zeros((1, len(solved.names))))[0])

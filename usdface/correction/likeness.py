@@ -16,7 +16,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.correction.discriminant import Discriminant, fisher_discriminant
-from usdface.correction.made_up_faces import faces_of_nothing, made_up_faces
+from usdface.correction.synthetic_faces import synthetic_faces, weights_without_emotion
 from usdface.face.both_halves import shown_by_both_halves
 from usdface.face.bound_face import BoundFace
 from usdface.face.drawn_expressions import DRAWN
@@ -116,9 +116,9 @@ class ExpressionLikeness:
         self._alone = (alone / _lengths(alone)[:, None]).T
         self._rivals = poses / _lengths(poses)[:, None] @ self._alone < _SAME
         self._rivals |= [[shown_by_both_halves(face, e)] for e in expressions]
-        made = made_up_faces(face, expressions, shown, drawn=drawn, rigs=rigs)
+        made = synthetic_faces(face, expressions, shown, drawn=drawn, rigs=rigs)
         faces = [_directions(each) for each in made]
-        nothing = _directions(shown(faces_of_nothing(face.shape_names)))
+        nothing = _directions(shown(weights_without_emotion(face.shape_names)))
         meaning = (nothing @ _directions(poses).T).max(axis=1, initial=0.0) >= _SAME
         self._discriminant = _designed([*faces, nothing[~meaning]])
         middle = np.array([each.mean(axis=0) for each in faces])

@@ -12,7 +12,7 @@ from usdface.cleanup.low_rank_model import (
 )
 from usdface.footage.dots import Dots
 from usdface.footage.follow import nearest_distances
-from usdface.footage.still_places import median_seen, still_places
+from usdface.footage.still_places import median_visible, still_places
 from usdface.footage.tracks import Doubt, Tracks
 
 __all__ = ["finished_tracks"]
@@ -117,7 +117,7 @@ def _around(share: FloatArray, places: FloatArray) -> FloatArray:
     """Return the median share (F, M) of each dot's neighbours; 1 where there are none."""
     if share.shape[1] <= _NEIGHBOURS:
         return np.ones_like(share)
-    home = np.nan_to_num(median_seen(places), nan=1e6)
+    home = np.nan_to_num(median_visible(places), nan=1e6)
     order = np.argsort(np.linalg.norm(home[:, None] - home, axis=2), axis=1)
     around = np.nan_to_num(share, nan=1.0)[:, order[:, 1 : _NEIGHBOURS + 1]]
     return np.asarray(np.median(around, axis=2).clip(min=1e-3))
@@ -146,7 +146,7 @@ def _stray(places: FloatArray, seen: BoolArray) -> FloatArray:
     if len(places) < 3 * FRAMES_PER_MODE or places.shape[1] < 6:
         return np.zeros(seen.shape)
     still = still_places(places)
-    home = median_seen(still)
+    home = median_visible(still)
     filled = np.where(np.isnan(still), home, still)
     model, _ = fit_low_rank_model(still, seen, filled)
     predicted = predict_from_others(model, np.nan_to_num(still), seen)

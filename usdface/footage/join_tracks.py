@@ -6,7 +6,7 @@ from scipy.optimize import linear_sum_assignment
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.cleanup.low_rank_model import FRAMES_PER_MODE, fit_low_rank_model, reconstruct
 from usdface.footage.follow import HIDDEN, nearest_distances
-from usdface.footage.still_places import median_seen, still_places
+from usdface.footage.still_places import median_visible, still_places
 
 __all__ = ["join_tracks", "without_lone_samples"]
 
@@ -93,7 +93,7 @@ def join_tracks(
 
 def _join_costs(still: FloatArray, have: BoolArray) -> FloatArray:
     """Return the distance over the gate of each track (T) from the dot of each earlier one (T)."""
-    home = median_seen(still)
+    home = median_visible(still)
     filled = np.where(np.isnan(still), np.nan_to_num(home), still)
     long = have.sum(axis=0) >= FRAMES_PER_MODE
     model, filled = fit_low_rank_model(still, have & long, filled)

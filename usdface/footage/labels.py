@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.footage.face_names import BoundVertices, pair_with_face
 from usdface.footage.follow import HIDDEN, nearest_distances
-from usdface.footage.still_places import median_seen
+from usdface.footage.still_places import median_visible
 
 __all__ = ["NamedPlace", "name_tracks"]
 
@@ -95,7 +95,7 @@ def _name_by_face(
             f"{len(places) - 1}",
             "FRAMES_OUTSIDE",
         )
-    rest = median_seen(places[first : last + 1])
+    rest = median_visible(places[first : last + 1])
     dots = np.flatnonzero(~np.isnan(rest[:, 0]))
     pairs = pair_with_face(rest[dots], face.points)
     left = []

@@ -5,7 +5,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 
-__all__ = ["laid_over", "marker_spread", "rms_radius"]
+__all__ = ["fit_scale_and_translation", "marker_spread", "rms_radius"]
 
 # Squared extents below this share of the squared distance to the origin are rounding.
 _ROUNDING = 1e-24
@@ -16,7 +16,7 @@ def rms_radius(points: FloatArray) -> float:
     return float(np.sqrt(((points - points.mean(axis=0)) ** 2).sum(axis=1).mean()))
 
 
-def laid_over(
+def fit_scale_and_translation(
     points: FloatArray, positions: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Fit scale and translation of points to their positions in each frame, without rotation.

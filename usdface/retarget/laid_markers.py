@@ -12,12 +12,12 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.face_fit import FaceFit, fit_face
-from usdface.retarget.film.unseen_shapes import unseen_shapes, without_shapes
+from usdface.retarget.film.unobservable_shapes import unobservable_shapes, without_shapes
 from usdface.retarget.first_pose import first_pose
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
-from usdface.retarget.performed_face import WornFace, fit_known_face, wear
+from usdface.retarget.performed_face import MatchedFace, fit_known_face, match_face
 from usdface.retarget.usable_markers import determined, neutral_frames, usable_markers
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
@@ -43,7 +43,7 @@ class LaidMarkers:
         Of their displacements, without blend shapes that this take cannot determine.
     surface : MarkerSurface or None
         The skin around them; None = they are held on their vertices.
-    worn : WornFace or None
+    matched : MatchedFace or None
         The performer's face as far as it is known.
     pose : Pose
         A first guess, or the head's pose where it is known.
@@ -60,7 +60,7 @@ class LaidMarkers:
     points: FloatArray
     model: BlendShapeEvaluator
     surface: MarkerSurface | None
-    worn: WornFace | None
+    matched: MatchedFace | None
     pose: Pose
     head_neutral: FloatArray
     least_noise: float
@@ -74,9 +74,9 @@ class LaidMarkers:
         self, setup: RetargetSetup, shape_names: tuple[str, ...], evidence: MotionEvidence
     ) -> FaceFit:
         """Return the performer's face over the character's, before places are refined."""
-        if self.worn is not None:
+        if self.matched is not None:
             assert setup.calibration and setup.calibration.face and self.surface
-            return fit_known_face(setup.calibration.face, self.worn, shape_names, self.surface)
+            return fit_known_face(setup.calibration.face, self.matched, shape_names, self.surface)
         return fit_face(self.neutral, self.points, self.model, setup.map, evidence, self.surface)
 
 
@@ -97,28 +97,30 @@ def lay_markers(
     names = tuple(setup.binding.markers[i] for i in used)
     positions, points, offsets = take.select(names), points[used], offsets[:, used]
     setup, notes = determined(setup, take, positions, offsets)
-    unseen = unseen_shapes(offsets[..., : take.dimension])
-    findings += notes + [finding("SHAPE_UNSEEN", shape_names[k]) for k in np.flatnonzero(unseen)]
+    unobservable = unobservable_shapes(offsets[..., : take.dimension])
+    findings += notes + [
+        finding("SHAPE_UNSEEN", shape_names[k]) for k in np.flatnonzero(unobservable)
+    ]
     if model:
         model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
     else:
         model = BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
-    model = without_shapes(model, unseen)
+    model = without_shapes(model, unobservable)
     neutral = _without_neutral_weights(neutral, points, model, shape_names, take, setup)
     frames = neutral_frames(positions, setup)
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
-    face, worn = setup.calibration.face if setup.calibration else None, None
+    face, matched = setup.calibration.face if setup.calibration else None, None
     if face and around is not None and take.dimension == 3:
-        worn, notes = wear(face, names, around.vertices, neutral, frames, take.source)
+        matched, notes = match_face(face, names, around.vertices, neutral, frames, take.source)
         findings += notes
-    if worn:
-        neutral, frames = worn.neutral, worn.frames
+    if matched:
+        neutral, frames = matched.neutral, matched.frames
     head_neutral = np.zeros((0, take.dimension))
     if setup.head == "markers":
         head_neutral = neutral_markers(take.select(setup.head_markers), setup.neutral or (0, 0))
     pose, notes = first_pose(take, positions, neutral, setup, head_neutral)
     laid = LaidMarkers(
-        names, positions, neutral, frames, points, model, around, worn, pose, head_neutral,
+        names, positions, neutral, frames, points, model, around, matched, pose, head_neutral,
         _least_noise(take, neutral, points),
     )  # fmt: skip
     return laid, setup, findings + notes

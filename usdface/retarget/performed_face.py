@@ -17,7 +17,7 @@ from usdface.retarget.performed_directions import PerformedDirections, learn_dir
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
 
-__all__ = ["WornFace", "face_of_solution", "fit_known_face", "wear"]
+__all__ = ["MatchedFace", "face_of_solution", "fit_known_face", "match_face"]
 
 # A marker is where it was if its neutral moved by at most this share of the face's size, 0.25 mm on
 # the ICT face: a neutral of five frames with 0.3 mm of noise is within half of it. Set by hand.
@@ -83,7 +83,7 @@ def face_of_solution(
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class WornFace:
+class MatchedFace:
     """A performer's face with the markers of a take.
 
     Attributes
@@ -107,14 +107,14 @@ class WornFace:
     frames: IntArray | None
 
 
-def wear(
+def match_face(
     face: PerformerFace,
     names: tuple[str, ...],
     vertices: IntArray,
     neutral: FloatArray,
     frames: IntArray | None,
     source: str,
-) -> tuple[WornFace | None, list[Finding]]:
+) -> tuple[MatchedFace | None, list[Finding]]:
     """Compare a performer's face with the resting markers of a take.
 
     Parameters
@@ -132,7 +132,7 @@ def wear(
 
     Returns
     -------
-    WornFace or None
+    MatchedFace or None
         None where fewer than four markers are those of the face.
     list of Finding
     """
@@ -167,18 +167,18 @@ def wear(
                 100 * away.max(),
             )
         )
-        return WornFace(known, own, neutral, moved, frames), findings
+        return MatchedFace(known, own, neutral, moved, frames), findings
     mean = neutral.copy()
     if frames is not None:
         total = frames.copy()
         total[known] += face.frames
         mean[known] -= (face.frames / np.maximum(total[known], 1))[:, None] * moved
         frames = total
-    return WornFace(known, own, mean, np.zeros_like(moved), frames), findings
+    return MatchedFace(known, own, mean, np.zeros_like(moved), frames), findings
 
 
 def fit_known_face(
-    face: PerformerFace, worn: WornFace, shape_names: tuple[str, ...], surface: MarkerSurface
+    face: PerformerFace, matched: MatchedFace, shape_names: tuple[str, ...], surface: MarkerSurface
 ) -> FaceFit:
     """Lay a performer whose face is known over the character.
 
@@ -186,22 +186,22 @@ def fit_known_face(
     carried by the similarity, and shapes are the performer's; markers and shapes that the face
     does not know are the character's.
     """
-    neutral = worn.neutral
+    neutral = matched.neutral
     shifts = np.zeros_like(neutral)
-    shifts[worn.known] = face.shifts[worn.own]
+    shifts[matched.known] = face.shifts[matched.own]
     before = surface.at(shifts)
     linear, _ = similarity_fit(neutral, before.points)
-    shifts[worn.known] += worn.moved @ linear
+    shifts[matched.known] += matched.moved @ linear
     shifts = surface.within_reach(shifts)
     placed = surface.at(shifts)
     linear, offset = similarity_fit(neutral, placed.points)
-    turned, _ = similarity_fit(face.rest[worn.own], neutral[worn.known])
+    turned, _ = similarity_fit(face.rest[matched.own], neutral[matched.known])
     shapes = np.array([k for k, name in enumerate(face.shapes) if name in shape_names], np.int64)
     columns = np.array([shape_names.index(face.shapes[k]) for k in shapes], np.int64)
-    carried = face.displacements[np.ix_(shapes, worn.own)] @ turned @ linear
+    carried = face.displacements[np.ix_(shapes, matched.own)] @ turned @ linear
     expected = before.evaluator.offsets.reshape(len(shape_names), -1, 3)
     deviations = np.zeros_like(expected)
-    deviations[np.ix_(columns, worn.known)] = carried - expected[np.ix_(columns, worn.known)]
+    deviations[np.ix_(columns, matched.known)] = carried - expected[np.ix_(columns, matched.known)]
     evaluator = placed.evaluator
     others = deviations.reshape(len(expected), -1)
     paths = tuple(

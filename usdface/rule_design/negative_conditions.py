@@ -3,7 +3,7 @@
 Where all features of one expression also move in another (fear is most of sadness with raised
 brows), no conjunction of them distinguishes the two. A negated condition does: NOT a feature of
 the other expression only, on both sides of the face where it has two, so that one marker alone
-silences no rule.
+suppresses no rule.
 """
 
 from collections.abc import Callable
@@ -19,12 +19,12 @@ __all__ = [
     "Ramp",
     "negative_conditions",
     "ramp_membership",
-    "silence",
+    "suppression",
 ]
 
 # Signed values of a feature [m]: the membership is 0 up to the first, 1 from the second on.
 Ramp = tuple[float, float]
-# Features and their ramps; a rule is silenced by the smallest of their memberships.
+# Features and their ramps; a rule is suppressed by the smallest of their memberships.
 NegativeCondition = tuple[tuple[int, Ramp], ...]
 
 # Tuned by hand against benchmarks/expressions.py, which judges them, unless noted otherwise; see
@@ -88,12 +88,12 @@ def negative_conditions(
         found = _condition(own, others[strongest], rule, single, noise, twins)
         if found is not None:
             excluded.append(found)
-            firing = np.minimum(firing, 1.0 - silence(others, found))
+            firing = np.minimum(firing, 1.0 - suppression(others, found))
     return tuple(excluded), firing
 
 
-def silence(rows: FloatArray, condition: NegativeCondition) -> FloatArray:
-    """Return how far a negative condition silences a rule on features (N, I): (N,)."""
+def suppression(rows: FloatArray, condition: NegativeCondition) -> FloatArray:
+    """Return how far a negative condition suppresses a rule on features (N, I): (N,)."""
     return np.asarray(np.min([ramp_membership(rows[:, f], *ramp) for f, ramp in condition], axis=0))
 
 
@@ -127,8 +127,8 @@ def _condition(
     share /= max(share.sum(), np.finfo(np.float64).tiny)
     scores = []
     for condition in conditions:
-        remaining = float(np.minimum(fired, 1.0 - silence(scaled, condition)).max())
-        suppressed = float(share @ silence(own + single, condition))
+        remaining = float(np.minimum(fired, 1.0 - suppression(scaled, condition)).max())
+        suppressed = float(share @ suppression(own + single, condition))
         weakest = min(motion[f] for f, _ in condition)
         unsure = max(noise[f] / motion[f] for f, _ in condition)
         score = round(remaining + suppressed + unsure, _SCORE_DIGITS)

@@ -6,7 +6,7 @@ from skins import LIP, joined_lips, make_head
 
 from usdface.face.dot_skin import dot_skin
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.film.dot_centres import beside_means
+from usdface.retarget.film.dot_centres import dot_centre_offsets
 from usdface.retarget.film.one_camera import PinholeCamera
 
 CAMERA = PinholeCamera(1200.0, np.array([640.0, -480.0]))
@@ -21,7 +21,7 @@ def turned(degrees: float) -> Pose:
 def test_a_dot_without_skin_is_seen_where_it_is() -> None:
     head = make_head()
     skin = dot_skin(head.mesh, head.vertices, np.full(len(head.vertices), np.nan))
-    assert not beside_means(skin, head.weights[:1], turned(10.0), CAMERA).any()
+    assert not dot_centre_offsets(skin, head.weights[:1], turned(10.0), CAMERA).any()
 
 
 def test_what_comes_nearer_is_seen_larger_and_pulls_the_middle() -> None:
@@ -29,7 +29,7 @@ def test_what_comes_nearer_is_seen_larger_and_pulls_the_middle() -> None:
     lips, radius = joined_lips(), 0.0035
     skin = dot_skin(lips, np.array([4 * LIP + 15]), np.array([radius]))
     pose = Pose(turned(60.0).rotations, AWAY - skin.rest @ turned(60.0).rotations[0].T)
-    found = beside_means(skin, np.zeros((1, 1)), pose, CAMERA)[0, 0]
+    found = dot_centre_offsets(skin, np.zeros((1, 1)), pose, CAMERA)[0, 0]
     # Of a disc with slope: points at distance t along the slant are at depth 0.5 - t sin.
     t = np.linspace(-radius, radius, 4001)
     chord = np.sqrt(radius**2 - t**2)
@@ -45,7 +45,7 @@ def test_lips_that_part_are_seen_at_the_middle_of_both() -> None:
     lips = joined_lips()
     skin = dot_skin(lips, np.array([2 * LIP]), np.array([0.004]))
     pose = Pose(np.eye(3)[None], AWAY)
-    shut, wide = (beside_means(skin, np.array([[w]]), pose, CAMERA)[0, 0] for w in (0.0, 1.0))
+    shut, wide = (dot_centre_offsets(skin, np.array([[w]]), pose, CAMERA)[0, 0] for w in (0.0, 1.0))
     # Half of it went down by 10 mm: the mean of the skin knows, and what joins the halves is
     # stretched and counts for more in the image, at their middle.
     assert np.abs(shut).max() < 0.1
@@ -56,4 +56,4 @@ def test_lips_that_part_are_seen_at_the_middle_of_both() -> None:
 def test_skin_that_faces_away_is_not_seen() -> None:
     lips = joined_lips()
     skin = dot_skin(lips, np.array([4 * LIP + 15]), np.array([0.003]))
-    assert not beside_means(skin, np.zeros((1, 1)), turned(180.0), CAMERA).any()
+    assert not dot_centre_offsets(skin, np.zeros((1, 1)), turned(180.0), CAMERA).any()

@@ -18,7 +18,7 @@ from filmed import (
 )
 
 from usdface.face.dot_skin import dot_skin
-from usdface.retarget.film.dot_centres import beside_means
+from usdface.retarget.film.dot_centres import dot_centre_offsets
 from usdface.retarget.film.film_head import film_head
 
 
@@ -70,7 +70,7 @@ def test_of_a_dot_the_middle_is_filmed_and_the_mean_of_its_skin_is_solved() -> N
     weights = np.array(WORLD.weights)
     moved = dots.mean_evaluator.displacements(weights).reshape(COUNT, -1, 3)
     means = dots.rest + moved
-    middles = CAMERA.image(pose.to_take(means)) + beside_means(dots, weights, pose, CAMERA)
+    middles = CAMERA.image(pose.to_take(means)) + dot_centre_offsets(dots, weights, pose, CAMERA)
     film = replace(take, positions=middles, focal_length=FOCAL)
     off = [
         np.abs(found(film, skin)[0].motion.rotations - motion.rotations).max()

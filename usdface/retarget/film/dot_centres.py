@@ -9,10 +9,10 @@ from usdface.frame_blocks import by_blocks
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.film.one_camera import PinholeCamera
 
-__all__ = ["beside_means", "facing_shares"]
+__all__ = ["dot_centre_offsets", "foreshortening"]
 
 
-def beside_means(
+def dot_centre_offsets(
     skin: DotSkin, weights: FloatArray, pose: Pose, camera: PinholeCamera
 ) -> FloatArray:
     """Return the offset of each dot's centre from the image of its skin's mean: (F, B, 2) [px].
@@ -45,13 +45,13 @@ def beside_means(
     return by_blocks(len(weights), beside)
 
 
-def facing_shares(
+def foreshortening(
     skin: DotSkin, weights: FloatArray, pose: Pose, camera: PinholeCamera
 ) -> FloatArray:
     """Return the share of each dot's area that its slant leaves in the image: (F, B), 0 to 1.
 
     1 head on, the cosine of the slant of a flat dot; 1 for a dot without skin. Parameters are those
-    of `beside_means`.
+    of `dot_centre_offsets`.
     """
     owners = _owners(skin)
 

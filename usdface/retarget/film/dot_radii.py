@@ -3,7 +3,7 @@
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.geometry.marker_spread import laid_over
+from usdface.geometry.marker_spread import fit_scale_and_translation
 from usdface.takes import MarkerTake, visible
 
 __all__ = ["dot_radii"]
@@ -26,7 +26,7 @@ def dot_radii(take: MarkerTake, markers: tuple[str, ...], points: FloatArray) ->
         return radii
     positions = take.select(tuple(markers[k] for k in known))
     positions = positions[visible(positions).sum(axis=1) > 1]
-    scales = laid_over(points[known, : take.dimension], positions)[0]
+    scales = fit_scale_and_translation(points[known, : take.dimension], positions)[0]
     scales = scales[~np.isnan(scales)]
     if len(scales):
         own = [take.names.index(markers[k]) for k in known]

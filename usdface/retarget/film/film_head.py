@@ -15,7 +15,7 @@ from usdface.arrays import FloatArray
 from usdface.face.dot_skin import DotSkin
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.film.dot_centres import beside_means, facing_shares
+from usdface.retarget.film.dot_centres import dot_centre_offsets, foreshortening
 from usdface.retarget.film.filmed_depths import refined_depths
 from usdface.retarget.film.filmed_head import FilmedHead, certainty
 from usdface.retarget.film.filmed_take import FilmedTake
@@ -174,8 +174,8 @@ def _in_turn(
     before = np.zeros(0)
     for done in range(rounds):
         moved = film.moved(weights)
-        beside = beside_means(skin, weights, pose, camera)
-        facing = facing_shares(skin, weights, pose, camera)
+        beside = dot_centre_offsets(skin, weights, pose, camera)
+        facing = foreshortening(skin, weights, pose, camera)
         sure = certainty(facing, visible(film.image))
         film = filmed.without(beside)
         look, _ = fit_pose(film.face, film.rest[None], camera, look)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import BoolArray, FloatArray, frozen
-from usdface.geometry.marker_spread import laid_over
+from usdface.geometry.marker_spread import fit_scale_and_translation
 from usdface.geometry.rigid_fit import Pose
 from usdface.takes import visible
 
@@ -95,7 +95,7 @@ def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> 
     image : (F, M, 2) float64 [px]
         NaN where hidden; at least two are visible in each frame.
     """
-    size, centre, middle = laid_over(points[:, :2], image)  # px per metre, px, m
+    size, centre, middle = fit_scale_and_translation(points[:, :2], image)  # px per metre, px, m
     distance = camera.focal_length / size
     place = np.concatenate([(centre - camera.centre) / size[:, None], -distance[:, None]], axis=1)
     middle = np.concatenate([middle, np.full((len(image), 1), points[:, 2].mean())], axis=1)

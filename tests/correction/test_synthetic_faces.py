@@ -7,7 +7,7 @@ import pytest
 from faces import Face, make_face
 
 from usdface.arrays import FloatArray
-from usdface.correction.made_up_faces import faces_of_nothing, made_up_faces
+from usdface.correction.synthetic_faces import synthetic_faces, weights_without_emotion
 from usdface.face.drawn_expressions import DRAWN
 
 
@@ -21,7 +21,7 @@ def made(face: Face, rigs: tuple[str, ...] | None = None) -> list[FloatArray]:
         moved = face.bound.displacements(weights)
         return np.asarray((moved - moved[:, face.bound.nose, None]).reshape(len(weights), -1))
 
-    return made_up_faces(face.bound, face.expressions, shown, drawn=DRAWN, rigs=rigs)
+    return synthetic_faces(face.bound, face.expressions, shown, drawn=DRAWN, rigs=rigs)
 
 
 def test_they_are_the_same_each_time_and_finite(face: Face) -> None:
@@ -40,5 +40,5 @@ def test_other_rigs_add_directions_that_the_character_has_not(face: Face) -> Non
 
 
 def test_what_means_nothing_begins_with_rest() -> None:
-    nothing = faces_of_nothing(("jawOpen", "mouthSmileLeft", "mouthSmileRight"))
+    nothing = weights_without_emotion(("jawOpen", "mouthSmileLeft", "mouthSmileRight"))
     assert not nothing[0].any() and nothing[1:].any(axis=1).all()

@@ -17,7 +17,7 @@ from usdface.face.face_motion import motion_at
 from usdface.retarget_setup import Expression
 from usdface.rule_design.movements import movements, single_movements
 
-__all__ = ["faces_of_nothing", "made_up_faces"]
+__all__ = ["synthetic_faces", "weights_without_emotion"]
 
 # FACS: 64 is eyes that look down, which is no expression.
 _GLANCE = 64
@@ -33,7 +33,7 @@ _SEED = 11
 _Shown = Callable[[FloatArray], FloatArray]
 
 
-def made_up_faces(
+def synthetic_faces(
     face: BoundFace,
     expressions: Sequence[Expression],
     shown: _Shown,
@@ -80,7 +80,7 @@ def made_up_faces(
     return made
 
 
-def faces_of_nothing(shape_names: tuple[str, ...]) -> FloatArray:
+def weights_without_emotion(shape_names: tuple[str, ...]) -> FloatArray:
     """Return weights (N, S) of no emotion: rest, single blend shapes, mixtures of them."""
     known = movements(shape_names)
     return np.concatenate([np.zeros((1, len(shape_names))), known.single, known.mixed])

@@ -7,13 +7,13 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 
-__all__ = ["unseen_shapes", "without_shapes"]
+__all__ = ["unobservable_shapes", "without_shapes"]
 
 # Of the largest movement: less is rounding.
 _NOTHING = 1e-9
 
 
-def unseen_shapes(basis: FloatArray) -> BoolArray:
+def unobservable_shapes(basis: FloatArray) -> BoolArray:
     """Return which shapes (S,) move no marker, by their offsets (S, M, D).
 
     In an image (D = 2) also those that move straight towards the camera: of a head that does not
