@@ -34,17 +34,24 @@ VALUE = Thing(
 
 def test_a_value_comes_back_in_every_bit(tmp_path: Path) -> None:
     given = Thing("not written")
-    write_packed(tmp_path / "a.npz", (VALUE, given, -0.0), {"given": given})
+    write_packed(tmp_path / "a.npz", (VALUE, given, -0.0), [Thing], {"given": given})
     value, same, zero = read_packed(tmp_path / "a.npz", [Thing], {"given": given})
     assert same is given and str(zero) == "-0.0"
     assert content_digest(value) == content_digest(VALUE)
     assert value.values[1].flags.f_contiguous and not value.values[0].flags.writeable
 
 
-@pytest.mark.parametrize("value", [object(), {1: 2}, np.array([None]), np.array(["text"])])
+@dataclass(frozen=True)
+class Unknown:
+    """A class that a reader does not allow."""
+
+
+@pytest.mark.parametrize(
+    "value", [object(), {1: 2}, np.array([None]), np.array(["text"]), Thing(Unknown())]
+)
 def test_what_cannot_be_kept_is_refused(tmp_path: Path, value: object) -> None:
     with pytest.raises(TypeError, match="not kept"):
-        write_packed(tmp_path / "a.npz", value, {})
+        write_packed(tmp_path / "a.npz", value, [Thing], {})
     assert list(tmp_path.iterdir()) == []
 
 
@@ -122,7 +129,7 @@ def test_deep_nesting_is_refused(tmp_path: Path) -> None:
 
 def test_damage_is_refused_or_changes_nothing(tmp_path: Path) -> None:
     path = tmp_path / "a.npz"
-    write_packed(path, VALUE, {})
+    write_packed(path, VALUE, [Thing], {})
     whole, wanted = path.read_bytes(), content_digest(VALUE)
     chance = random.Random(5)
     refused = 0

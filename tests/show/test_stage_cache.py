@@ -3,16 +3,23 @@
 import errno
 import json
 import shutil
-from dataclasses import replace
+from dataclasses import is_dataclass, replace
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import numpy as np
 import pytest
 from processed import digests
 from worlds import make_world
 
+from usdface.cleanup.clean import Cleaned
+from usdface.expression_system import ExpressionSystem
+from usdface.findings import Finding
 from usdface.options import ProcessOptions
 from usdface.pipeline import make_shot, process
+from usdface.retarget_pieces import EstimatedTake
+from usdface.retarget_shot import SolvedShot
+from usdface.shot import Shot, ShotResult
 from usdface.show import stage_cache
 
 PACE = "double usdface:solve:pace = 8"
@@ -56,6 +63,24 @@ def stages(place: Path, **options: object) -> str:
     used = result.summary.pop("stages")
     assert result.summary == plain.summary
     return " ".join(name for name, how in used.items() if how == "computed")
+
+
+def parts_of(kind: object, seen: set[type]) -> set[type]:
+    """Return `seen` and the dataclasses that values of a type consist of, but for inputs."""
+    for part in get_args(kind):
+        parts_of(part, seen)
+    known = {Shot, ExpressionSystem, *seen}
+    if isinstance(kind, type) and is_dataclass(kind) and kind not in known:
+        seen.add(kind)
+        for hint in get_type_hints(kind).values():
+            parts_of(hint, seen)
+    return seen
+
+
+def test_every_part_of_a_stage_can_be_read_again() -> None:
+    """Else a stage would be written and computed in every run, as takes of one camera were."""
+    roots = Cleaned | SolvedShot | ShotResult | EstimatedTake
+    assert parts_of(roots, {Finding}) == set(stage_cache._CLASSES)
 
 
 def test_nothing_changed_nothing_computed(place: Path) -> None:

@@ -8,7 +8,7 @@ import io
 import json
 import zipfile
 from collections.abc import Iterable, Mapping
-from dataclasses import fields, is_dataclass
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,9 @@ class UnpackError(Exception):
     """A file that `write_packed` did not write, or that is damaged."""
 
 
-def write_packed(path: Path, value: object, given: Mapping[str, object]) -> None:
+def write_packed(
+    path: Path, value: object, classes: Iterable[type], given: Mapping[str, object]
+) -> None:
     """Write a value to a file, atomically.
 
     Parameters
@@ -38,6 +40,8 @@ def write_packed(path: Path, value: object, given: Mapping[str, object]) -> None
     path : Path
         .npz.
     value : dataclass, tuple, list, mapping with str keys, array or plain value
+    classes : iterable of dataclass types
+        Those that `read_packed` will allow.
     given : mapping of str to object
         Parts of it that the reader has, and that are left out.
 
@@ -50,15 +54,24 @@ def write_packed(path: Path, value: object, given: Mapping[str, object]) -> None
     """
     arrays: dict[str, NDArray[Any]] = {}
     known = {id(part): name for name, part in given.items() if part is not None}
-    tree = _packed(value, arrays, known)
+    tree = _packed(value, arrays, frozenset(classes), known)
     text = json.dumps(tree).encode()
     arrays[_TREE] = np.frombuffer(text, np.uint8)
     with atomic_path(path) as temporary:
         np.savez(temporary, **arrays)  # type: ignore[arg-type]
 
 
-def _packed(value: Any, arrays: dict[str, NDArray[Any]], known: Mapping[int, str]) -> Any:
+def _packed(
+    value: Any,
+    arrays: dict[str, NDArray[Any]],
+    classes: frozenset[type],
+    known: Mapping[int, str],
+) -> Any:
     """Return a value as plain values: lists begin with their kind."""
+
+    def inner(part: Any) -> Any:
+        return _packed(part, arrays, classes, known)
+
     if id(value) in known:
         return ["given", known[id(value)]]
     if value is None or type(value) in (bool, int, str):
@@ -73,13 +86,13 @@ def _packed(value: Any, arrays: dict[str, NDArray[Any]], known: Mapping[int, str
         arrays[name] = array
         return [kind, name]
     if isinstance(value, tuple | list):
-        return [type(value).__name__, *(_packed(part, arrays, known) for part in value)]
+        return [type(value).__name__, *(inner(part) for part in value)]
     if isinstance(value, Mapping):
         if not all(type(key) is str for key in value):
             raise TypeError("a mapping whose keys are no names is not kept")
-        return ["dict", *([key, _packed(part, arrays, known)] for key, part in value.items())]
-    if is_dataclass(value):
-        parts = [[f.name, _packed(getattr(value, f.name), arrays, known)] for f in fields(value)]
+        return ["dict", *([key, inner(part)] for key, part in value.items())]
+    if type(value) in classes:
+        parts = [[f.name, inner(getattr(value, f.name))] for f in fields(value)]
         return ["class", type(value).__name__, *parts]
     raise TypeError(f"{type(value).__qualname__} is not kept")
 

@@ -18,6 +18,8 @@ from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation
 from usdface.geometry.rigid_fit import Pose
 from usdface.inbetween_path import InbetweenPath
+from usdface.retarget.film.filmed_head import FilmedHead
+from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
@@ -32,20 +34,12 @@ from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["StageCache"]
 
+# Of results; inputs, which they refer to, are not written.
 _CLASSES = (
-    *(BlendShapeEvaluator, Closure, CombinationWeight, CompletedClosing, Evaluation, EyeClosing),
-    *(ExpressionTrace, Finding, InbetweenPath, MapChoice, MarkerTake, Pose, Repair, ShotResult),
-    *(
-        Cleaned,
-        LidGaps,
-        SideTrace,
-        Solution,
-        SolvedShot,
-        WeightsTake,
-        EstimatedTake,
-        TakeEstimates,
-        SpaceMap,
-    ),
+    *(BlendShapeEvaluator, Cleaned, Closure, CombinationWeight, CompletedClosing, EstimatedTake),
+    *(Evaluation, ExpressionTrace, EyeClosing, FilmedHead, Finding, InbetweenPath, LidGaps),
+    *(MapChoice, MarkerTake, PinholeCamera, Pose, Repair, ShotResult, SideTrace, Solution),
+    *(SolvedShot, SpaceMap, TakeEstimates, WeightsTake),
 )
 _KEPT = 2  # files of each stage, so that a setting can be changed back
 
@@ -121,7 +115,7 @@ class StageCache:
         computed = compute()
         try:
             self._forget(name, place)
-            write_packed(place, (key, computed), given)
+            write_packed(place, (key, computed), _CLASSES, given)
         except (OutputError, OSError, TypeError) as error:
             self._leave_out(name, error)
         return computed
