@@ -97,7 +97,10 @@ def test_a_range_of_motion_is_hardly_ever_an_emotion_and_hardly_moved(
         pytest.skip("the recorded curves are ARKit's; MakeHuman has other shapes")
     played = made.play(*range_of_motion(made, shared_data))
     assert (played.emotions > 0.5).mean(axis=0).max() <= (0.13 if kind == "example41" else 0.05)
-    assert np.abs(played.corrected - played.solved).mean() <= 0.02
+    change = np.abs(played.corrected - played.solved)
+    assert change.mean() <= 0.02
+    largest = change.max(axis=1)
+    assert (largest > 0.3).mean() <= 0.02 and (largest > 0.1).mean() <= 0.1
 
 
 @pytest.mark.slow
