@@ -29,7 +29,15 @@ from usdface.retarget.solver.backend import compile_kernels
 from usdface.retarget_setup import RetargetSetup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["calibrate", "clean", "clean_inputs", "retarget", "solve", "solver_input"]
+__all__ = [
+    "calibrate",
+    "clean",
+    "clean_inputs",
+    "recorded_weights",
+    "retarget",
+    "solve",
+    "solver_input",
+]
 
 
 @one_blas_thread()
@@ -112,10 +120,8 @@ def solve(
     findings : list of Finding
     """
     if isinstance(take, WeightsTake):
-        weights, findings = rename_weights(take, face.rig_shapes)
-        pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
-        combined = with_combinations(face.mesh, weights.names, pinned)
-        return replace(weights, weights=combined), None, findings
+        weights, findings = recorded_weights(take, face, setup)
+        return weights, None, findings
     take, setup, skin, findings = solver_input(take, face, setup, cleaned, progress)
     filmed, camera_findings = _film(take, face, setup, skin, progress)
     seen, views = filmed.seen(take) if filmed else (take, None)
@@ -133,6 +139,16 @@ def solve(
     if filmed:
         solution = replace(solution, filmed=filmed, pose=filmed.motion)
     return solution.weights, solution, findings + camera_findings + new_findings
+
+
+def recorded_weights(
+    take: WeightsTake, face: BoundFace, setup: RetargetSetup
+) -> tuple[WeightsTake, list[Finding]]:
+    """Return a take of weights by the rig's names, with its pins and combination shapes."""
+    weights, findings = rename_weights(take, face.rig_shapes)
+    pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
+    combined = with_combinations(face.mesh, weights.names, pinned)
+    return replace(weights, weights=combined), findings
 
 
 @one_blas_thread()
