@@ -72,6 +72,25 @@ def test_every_marker_lost_for_a_stretch(tmp_path: Path, lost: slice, mode: str)
     np.testing.assert_allclose(played[kept], world.weights[kept], atol=1e-3)
 
 
+@pytest.mark.parametrize("left", [("corner_l",), ("corner_l", "brow_in_r"), ("chin", "bridge")])
+def test_markers_that_show_no_pose_of_the_head_tell_nothing(
+    tmp_path: Path, left: tuple[str, ...]
+) -> None:
+    """Two markers of a head that moves on would be taken for an expression."""
+    world = make_world()
+    positions = world.take.positions.copy()
+    lost = [k for k, name in enumerate(world.take.names) if name not in left]
+    positions[np.ix_(range(8, 20), lost)] = np.nan
+    taken(world, positions).write(tmp_path)
+    root, codes = processed(tmp_path, "--no-express")
+    assert {"FRAME_UNSOLVED", "HEAD_MARKERS_FEW"} <= codes.keys()
+    check_layers(tmp_path)
+    kept = np.r_[0:7, 21:40]
+    played = animation_of(root).reordered(world.rig.shape_names).weights
+    np.testing.assert_allclose(played[kept], world.weights[kept], atol=1e-3)
+    assert np.abs(np.diff(played[7:21], axis=0)).max() < 0.3
+
+
 def test_a_take_in_which_nothing_moves(tmp_path: Path) -> None:
     world = make_world()
     taken(world, np.repeat(world.take.positions[:1], 40, axis=0)).write(tmp_path)
