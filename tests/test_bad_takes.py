@@ -72,6 +72,25 @@ def test_every_marker_lost_for_a_stretch(tmp_path: Path, lost: slice, mode: str)
     np.testing.assert_allclose(played[kept], world.weights[kept], atol=1e-3)
 
 
+@pytest.mark.parametrize("left", [("corner_l",), ("corner_l", "brow_in_r"), ("chin", "bridge")])
+def test_markers_that_show_no_pose_of_the_head_tell_nothing(
+    tmp_path: Path, left: tuple[str, ...]
+) -> None:
+    """Two markers of a head that moves on would be taken for an expression."""
+    world = make_world()
+    positions = world.take.positions.copy()
+    lost = [k for k, name in enumerate(world.take.names) if name not in left]
+    positions[np.ix_(range(8, 20), lost)] = np.nan
+    taken(world, positions).write(tmp_path)
+    root, codes = processed(tmp_path, "--no-express")
+    assert {"FRAME_UNSOLVED", "HEAD_MARKERS_FEW"} <= codes.keys()
+    check_layers(tmp_path)
+    kept = np.r_[0:7, 21:40]
+    played = animation_of(root).reordered(world.rig.shape_names).weights
+    np.testing.assert_allclose(played[kept], world.weights[kept], atol=1e-3)
+    assert np.abs(np.diff(played[7:21], axis=0)).max() < 0.3
+
+
 def test_a_take_in_which_nothing_moves(tmp_path: Path) -> None:
     world = make_world()
     taken(world, np.repeat(world.take.positions[:1], 40, axis=0)).write(tmp_path)
@@ -101,21 +120,40 @@ def test_enough_markers_are_not_called_few(tmp_path: Path) -> None:
 
 def test_head_markers_in_a_line(tmp_path: Path) -> None:
     """A rod on the head says nothing of a turn about itself: the face decides."""
-    world = make_world()
-    still = make_world(head_moves=False).take.positions[0]
-    base = [world.take.names.index(n) for n in ("nose", "temple_l", "temple_r", "forehead")]
-    pose = [_rigid(still[base], now[base]) for now in world.take.positions]
     rod = np.array([0.0, 0.15, 0.05]) + np.outer([-1.0, 0.0, 1.0], [0.05, 0.0, 0.0])
-    rods = np.array([rod @ turn + offset for turn, offset in pose])
-    names = (*world.take.names, "rod_a", "rod_b", "rod_c")
-    positions = np.concatenate([world.take.positions, rods], axis=1)
-    take = MarkerTake(names, world.take.times, positions, world.take.rate, source="t.trc")
-    replace(world, take=take).write(tmp_path, head=list(names[-3:]))
+    world = with_head_markers(make_world(), rod)
+    world.write(tmp_path, head=["head_0", "head_1", "head_2"])
     root, codes = processed(tmp_path, "--no-express")
     assert codes["HEAD_MARKERS_IN_LINE"] == "warning"
     check_layers(tmp_path)
     played = animation_of(root).reordered(world.rig.shape_names).weights
     np.testing.assert_allclose(played, world.weights, atol=1e-3)
+
+
+def test_head_markers_hidden_for_a_stretch(tmp_path: Path) -> None:
+    """The head goes on: the others tell where they are, as long as they are fewer than three."""
+    band = [[-0.07, 0.15, 0.05], [0.07, 0.15, 0.05], [0.0, 0.18, 0.03], [0.0, 0.15, 0.09]]
+    world = with_head_markers(make_world(), np.array(band))
+    positions = world.take.positions.copy()
+    positions[15:25, -2:] = np.nan
+    taken(world, positions).write(tmp_path, head=[f"head_{i}" for i in range(4)])
+    root, codes = processed(tmp_path, "--no-express")
+    assert "HEAD_MARKERS_FEW" not in codes
+    check_layers(tmp_path)
+    played = animation_of(root).reordered(world.rig.shape_names).weights
+    assert np.sqrt(np.mean((played - world.weights) ** 2)) < 0.05  # 0.14 with the nearest pose
+
+
+def with_head_markers(world: World, places: np.ndarray) -> World:
+    """Return a world with markers head_0, head_1, ... on its head, at rest at (M, 3) [m]."""
+    still = make_world(head_moves=False).take.positions[0]
+    base = [world.take.names.index(n) for n in ("nose", "temple_l", "temple_r", "forehead")]
+    pose = [_rigid(still[base], now[base]) for now in world.take.positions]
+    moved = np.array([places @ turn + offset for turn, offset in pose])
+    names = (*world.take.names, *(f"head_{i}" for i in range(len(places))))
+    positions = np.concatenate([world.take.positions, moved], axis=1)
+    take = MarkerTake(names, world.take.times, positions, world.take.rate, source="t.trc")
+    return replace(world, take=take)
 
 
 def _rigid(source: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

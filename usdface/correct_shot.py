@@ -20,8 +20,10 @@ from usdface.hooks import Hook, run_hooks
 from usdface.options import ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.pins import faded_at_pins
+from usdface.retarget_take import recorded_weights
 from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
+from usdface.takes import WeightsTake
 
 __all__ = ["correct", "correct_solved", "with_gains"]
 
@@ -176,8 +178,22 @@ def _close(
         pins=result.shot.setup.pins,
         options=result.shot.setup.closure,
         gaps=gaps,
+        performed=_performed(face, result),
     )
     if closure is None:
         return None
     complete = with_combinations(face.mesh, result.solved.names, closure.weights)
     return replace(closure, weights=complete)
+
+
+def _performed(face: BoundFace, result: ShotResult) -> WeightsTake:
+    """Return the solved weights before their exaggeration."""
+    shot, solution, solved = result.shot, result.solution, result.solved
+    if shot.factors.none:
+        return solved
+    if isinstance(shot.take, WeightsTake):
+        own, _ = recorded_weights(shot.take, face, shot.setup)
+    else:
+        assert solution is not None
+        own = solution.weights
+    return shot.with_base(own.names, own.weights)

@@ -548,7 +548,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "HEAD_MARKERS_FEW": (
         "warning",
         "name_head_markers",
-        "fewer than three head markers are visible in some frames",
+        "fewer than three head markers, or only some in a line, are visible in some frames",
     ),
     "HEAD_MARKERS_IN_LINE": (
         "warning",
@@ -577,7 +577,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "FRAME_UNSOLVED": (
         "warning",
         "look_at_frames",
-        "frames without visible markers follow their neighbours",
+        "frames without markers, or with too few for the head's pose, follow their neighbours",
     ),
     "SOLVE_UNCOMPILED": (
         "info",

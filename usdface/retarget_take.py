@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
 from usdface.cleanup.clean import Cleaned, clean_take
@@ -29,7 +29,15 @@ from usdface.retarget.solver.backend import compile_kernels
 from usdface.retarget_setup import RetargetSetup, fit_setup
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["calibrate", "clean", "clean_inputs", "retarget", "solve", "solver_input"]
+__all__ = [
+    "calibrate",
+    "clean",
+    "clean_inputs",
+    "recorded_weights",
+    "retarget",
+    "solve",
+    "solver_input",
+]
 
 
 @one_blas_thread()
@@ -112,10 +120,8 @@ def solve(
     findings : list of Finding
     """
     if isinstance(take, WeightsTake):
-        weights, findings = rename_weights(take, face.rig_shapes)
-        pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
-        combined = with_combinations(face.mesh, weights.names, pinned)
-        return replace(weights, weights=combined), None, findings
+        weights, findings = recorded_weights(take, face, setup)
+        return weights, None, findings
     take, setup, skin, findings = solver_input(take, face, setup, cleaned, progress)
     filmed, camera_findings = _film(take, face, setup, skin, progress)
     projected, views = filmed.projected(take) if filmed else (take, None)
@@ -133,6 +139,16 @@ def solve(
     if filmed:
         solution = replace(solution, filmed=filmed, pose=filmed.motion)
     return solution.weights, solution, findings + camera_findings + new_findings
+
+
+def recorded_weights(
+    take: WeightsTake, face: BoundFace, setup: RetargetSetup
+) -> tuple[WeightsTake, list[Finding]]:
+    """Return a take of weights by the rig's names, with its pins and combination shapes."""
+    weights, findings = rename_weights(take, face.rig_shapes)
+    pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
+    combined = with_combinations(face.mesh, weights.names, pinned)
+    return replace(weights, weights=combined), findings
 
 
 @one_blas_thread()
@@ -220,10 +236,7 @@ def solver_input(
     """Return the take as observed, the setup fitted to the mesh, the skin under its markers."""
     setup, findings = fit_setup(setup, face.mesh, take)
     if cleaned is not None:
-        # Filled gaps are no observations: the rig predicts hidden markers better.
-        take = replace(
-            take, positions=np.where(cleaned.measured[..., None], take.positions, np.nan)
-        )
+        take = _observed(take, cleaned.measured, setup.head_markers)
     radii = dot_radii(take, face.markers, face.neutral)
     _check_dots(radii, face)
     skin, names = dot_skin(face.mesh, face.vertices, radii), face.shape_names
@@ -242,6 +255,18 @@ def solver_input(
     ]
     findings += compile_kernels(len(take.times), len(face.mesh.shapes), progress or Progress())
     return take, setup, skin, findings
+
+
+def _observed(take: MarkerTake, measured: BoolArray, head_markers: tuple[str, ...]) -> MarkerTake:
+    """Return a take without its filled gaps: the rig predicts hidden markers better.
+
+    Not those of the head markers where fewer than three were measured (F, M): no blend shape moves
+    them, and without them the head's pose is unknown.
+    """
+    on_head = np.isin(take.names, head_markers)
+    few = measured[:, on_head].sum(axis=1) < 3
+    used = measured | (few[:, None] & on_head)
+    return replace(take, positions=np.where(used[..., None], take.positions, np.nan))
 
 
 def _check_dots(radii: FloatArray, face: BoundFace) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from ict_face import ict_mesh, landmarks
+from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray
 from usdface.cleanup.clean import Cleaned, clean_take
@@ -173,6 +174,16 @@ def test_a_moment_without_the_face_is_bridged() -> None:
     cleaned = clean(take_of(positions))
     assert cleaned.take.visible.all()
     assert np.abs(cleaned.take.positions - made()).max() < 2e-3
+
+
+def test_a_marker_left_alone_on_a_head_that_moves_on_is_no_spike() -> None:
+    positions = made(frames=150)
+    turn = 0.8 * np.sin(np.linspace(0, 2 * np.pi, 150))[:, None] * [0.0, 1.0, 0.0]
+    positions = np.einsum("fij,fmj->fmi", Rotation.from_rotvec(turn).as_matrix(), positions)
+    for marker in (2, 4, 9):
+        lonely = positions.copy()
+        lonely[70:140, np.arange(positions.shape[1]) != marker] = np.nan
+        assert not entries(clean(take_of(lonely)), "spike").any()
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,7 @@
 """The closure layer on a performer whose markers show a part of each blink."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from closing_world import BLINKS, TIMES, markers, performance, result
@@ -12,9 +14,12 @@ from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.closure.rims import RimPairs, rim_pairs
 from usdface.face.bound_face import BoundFace
 from usdface.options import ClosureOptions, ProcessOptions
+from usdface.retarget.exaggeration import Exaggeration
 from usdface.retarget_setup import Pin
+from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh
 from usdface.shot import ShotResult
+from usdface.takes import WeightsTake
 
 MESH = slit_face()
 NAMES = MESH.shape_names
@@ -77,6 +82,33 @@ def test_a_squint_stays_open() -> None:
     both = {f"eyeSquint{side}": squint for side in ("Left", "Right")}
     shot = result(markers(MESH, performance(NAMES, **both)))
     assert not closure_of(shot).eyes[TIMES > 3.1].any()
+
+
+@pytest.mark.parametrize("first, last", [(1.0, 0.2), (0.2, 0.2), (0.2, 3.0)])
+@pytest.mark.parametrize("of_weights", [False, True])
+def test_blinks_close_eyes_that_are_exaggerated(
+    first: float, last: float, of_weights: bool
+) -> None:
+    """A blink is one by what the performer did, whatever the animator makes of the face."""
+    curves = performance(NAMES)
+    shot = result(markers(MESH, curves)).shot
+    if of_weights:
+        shot = replace(shot, take=WeightsTake(NAMES, TIMES, curves, 60.0))
+    factors = Exaggeration({"face": np.linspace(first, last, len(TIMES))})
+    played = retarget(replace(shot, exaggeration=factors), options=ProcessOptions(express=False))
+    closings = closure_of(played).closings
+    assert [each.closing.kind for each in closings] == ["blink"] * len(BLINKS)
+    assert min(min(each.after) for each in closings) > 0.95
+
+
+def test_a_larger_mouth_contradicts_no_marker() -> None:
+    """Lips that opened less on the performer open as far as the animator wants."""
+    opened = 0.2 * np.clip(np.sin(2 * np.pi * TIMES), 0, None)
+    take = markers(MESH, performance(NAMES, jawOpen=opened))
+    for factor in (2.0, 4.0):
+        larger = result(take, exaggeration={"face": factor})
+        assert not codes(larger) & {"LIPS_CLOSED", "LIPS_UNSEEN"}
+        assert not closure_of(larger).mouth.any()
 
 
 def test_a_pin_stays_and_lids_that_it_makes_cross_are_told() -> None:

@@ -50,6 +50,18 @@ def test_frames_without_three_markers_keep_the_nearest_pose() -> None:
     np.testing.assert_allclose(fitted.rotations, pose.rotations[nearest], atol=1e-12)
 
 
+def test_markers_in_a_line_leave_a_turn_open_and_keep_the_nearest_pose() -> None:
+    face, pose = RNG.normal(size=(6, 3)), random_pose(5)
+    face[:3] = [[0.0, 1.0, 0.0], [0.0, 2.0, 0.01], [0.0, 3.0, 0.0]]
+    target = pose.to_take(np.tile(face, (5, 1, 1)))
+    target[1:3, 3:] = np.nan
+    fitted, usable = rigid_fit(face, target)
+    assert usable.tolist() == [True, False, False, True, True]
+    np.testing.assert_allclose(fitted.rotations, pose.rotations[[0, 0, 3, 3, 4]], atol=1e-12)
+    _, usable = rigid_fit(face[:3], target[:, :3])
+    assert usable.all()  # no frame shows others
+
+
 def test_a_take_without_three_markers_is_refused() -> None:
     with pytest.raises(SolveError, match="three head markers"):
         rigid_fit(RNG.normal(size=(2, 3)), RNG.normal(size=(4, 2, 3)))

@@ -19,7 +19,7 @@ from usdface.cleanup.spikes import find_spikes
 from usdface.cleanup.stabilise import ROUNDS, StabilisedMarkers, stabilise
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_fit import Pose
+from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.options import CleanOptions
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solver.noise import white_noise
@@ -176,6 +176,9 @@ def _without_spikes(
     stabilised: StabilisedMarkers,
 ) -> tuple[StabilisedMarkers, BoolArray]:
     """Find spikes by prediction from markers without spikes, until nothing changes."""
+    if moving:  # where the head's pose is unknown, so is where a marker belongs
+        _, posed = rigid_fit(stabilised.filled, positions)
+        seen = seen & posed[:, None]
     rate = 1.0 / float(np.median(np.diff(times)))
     mean = stabilised.model.mean
     size = rms_radius(mean)

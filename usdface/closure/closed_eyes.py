@@ -79,7 +79,7 @@ def close_eyes(
     ----------
     face : BoundFace
     solved : WeightsTake
-        Weights of T blend shapes before any correction.
+        Weights of T blend shapes before exaggeration and correction.
     weights : (F, T) float64
         The weights to close, corrected or not.
     solution : Solution or None

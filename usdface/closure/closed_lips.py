@@ -33,6 +33,7 @@ def close_lips(
     weights: FloatArray,
     solution: Solution,
     near_pins: FloatArray,
+    performed: WeightsTake | None = None,
 ) -> ClosedLips | None:
     """Bring the character's lips together where the markers show that the performer's touch.
 
@@ -46,6 +47,9 @@ def close_lips(
     solution : Solution
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`.
+    performed : WeightsTake, optional
+        The solved weights before their exaggeration, which the markers are compared with; those of
+        `solved`, if left out.
 
     Returns
     -------
@@ -55,7 +59,7 @@ def close_lips(
     gaps = lip_gaps_of(face, solved.names)
     if gaps is None:
         return None
-    distances = lip_distances(face, solved, solution, gaps.across, gaps.x)
+    distances = lip_distances(face, performed or solved, solution, gaps.across, gaps.x)
     if distances is None:
         message = "no two markers of the lips part and meet with the mouth, so a touch is not seen"
         return ClosedLips(

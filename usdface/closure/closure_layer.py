@@ -59,6 +59,7 @@ def close_eyes_and_lips(
     pins: Sequence[Pin] = (),
     options: ClosureOptions = ClosureOptions(),
     gaps: Mapping[Eye, LidGaps] | None = None,
+    performed: WeightsTake | None = None,
 ) -> Closure | None:
     """Bring lips together that touch, complete the blinks of a take, and part lids that cross.
 
@@ -76,6 +77,9 @@ def close_eyes_and_lips(
     options : ClosureOptions
     gaps : mapping of "left", "right" to LidGaps, optional
         Of the T blend shapes, where they were measured before.
+    performed : WeightsTake, optional
+        The solved weights before their exaggeration, which closings are measured on; those of
+        `solved`, if left out.
 
     Returns
     -------
@@ -83,16 +87,17 @@ def close_eyes_and_lips(
         None where nothing is to close, or the face has neither lids nor lips.
     """
     face = face.with_contacts()
+    performed = performed or solved
     near_pins = pin_nearness(pins, solved.names, solved.times)
     lips, eyes = None, None
     if options.lips and solution is not None:
-        lips = close_lips(face, solved, weights, solution, near_pins)
+        lips = close_lips(face, solved, weights, solution, near_pins, performed)
     if options.lids:
         # Last: a jaw that closes the lips may move the lower lids a little.
         lower = weights if lips is None else lips.weights
         if gaps is None:
             gaps = lid_gaps_of(face, solved.names)
-        eyes = close_eyes(face, solved, lower, solution, near_pins, gaps)
+        eyes = close_eyes(face, performed, lower, solution, near_pins, gaps)
     if lips is None and eyes is None:
         return None
     closure = Closure(weights, np.zeros((len(weights), 2)), np.zeros(len(weights)))

@@ -7,7 +7,11 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import SolveError
 
-__all__ = ["Pose", "rigid_fit", "similarity_fit"]
+__all__ = ["IN_LINE", "Pose", "rigid_fit", "similarity_fit"]
+
+# Markers are in a line if they deviate from it by at most this share of its length: 1 mm of
+# 50, where noise of 0.3 mm would turn the head by 17 degrees.
+IN_LINE = 0.02
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -67,10 +71,11 @@ def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
     Returns
     -------
     pose : Pose
-        Frames with fewer than three usable markers carry on the pose of the nearest frame
-        that has them.
+        Frames with fewer than three usable markers, or only some in a line, carry on the pose of
+        the nearest frame that has them.
     usable : (F,) bool
-        True where at least three markers were seen.
+        True where at least three markers were seen that are not in a line (three of any kind, if
+        no frame shows others).
 
     Raises
     ------
@@ -91,18 +96,23 @@ def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
     b = b - centre_b[:, None]
     if not seen.all():
         b *= seen[..., None]
-    rotations = _rotation(b.transpose(0, 2, 1) @ a)
+    rotations, extents = _rotation(b.transpose(0, 2, 1) @ a)
+    spread = usable & (extents[:, 1] > IN_LINE**2 * extents[:, 0])
+    usable = spread if spread.any() else usable
     translations = centre_b - np.einsum("fij,fj->fi", rotations, centre_a)
     return Pose(rotations, translations).bridged(usable), usable
 
 
-def _rotation(covariance: FloatArray) -> FloatArray:
-    """Return the rotations (F, 3, 3) closest to the matrices `covariance` (F, 3, 3)."""
-    u, _, vt = np.linalg.svd(covariance)
+def _rotation(covariance: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the rotations (F, 3, 3) closest to the matrices `covariance` (F, 3, 3).
+
+    And their singular values (F, 3), falling: the squared extents of the markers.
+    """
+    u, extents, vt = np.linalg.svd(covariance)
     flip = np.ones((len(covariance), 3))
     flip[:, 2] = np.sign(np.linalg.det(u) * np.linalg.det(vt))
     rotation: FloatArray = (u * flip[:, None, :]) @ vt
-    return rotation
+    return rotation, extents
 
 
 def similarity_fit(
@@ -133,7 +143,7 @@ def similarity_fit(
     if size == 0.0:
         raise SolveError("all markers are at the same neutral place")
     covariance = (b * share[:, None]).T @ a
-    rotation = _rotation(covariance[None])[0]
+    rotation = _rotation(covariance[None])[0][0]
     scale = float((rotation * covariance).sum()) / size
     linear = scale * rotation.T
     return linear, centre_b - centre_a @ linear

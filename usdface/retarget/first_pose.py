@@ -1,5 +1,7 @@
 """The head's pose before a solve: the head markers' rigid fit, or that of all markers."""
 
+import numpy as np
+
 from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose, rigid_fit
@@ -16,8 +18,10 @@ def first_pose(
     neutral: FloatArray,
     setup: RetargetSetup,
     head_neutral: FloatArray,
-) -> tuple[Pose, list[Finding]]:
+) -> tuple[Pose, BoolArray]:
     """Return the head's pose before the solve: a rigid fit, or that of the head markers.
+
+    And the frames (F,) that determine it. In others the markers tell nothing of the face.
 
     Parameters
     ----------
@@ -30,13 +34,11 @@ def first_pose(
         Where its head markers rest.
     """
     if setup.head == "stabilised":
-        return Pose.identity(len(positions)), []
+        return Pose.identity(len(positions)), np.ones(len(positions), dtype=bool)
     if setup.head == "solve":
-        pose, usable = rigid_fit(on_plane(neutral), on_plane(positions))
-    else:
-        rigid = take.select(setup.head_markers)
-        pose, usable = rigid_fit(on_plane(head_neutral), on_plane(rigid))
-    return pose, head_markers_few(usable, take.source)
+        return rigid_fit(on_plane(neutral), on_plane(positions))
+    rigid = take.select(setup.head_markers)
+    return rigid_fit(on_plane(head_neutral), on_plane(rigid))
 
 
 def head_markers_few(usable: BoolArray, source: str) -> list[Finding]:
@@ -48,8 +50,8 @@ def head_markers_few(usable: BoolArray, source: str) -> list[Finding]:
         finding(
             "HEAD_MARKERS_FEW",
             source,
-            "fewer than three head markers in {few_count} of {frame_count} frames; the head "
-            "keeps the pose of the nearest frame there",
+            "fewer than three head markers, or only some in a line, in {few_count} of "
+            "{frame_count} frames; head and face follow their neighbours there",
             missing,
             len(usable),
         )

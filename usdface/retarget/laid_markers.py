@@ -13,7 +13,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.face_fit import FaceFit, fit_face
 from usdface.retarget.film.unobservable_shapes import unobservable_shapes, without_shapes
-from usdface.retarget.first_pose import first_pose
+from usdface.retarget.first_pose import first_pose, head_markers_few
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
@@ -33,7 +33,7 @@ class LaidMarkers:
     ----------
     names : tuple of str, length M
     positions : (F, M, D) float64
-        NaN where occluded.
+        NaN where occluded, and where the head's pose is unknown.
     neutral : (M, D) float64
     frames : (M,) int64 or None
         That `neutral` is the mean of; None = exact.
@@ -118,12 +118,13 @@ def lay_markers(
     head_neutral = np.zeros((0, take.dimension))
     if setup.head == "markers":
         head_neutral = neutral_markers(take.select(setup.head_markers), setup.neutral or (0, 0))
-    pose, notes = first_pose(take, positions, neutral, setup, head_neutral)
+    pose, posed = first_pose(take, positions, neutral, setup, head_neutral)
+    positions = np.where(posed[:, None, None], positions, np.nan)
     laid = LaidMarkers(
         names, positions, neutral, frames, points, model, around, matched, pose, head_neutral,
         _least_noise(take, neutral, points),
     )  # fmt: skip
-    return laid, setup, findings + notes
+    return laid, setup, findings + head_markers_few(posed, take.source)
 
 
 def _least_noise(take: MarkerTake, neutral: FloatArray, points: FloatArray) -> float:

@@ -71,7 +71,8 @@ def _solved(
         )
     setup = replace(setup, head=estimates.head)
     positions = take.select(estimates.markers)
-    pose, _ = first_pose(take, positions, estimates.neutral, setup, estimates.head_neutral)
+    pose, posed = first_pose(take, positions, estimates.neutral, setup, estimates.head_neutral)
+    positions = np.where(posed[:, None, None], positions, np.nan)
     known = estimates.regularisation(setup.solve, shape_names)
     if not exactly:
         known = replace(known, options=setup.solve)

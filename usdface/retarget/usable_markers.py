@@ -8,6 +8,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.rigid_fit import IN_LINE
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
@@ -19,10 +20,6 @@ __all__ = [
     "unsolved_frames",
     "usable_markers",
 ]
-
-# Markers are in a line if they deviate from it by at most this share of its length: 1 mm of
-# 50, where noise of 0.3 mm would turn the head by 17 degrees.
-_IN_LINE = 0.02
 
 
 def usable_markers(
@@ -90,7 +87,7 @@ def determined(
         rest = neutral_markers(rigid, setup.neutral or (0, 0))
         rest = rest[visible(rest)]
         extent = np.linalg.svd(rest - rest.mean(axis=0), compute_uv=False) if len(rest) else [0.0]
-        if len(extent) < 2 or extent[1] <= _IN_LINE * extent[0]:
+        if len(extent) < 2 or extent[1] <= IN_LINE * extent[0]:
             where = ", ".join(setup.head_markers)
             findings.append(finding("HEAD_MARKERS_IN_LINE", where))
             setup = replace(setup, head="solve", head_markers=())
@@ -122,12 +119,12 @@ def occlusions(names: Sequence[str], hidden: IntArray, frames: int) -> list[Find
 
 
 def unsolved_frames(seen: BoolArray, source: str) -> list[Finding]:
-    """Report frames in which no marker (F, M) was seen."""
+    """Report frames in which no marker (F, M) was used."""
     empty = np.flatnonzero(~seen.any(axis=1))
     if not len(empty):
         return []
     message = (
-        "no bound marker is visible in {unsolved_count} of {frame_count} frames, the "
-        "first of them frame {first_frame}; they follow their neighbours"
+        "no bound marker, or too few for the head's pose, in {unsolved_count} of {frame_count} "
+        "frames, the first of them frame {first_frame}; they follow their neighbours"
     )
     return [finding("FRAME_UNSOLVED", source, message, len(empty), len(seen), empty[0])]
