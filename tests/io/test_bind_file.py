@@ -42,7 +42,8 @@ def test_a_setup_survives_the_file(tmp_path: Path, setup: RetargetSetup) -> None
 
 def test_only_markers_are_needed(tmp_path: Path) -> None:
     path = tmp_path / "bind.json"
-    path.write_text('{"markers": {"a": {"point": 1}}}', encoding="utf-8")
+    # With the byte order mark of some editors.
+    path.write_text('{"markers": {"a": {"point": 1}}}', encoding="utf-8-sig")
     setup, findings = read_bind(path)
     assert setup.neutral_assumed and findings == []
     assert setup.head == "solve" and setup.neutral == (0, 0)

@@ -92,7 +92,7 @@ def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
             raise InputError(
                 f"{path} is larger than any binding file; expected a small JSON file", "TOO_LARGE"
             )
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = json.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise InputError(
             f"cannot read the binding {path}: {error.strerror}", "FILE_UNREADABLE"

@@ -20,7 +20,9 @@ f 2 3 4 5
 def folder(tmp_path):
     (tmp_path / "base.obj").write_text(BASE)
     (tmp_path / "targets").mkdir()
-    (tmp_path / "targets" / "smile.target").write_text("# comment\n3 0 .5 0\n0 1 1 1\n")
+    target = tmp_path / "targets" / "smile.target"
+    # With the byte order mark of some editors.
+    target.write_text("# comment\n3 0 .5 0\n0 1 1 1\n", encoding="utf-8-sig")
     return tmp_path
 
 

@@ -40,7 +40,7 @@ def read_combinations(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
     if path.stat().st_size > _LARGEST:
         raise InputError(f"{path} is larger than any list of combinations", "TOO_LARGE")
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        document = json.loads(path.read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(
             f"{path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
