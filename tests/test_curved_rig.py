@@ -107,7 +107,15 @@ def test_a_folder_declares_them_in_a_file(world: World, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["[]", "{", '{"a": []}', '{"a": 3}', '{"a": {"of": ["b"], "rule": "sum"}}', '{"a": {"x": 1}}'],
+    [
+        "[]",
+        "{",
+        '{"a": ["b"], "a": ["c"]}',
+        '{"a": []}',
+        '{"a": 3}',
+        '{"a": {"of": ["b"], "rule": "sum"}}',
+        '{"a": {"x": 1}}',
+    ],
 )
 def test_a_file_that_makes_no_sense_is_refused(world: World, tmp_path: Path, text: str) -> None:
     (tmp_path / "combinations.json").write_text(text)

@@ -95,6 +95,13 @@ def test_files_that_are_no_binding_are_refused(tmp_path: Path) -> None:
     assert json.loads(bind_json(SETUPS[0]))["mesh"] == "/Asset/Face/Head"
 
 
+def test_a_marker_that_is_bound_twice_is_named(tmp_path: Path) -> None:
+    text = '{"markers": {"chin": {"point": 1}, "nose": {"point": 2}, "chin": {"point": 3}}}'
+    (tmp_path / "bind.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"bind\.json .* 'chin' occurs twice"):
+        read_bind(tmp_path / "bind.json")
+
+
 def test_a_map_whose_settings_are_named_is_not_chosen() -> None:
     def map_of(**settings: object) -> MapOptions:
         return setup_of_json({"markers": {"a": {"point": 1}}, "map": settings}, "bind").map

@@ -35,6 +35,7 @@ import numpy as np
 from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError
 from usdface.findings import Finding
+from usdface.io.json_names import unique_names
 from usdface.options import (
     EXAGGERATION_PARTS,
     CleanOptions,
@@ -92,7 +93,7 @@ def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
             raise InputError(
                 f"{path} is larger than any binding file; expected a small JSON file", "TOO_LARGE"
             )
-        document = json.loads(path.read_text(encoding="utf-8-sig"))
+        document = json.loads(path.read_text(encoding="utf-8-sig"), object_pairs_hook=unique_names)
     except OSError as error:
         raise InputError(
             f"cannot read the binding {path}: {error.strerror}", "FILE_UNREADABLE"
