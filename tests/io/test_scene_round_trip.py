@@ -132,6 +132,25 @@ def test_a_sphere_shines_as_its_luminance_and_size_say(tmp_path: Path) -> None:
     assert found == []
 
 
+def test_cameras_and_lights_of_instances_stand_where_these_do(tmp_path: Path) -> None:
+    given = scene()
+    write_rig(given, tmp_path / "a.usda")
+    stage = Usd.Stage.CreateNew(str(tmp_path / "set.usda"))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(24)
+    for x in (0.0, 5.0):
+        placed = UsdGeom.Xform.Define(stage, f"/Head_{x:.0f}")
+        placed.AddTranslateOp().Set(Gf.Vec3d(x, 0, 0))
+        placed.GetPrim().GetReferences().AddReference("a.usda")
+        placed.GetPrim().SetInstanceable(True)
+    stage.Save()
+    rig = read_rig(tmp_path / "set.usda")[0]
+    for found, wanted in ((rig.cameras, given.cameras), (rig.lights, given.lights)):
+        assert [one.name for one in found] == 2 * [one.name for one in wanted]
+        move = found[len(wanted)].matrix - wanted[0].matrix
+        np.testing.assert_allclose(move[3], [5, 0, 0, 0], atol=1e-6)
+
+
 def test_the_sun_shines_as_its_disc_says(tmp_path: Path) -> None:
     stage = a_stage(tmp_path)
     light = UsdLux.DistantLight.Define(stage, "/Asset/Sun")

@@ -26,6 +26,7 @@ from usdface.scene import Camera, Light
 
 __all__ = ["read_scene", "write_scene"]
 
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
 _FAR = 1e6  # USD's own default; it has no infinity
 _APERTURE = 15.2908  # USD's default height of the film
@@ -47,7 +48,7 @@ def read_scene(
     lights: list[Light] = []
     found: list[Finding] = []
     xforms = UsdGeom.XformCache(_START)
-    for prim in stage.Traverse():
+    for prim in stage.Traverse(_ALL):
         shines = prim.HasAPI(UsdLux.LightAPI)
         if not prim.IsA(UsdGeom.Camera) and not shines:
             continue
