@@ -37,6 +37,13 @@ def test_left_handed_faces_are_turned_and_keep_their_uvs():
     assert list(rig_of_stage(stage)[0].meshes[0].face_indices) == [0, 1, 2]
 
 
+def test_holes_are_announced():
+    stage = sheet()
+    before = codes(rig_of_stage(stage)[1])
+    UsdGeom.Mesh(stage.GetPrimAtPath("/R/M")).CreateHoleIndicesAttr([0])
+    assert codes(rig_of_stage(stage)[1]) == [*before, "FEATURE_DROPPED"]
+
+
 def test_corner_normals_become_point_normals():
     stage = sheet()
     mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))

@@ -204,4 +204,7 @@ def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
         findings.append(
             finding("FEATURE_DROPPED", path, message, str(scheme.Get()), feature="subdivision")
         )
+    if mesh.GetHoleIndicesAttr().Get(_START):
+        message = "holes are not kept; their faces are shown"
+        findings.append(finding("FEATURE_DROPPED", path, message, feature="holes"))
     return findings
