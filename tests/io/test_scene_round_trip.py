@@ -151,6 +151,30 @@ def test_cameras_and_lights_of_instances_stand_where_these_do(tmp_path: Path) ->
         np.testing.assert_allclose(move[3], [5, 0, 0, 0], atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("focalLength", 0.0),
+        ("verticalAperture", 0.0),
+        ("focalLength", np.nan),
+        ("clippingRange", (1.0, 0.5)),
+        ("inputs:intensity", -5.0),
+        ("inputs:intensity", np.inf),
+        ("inputs:exposure", 2000.0),
+        ("inputs:color", (np.nan, 0.0, 0.0)),
+    ],
+)
+def test_a_camera_or_light_that_gltf_cannot_hold_is_announced(
+    tmp_path: Path, name: str, wrong: object
+) -> None:
+    stage = a_stage(tmp_path)
+    kind = UsdLux.SphereLight if name.startswith("inputs:") else UsdGeom.Camera
+    thing = kind.Define(stage, "/Asset/Thing").GetPrim()
+    thing.GetAttribute(name).Set(wrong)
+    rig, found = read_back(stage, tmp_path)
+    assert rig.cameras == rig.lights == () and found == ["FEATURE_DROPPED"]
+
+
 def test_the_sun_shines_as_its_disc_says(tmp_path: Path) -> None:
     stage = a_stage(tmp_path)
     light = UsdLux.DistantLight.Define(stage, "/Asset/Sun")
