@@ -212,6 +212,18 @@ def test_extras_that_usd_cannot_hold_are_announced(tmp_path: Path) -> None:
     assert read_rig(tmp_path / "a.usda")[0].meshes[0].extras == {"ok": 1}
 
 
+def test_metadata_that_json_cannot_hold_is_announced(tmp_path: Path) -> None:
+    stage = a_stage(tmp_path)
+    stage.GetDefaultPrim().SetCustomDataByKey("far", float("inf"))
+    stage.GetDefaultPrim().SetCustomDataByKey("range", Gf.Vec2d(0, np.nan))
+    stage.GetDefaultPrim().SetCustomDataByKey("ok", Gf.Vec2d(0, 1))
+    stage.Export(str(tmp_path / "b.usda"))
+    rig, found = read_rig(tmp_path / "b.usda")
+    assert [f.message for f in found] == ["metadata that JSON does not hold: far, range"]
+    assert rig.extras["ok"] == [0, 1]
+    assert write_gltf(rig, tmp_path / "b.glb") == []
+
+
 def test_huge_extras_are_left_out(tmp_path: Path, write_glb: Callable) -> None:
     document = {
         "nodes": [{"mesh": 0, "extras": {"a": "x" * 2**20}}],
