@@ -77,7 +77,7 @@ def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Ri
 def _targets(folder: Path) -> tuple[Path, list[Path]]:
     inner = folder / "targets"
     place = inner if inner.is_dir() else folder
-    return place, sorted(place.rglob("*.target"))
+    return place, sorted(p for p in place.rglob("*.target") if not p.name.startswith("."))
 
 
 def _base(folder: Path) -> Path | None:
