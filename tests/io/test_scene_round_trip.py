@@ -175,6 +175,14 @@ def test_a_camera_or_light_that_gltf_cannot_hold_is_announced(
     assert rig.cameras == rig.lights == () and found == ["FEATURE_DROPPED"]
 
 
+def test_a_lamp_that_an_instancer_repeats_is_not_where_it_stands(tmp_path: Path) -> None:
+    stage = a_stage(tmp_path)
+    UsdGeom.PointInstancer.Define(stage, "/Asset/Chain").CreateProtoIndicesAttr([0, 0])
+    UsdLux.SphereLight.Define(stage, "/Asset/Chain/Lamp")
+    rig, found = read_back(stage, tmp_path)
+    assert rig.lights == () and found == ["FEATURE_DROPPED"]  # the instancer
+
+
 def test_the_sun_shines_as_its_disc_says(tmp_path: Path) -> None:
     stage = a_stage(tmp_path)
     light = UsdLux.DistantLight.Define(stage, "/Asset/Sun")

@@ -48,7 +48,11 @@ def read_scene(
     lights: list[Light] = []
     found: list[Finding] = []
     xforms = UsdGeom.XformCache(_START)
-    for prim in stage.Traverse(_ALL):
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
+    for prim in prims:
+        if prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()  # prototypes are not shown where they stand
+            continue
         shines = prim.HasAPI(UsdLux.LightAPI)
         if not prim.IsA(UsdGeom.Camera) and not shines:
             continue
