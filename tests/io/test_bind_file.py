@@ -95,6 +95,21 @@ def test_files_that_are_no_binding_are_refused(tmp_path: Path) -> None:
     assert json.loads(bind_json(SETUPS[0]))["mesh"] == "/Asset/Face/Head"
 
 
+@pytest.mark.parametrize(
+    "setting",
+    [
+        '"exaggeration": {}',
+        '"solve": {{"smoothness": {}}}',
+        '"neutral": {{"weights": {{"a": {}}}}}',
+    ],
+)
+def test_a_number_of_hundreds_of_digits_is_refused(tmp_path: Path, setting: str) -> None:
+    text = f'{{"markers": {{"a": {{"point": 1}}}}, {setting.format("1" + 400 * "0")}}}'
+    (tmp_path / "bind.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="is inf"):
+        read_bind(tmp_path / "bind.json")
+
+
 def test_a_marker_that_is_bound_twice_is_named(tmp_path: Path) -> None:
     text = '{"markers": {"chin": {"point": 1}, "nose": {"point": 2}, "chin": {"point": 3}}}'
     (tmp_path / "bind.json").write_text(text, encoding="utf-8")

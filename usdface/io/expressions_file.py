@@ -19,7 +19,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.face.expression_poses import EMOTIONS, ActionPose
 from usdface.face.facs_names import action_unit
-from usdface.io.json_names import unique_names
+from usdface.io.json_values import unique_names
 from usdface.io.takes.text_table import read_text
 from usdface.io.usd.retarget_setup import read_expressions
 from usdface.io.usd.stage import open_stage

@@ -13,7 +13,7 @@ from typing import get_args
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.json_names import unique_names
+from usdface.io.json_values import unique_names
 from usdface.rigs import Combination, CombinationRule, Rig
 
 __all__ = ["combinations_file", "read_combinations"]
