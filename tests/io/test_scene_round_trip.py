@@ -211,11 +211,12 @@ def test_lights_that_gltf_lacks_and_motion_are_announced(tmp_path: Path) -> None
 
 def test_extras_that_usd_cannot_hold_are_announced(tmp_path: Path) -> None:
     extras = {"null": None, "mixed": [1, "a"], "a:b": 1, "big": 2**70, "usdface": {"x": 1}, "ok": 1}
+    extras |= {"sizes": [0.5, 10**400]}
     rig = scene()
     rig = replace(rig, meshes=(replace(rig.meshes[0], extras=extras),))
     found = write_rig(rig, tmp_path / "a.usda")
     assert [f.message for f in found if f.code == "FEATURE_DROPPED"] == [
-        "extras that USD does not hold: a:b, big, mixed, null, usdface"
+        "extras that USD does not hold: a:b, big, mixed, null, sizes, usdface"
     ]
     assert read_rig(tmp_path / "a.usda")[0].meshes[0].extras == {"ok": 1}
 

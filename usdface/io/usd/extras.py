@@ -68,10 +68,11 @@ def _usd_value(value: Any, path: str, lost: list[str], depth: int) -> Any:
         return value
     if isinstance(value, list):
         kinds = {type(v) for v in value}
-        if kinds <= {int, float} and float in kinds:
+        held = all(v in _INTS for v in value if type(v) is int)
+        if kinds <= {int, float} and float in kinds and held:
             return Vt.DoubleArray([float(v) for v in value])
         for kind, array in ((bool, Vt.BoolArray), (int, Vt.Int64Array), (str, Vt.StringArray)):
-            if kinds <= {kind} and (kind is not int or all(v in _INTS for v in value)):
+            if kinds <= {kind} and held:
                 return array(value)
     lost.append(path)
     return None
