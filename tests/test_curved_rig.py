@@ -97,7 +97,9 @@ def test_a_folder_declares_them_in_a_file(world: World, tmp_path: Path) -> None:
     declared = {name: list(c.of) for name, c in COMBINED.items() if c.rule == "product"}
     declared |= {"browsWorried": {"of": ["browDownLeft", "browInnerUp"], "rule": "min"}}
     declared |= {"nobody": ["jawOpen"]}
-    (tmp_path / "combinations.json").write_text(json.dumps(declared))
+    declaration = tmp_path / "combinations.json"
+    # With the byte order mark of some editors.
+    declaration.write_text(json.dumps(declared), encoding="utf-8-sig")
     rig, findings = read_combinations(tmp_path, bare(world))
     assert {s.name: s.combination for s in rig.meshes[0].shapes if s.combination} == COMBINED
     assert [(f.code, f.where) for f in findings] == [("SHAPE_UNKNOWN", "nobody")]
@@ -105,7 +107,15 @@ def test_a_folder_declares_them_in_a_file(world: World, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     "text",
-    ["[]", "{", '{"a": []}', '{"a": 3}', '{"a": {"of": ["b"], "rule": "sum"}}', '{"a": {"x": 1}}'],
+    [
+        "[]",
+        "{",
+        '{"a": ["b"], "a": ["c"]}',
+        '{"a": []}',
+        '{"a": 3}',
+        '{"a": {"of": ["b"], "rule": "sum"}}',
+        '{"a": {"x": 1}}',
+    ],
 )
 def test_a_file_that_makes_no_sense_is_refused(world: World, tmp_path: Path, text: str) -> None:
     (tmp_path / "combinations.json").write_text(text)

@@ -91,6 +91,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "check_recording",
         "the file announces more frames than it holds",
     ),
+    "FRAMES_UNREAD": (
+        "warning",
+        "check_recording",
+        "the file holds more frames than it announces; they are not read",
+    ),
     "FRAMES_DROPPED": (
         "info",
         "nothing",

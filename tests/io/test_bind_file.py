@@ -42,7 +42,8 @@ def test_a_setup_survives_the_file(tmp_path: Path, setup: RetargetSetup) -> None
 
 def test_only_markers_are_needed(tmp_path: Path) -> None:
     path = tmp_path / "bind.json"
-    path.write_text('{"markers": {"a": {"point": 1}}}', encoding="utf-8")
+    # With the byte order mark of some editors.
+    path.write_text('{"markers": {"a": {"point": 1}}}', encoding="utf-8-sig")
     setup, findings = read_bind(path)
     assert setup.neutral_assumed and findings == []
     assert setup.head == "solve" and setup.neutral == (0, 0)
@@ -92,6 +93,28 @@ def test_files_that_are_no_binding_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"bad\.json"):
         read_bind(tmp_path / "bad.json")
     assert json.loads(bind_json(SETUPS[0]))["mesh"] == "/Asset/Face/Head"
+
+
+@pytest.mark.parametrize(
+    "setting",
+    [
+        '"exaggeration": {}',
+        '"solve": {{"smoothness": {}}}',
+        '"neutral": {{"weights": {{"a": {}}}}}',
+    ],
+)
+def test_a_number_of_hundreds_of_digits_is_refused(tmp_path: Path, setting: str) -> None:
+    text = f'{{"markers": {{"a": {{"point": 1}}}}, {setting.format("1" + 400 * "0")}}}'
+    (tmp_path / "bind.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match="is inf"):
+        read_bind(tmp_path / "bind.json")
+
+
+def test_a_marker_that_is_bound_twice_is_named(tmp_path: Path) -> None:
+    text = '{"markers": {"chin": {"point": 1}, "nose": {"point": 2}, "chin": {"point": 3}}}'
+    (tmp_path / "bind.json").write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=r"bind\.json .* 'chin' occurs twice"):
+        read_bind(tmp_path / "bind.json")
 
 
 def test_a_map_whose_settings_are_named_is_not_chosen() -> None:

@@ -40,6 +40,7 @@ def test_a_gain_is_enough(tmp_path: Path) -> None:
         ('{"shapes": {"a": {"gain": NaN}}}', "'a'"),
         ('{"shapes": {"a": {"gain": 2.5}}}', "0.5 to 2"),
         ('{"shapes": {"a": {"gain": -Infinity}}}', "0.5 to 2"),
+        (f'{{"shapes": {{"a": {{"gain": 1{400 * "0"}}}}}}}', "0.5 to 2"),
         ('{"shapes": {"a": {"gain": 1, "offset": 0.5}}}', "0 to 0.2"),
     ],
 )

@@ -124,6 +124,23 @@ def test_what_the_rig_lacks_is_named(tmp_path: Path) -> None:
     assert not kept.weights.column("jaw ü").any()
 
 
+def test_a_curve_moves_the_shape_of_its_name_before_one_that_had_it(tmp_path: Path) -> None:
+    rig, clip = character()
+    write_gltf(rig, tmp_path / "clip.glb", [clip])
+    head = rig.meshes[0]
+    renamed = tuple(replace(s, name=f"Twin:{s.name}", label=s.name) for s in head.shapes)
+    twin = replace(head, name="Twin", shapes=renamed)
+    write_rig(replace(rig, meshes=(head, twin)), tmp_path / "rig.usdc")
+    import_scene(
+        without_meshes(tmp_path / "clip.glb"), tmp_path / "a.usdc", rig=tmp_path / "rig.usdc"
+    )
+    (kept,) = animated_rig(open_stage(tmp_path / "a.usdc"))[1]
+    assert kept.weights is not None and clip.weights is not None
+    np.testing.assert_allclose(
+        kept.weights.reordered(clip.weights.names).weights, clip.weights.weights, atol=1e-6
+    )
+
+
 def test_targets_without_names_are_those_of_the_rig_in_order(tmp_path: Path, baked: Any) -> None:
     rig, clip = character()
     face = rig.meshes[0]

@@ -47,7 +47,8 @@ def test_nonsense_is_no_timecode(text: str) -> None:
 
 def test_the_clips_of_an_edl_have_name_reel_and_range(tmp_path: Path) -> None:
     pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
-    (tmp_path / "reel.edl").write_text(EDL)
+    # With the byte order mark of some editors.
+    (tmp_path / "reel.edl").write_text(EDL, encoding="utf-8-sig")
     events, findings = read_cut(tmp_path / "reel.edl")
     assert [(e.name, e.media, e.start, e.frames, e.rate) for e in events] == [
         ("sq010_0010", ("A010",), 3602.0, 48, 24.0),

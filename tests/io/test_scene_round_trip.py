@@ -132,6 +132,57 @@ def test_a_sphere_shines_as_its_luminance_and_size_say(tmp_path: Path) -> None:
     assert found == []
 
 
+def test_cameras_and_lights_of_instances_stand_where_these_do(tmp_path: Path) -> None:
+    given = scene()
+    write_rig(given, tmp_path / "a.usda")
+    stage = Usd.Stage.CreateNew(str(tmp_path / "set.usda"))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    stage.SetTimeCodesPerSecond(24)
+    for x in (0.0, 5.0):
+        placed = UsdGeom.Xform.Define(stage, f"/Head_{x:.0f}")
+        placed.AddTranslateOp().Set(Gf.Vec3d(x, 0, 0))
+        placed.GetPrim().GetReferences().AddReference("a.usda")
+        placed.GetPrim().SetInstanceable(True)
+    stage.Save()
+    rig = read_rig(tmp_path / "set.usda")[0]
+    for found, wanted in ((rig.cameras, given.cameras), (rig.lights, given.lights)):
+        assert [one.name for one in found] == 2 * [one.name for one in wanted]
+        move = found[len(wanted)].matrix - wanted[0].matrix
+        np.testing.assert_allclose(move[3], [5, 0, 0, 0], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("focalLength", 0.0),
+        ("verticalAperture", 0.0),
+        ("focalLength", np.nan),
+        ("clippingRange", (1.0, 0.5)),
+        ("inputs:intensity", -5.0),
+        ("inputs:intensity", np.inf),
+        ("inputs:exposure", 2000.0),
+        ("inputs:color", (np.nan, 0.0, 0.0)),
+    ],
+)
+def test_a_camera_or_light_that_gltf_cannot_hold_is_announced(
+    tmp_path: Path, name: str, wrong: object
+) -> None:
+    stage = a_stage(tmp_path)
+    kind = UsdLux.SphereLight if name.startswith("inputs:") else UsdGeom.Camera
+    thing = kind.Define(stage, "/Asset/Thing").GetPrim()
+    thing.GetAttribute(name).Set(wrong)
+    rig, found = read_back(stage, tmp_path)
+    assert rig.cameras == rig.lights == () and found == ["FEATURE_DROPPED"]
+
+
+def test_a_lamp_that_an_instancer_repeats_is_not_where_it_stands(tmp_path: Path) -> None:
+    stage = a_stage(tmp_path)
+    UsdGeom.PointInstancer.Define(stage, "/Asset/Chain").CreateProtoIndicesAttr([0, 0])
+    UsdLux.SphereLight.Define(stage, "/Asset/Chain/Lamp")
+    rig, found = read_back(stage, tmp_path)
+    assert rig.lights == () and found == ["FEATURE_DROPPED"]  # the instancer
+
+
 def test_the_sun_shines_as_its_disc_says(tmp_path: Path) -> None:
     stage = a_stage(tmp_path)
     light = UsdLux.DistantLight.Define(stage, "/Asset/Sun")
@@ -160,13 +211,26 @@ def test_lights_that_gltf_lacks_and_motion_are_announced(tmp_path: Path) -> None
 
 def test_extras_that_usd_cannot_hold_are_announced(tmp_path: Path) -> None:
     extras = {"null": None, "mixed": [1, "a"], "a:b": 1, "big": 2**70, "usdface": {"x": 1}, "ok": 1}
+    extras |= {"sizes": [0.5, 10**400]}
     rig = scene()
     rig = replace(rig, meshes=(replace(rig.meshes[0], extras=extras),))
     found = write_rig(rig, tmp_path / "a.usda")
     assert [f.message for f in found if f.code == "FEATURE_DROPPED"] == [
-        "extras that USD does not hold: a:b, big, mixed, null, usdface"
+        "extras that USD does not hold: a:b, big, mixed, null, sizes, usdface"
     ]
     assert read_rig(tmp_path / "a.usda")[0].meshes[0].extras == {"ok": 1}
+
+
+def test_metadata_that_json_cannot_hold_is_announced(tmp_path: Path) -> None:
+    stage = a_stage(tmp_path)
+    stage.GetDefaultPrim().SetCustomDataByKey("far", float("inf"))
+    stage.GetDefaultPrim().SetCustomDataByKey("range", Gf.Vec2d(0, np.nan))
+    stage.GetDefaultPrim().SetCustomDataByKey("ok", Gf.Vec2d(0, 1))
+    stage.Export(str(tmp_path / "b.usda"))
+    rig, found = read_rig(tmp_path / "b.usda")
+    assert [f.message for f in found] == ["metadata that JSON does not hold: far, range"]
+    assert rig.extras["ok"] == [0, 1]
+    assert write_gltf(rig, tmp_path / "b.glb") == []
 
 
 def test_huge_extras_are_left_out(tmp_path: Path, write_glb: Callable) -> None:

@@ -11,6 +11,7 @@ from pygltflib import GLTF2
 
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
+from usdface.io.udim import untiled
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Placement, Texture
@@ -290,6 +291,18 @@ def test_udim_tiles_become_materials(tmp_path: Path, validate_gltf: Callable) ->
     assert first.data == (tmp_path / "skin.1001.png").read_bytes()
     assert second.data == (tmp_path / "skin.1002.png").read_bytes()
     assert [m.roughness_texture is None for m in back.materials] == [False, True]
+
+
+def test_a_tile_takes_no_other_materials_name(tmp_path: Path) -> None:
+    for tile in (1001, 1002):
+        png(tmp_path / f"skin.{tile}.png")
+    texture = Texture(str(tmp_path / "skin.<UDIM>.png"), suffix=".png")
+    skin, other = Material("m", base_color_texture=texture), Material("m_1001", (1.0, 0.0, 0.0))
+    rig = Rig("r", (sheet("m"), sheet("m_1001")), None, (skin, other))
+    tiled, _ = untiled(rig)
+    assert [m.name for m in tiled.materials] == ["m_1001", "m_1001_", "m_1002"]
+    assert [s.material for s in tiled.meshes[0].subsets] == ["m_1001_", "m_1002"]
+    assert tiled.meshes[1].material == "m_1001"
 
 
 def test_udims_elsewhere_are_copied_tile_by_tile(tmp_path: Path, assert_valid_usd) -> None:

@@ -24,6 +24,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
+from usdface.io.json_values import whole_number
 from usdface.io.takes.text_table import read_text
 from usdface.performer_face import PerformerFace
 from usdface.retarget_setup import Calibration
@@ -49,7 +50,7 @@ def read_calibration_file(path: Path) -> Calibration:
             f"{path} is larger than any calibration; expected a small JSON file", "TOO_LARGE"
         )
     try:
-        document = json.loads(read_text(path))
+        document = json.loads(read_text(path), parse_int=whole_number)
     except (ValueError, RecursionError) as error:
         raise InputError(
             f"{path} is no JSON that can be read: {error}", "FILE_UNREADABLE"

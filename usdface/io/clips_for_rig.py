@@ -60,7 +60,9 @@ def rig_with_clips(
     joints = _matched_joints(skeleton, rig.skeleton)
     new_findings = _report_joints(path, clips, joints, skeleton, rig.skeleton)
     found += new_findings
-    shapes = {label: s.name for m in rig.meshes for s in m.shapes for label in (s.label, s.name)}
+    # A label, the name of a shape before it was made unique, may be the name of another.
+    shapes = {s.label: s.name for m in rig.meshes for s in m.shapes}
+    shapes |= {name: name for name in rig.shape_names}
     named = dict.fromkeys(n for c in clips if c.weights for n in c.weights.names)
     message = "the clips name a blend shape that the rig lacks"
     found += [finding("SHAPE_UNKNOWN", name, message) for name in named if name not in shapes]

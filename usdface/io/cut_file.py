@@ -67,7 +67,7 @@ def read_cut(path: Path, rate: float = 0.0) -> tuple[list[CutEvent], list[Findin
     try:
         if path.stat().st_size > _LARGEST:
             raise InputError(f"{path} is larger than any cut", "TOO_LARGE")
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read the cut {path}: {error}", "FILE_UNREADABLE") from error
     clips, findings = _clips(otio, path, text, rate)

@@ -19,6 +19,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.face.expression_poses import EMOTIONS, ActionPose
 from usdface.face.facs_names import action_unit
+from usdface.io.json_values import unique_names
 from usdface.io.takes.text_table import read_text
 from usdface.io.usd.retarget_setup import read_expressions
 from usdface.io.usd.stage import open_stage
@@ -46,22 +47,12 @@ def read_expressions_file(path: Path) -> dict[str, Expression | ActionPose | Non
     if path.is_file() and path.stat().st_size > _LARGEST:
         raise InputError(f"{path} is larger than any file of expressions; expected a small one")
     try:
-        document = json.loads(read_text(path), object_pairs_hook=_once)
+        document = json.loads(read_text(path), object_pairs_hook=unique_names)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is no JSON that can be read: {error}") from error
     if not isinstance(document, dict) or not document:
         raise InputError(f'{path}: expected an object, e.g. {{"joy": {{"shapes": {{...}}}}}}')
     return {name: _expression(path, name, value) for name, value in document.items()}
-
-
-def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    """Return an object of JSON; of a name that occurs twice JSON keeps the last without a word."""
-    found: dict[str, object] = {}
-    for name, value in pairs:
-        if name in found:
-            raise ValueError(f"{name!r} occurs twice; keep one")
-        found[name] = value
-    return found
 
 
 def _from_usd(path: Path) -> dict[str, Expression | ActionPose | None]:

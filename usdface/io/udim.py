@@ -64,7 +64,8 @@ def untiled(rig: Rig) -> tuple[Rig, list[Finding]]:
         return rig, []
     found = [finding("TEXTURE_TILED", f"material {name}") for name in tiled]
     made: dict[tuple[str, int], str] = {}
-    meshes = tuple(_split(mesh, tiled, made) for mesh in rig.meshes)
+    names = {material.name for material in rig.materials}
+    meshes = tuple(_split(mesh, tiled, made, names) for mesh in rig.meshes)
     files = {t.path: udim_tiles(t) for m in tiled.values() for t in _of(m) if _MARK in t.path}
     materials = [m for m in rig.materials if m.name not in tiled]
     for (name, tile), own in made.items():
@@ -80,7 +81,9 @@ def _of(material: Material) -> Iterable[Texture]:
     return material.textures.values()
 
 
-def _split(mesh: Mesh, tiled: dict[str, Material], made: dict[tuple[str, int], str]) -> Mesh:
+def _split(
+    mesh: Mesh, tiled: dict[str, Material], made: dict[tuple[str, int], str], names: set[str]
+) -> Mesh:
     whole = np.arange(len(mesh.face_counts))
     taken = [s.faces for s in mesh.subsets]
     rest = np.setdiff1d(whole, np.concatenate(taken)) if taken else whole
@@ -93,13 +96,21 @@ def _split(mesh: Mesh, tiled: dict[str, Material], made: dict[tuple[str, int], s
         uvs = mesh.uv_sets.get(uv, mesh.uvs)
         tiles = _tiles(mesh, faces, uvs)
         for tile in np.unique(tiles).tolist():
-            own = made.setdefault((name, tile), f"{name}_{tile}")
-            subsets.append(MaterialSubset(own, faces[tiles == tile]))
+            if (name, tile) not in made:
+                made[name, tile] = _unused(f"{name}_{tile}", names)
+            subsets.append(MaterialSubset(made[name, tile], faces[tiles == tile]))
     if all(s.material == mesh.material for s in subsets) and mesh.material not in tiled:
         return mesh
     kept = "" if mesh.material in tiled else mesh.material
     shown = [s for s in subsets if s.material != kept and len(s.faces)]
     return replace(mesh, material=kept, subsets=tuple(shown))
+
+
+def _unused(name: str, taken: set[str]) -> str:
+    while name in taken:
+        name += "_"
+    taken.add(name)
+    return name
 
 
 def _tiles(mesh: Mesh, faces: IntArray, uvs: FloatArray | None) -> IntArray:

@@ -5,6 +5,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.textures import uv_name
 from usdface.rigs import Mesh
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
@@ -210,3 +211,22 @@ def test_attributes_that_are_not_read_are_announced(write_glb, tmp_path: Path) -
         write_glb, tmp_path, [SQUARE], {"attributes": {"POSITION": 0, "COLOR_1": 0, "_X": 0}}
     )
     assert [f.message.split()[2] for f in found] == ["COLOR_1", "_X"]
+
+
+def test_a_set_of_coordinates_that_another_program_added_has_its_own_name(
+    write_glb, tmp_path: Path
+) -> None:
+    assert uv_name(1, ["st1"]) == "st1_"  # with two of a name the reader never ended
+    document = {
+        # Of an export whose one set was called st1; the lightmap came later.
+        "asset": {"version": "2.0", "extras": {"usdface": {"uvNames": ["st1"]}}},
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [
+            {"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_1": 2}}]}
+        ],
+    }
+    sets = [SQUARE[:, :2], SQUARE[:, :2] / 2]
+    mesh = read_gltf(write_glb(tmp_path / "a.glb", document, [SQUARE, *sets]))[0].meshes[0]
+    assert list(mesh.uv_sets) == ["st1", "st1_"]
+    np.testing.assert_array_equal(2 * mesh.uv_sets["st1_"][:, 0], mesh.uv_sets["st1"][:, 0])

@@ -20,7 +20,11 @@ f 2 3 4 5
 def folder(tmp_path):
     (tmp_path / "base.obj").write_text(BASE)
     (tmp_path / "targets").mkdir()
-    (tmp_path / "targets" / "smile.target").write_text("# comment\n3 0 .5 0\n0 1 1 1\n")
+    target = tmp_path / "targets" / "smile.target"
+    # With the byte order mark of some editors.
+    target.write_text("# comment\n3 0 .5 0\n0 1 1 1\n", encoding="utf-8-sig")
+    # What macOS leaves beside a file on drives of other systems.
+    target.with_name("._smile.target").write_bytes(b"\0\5\x16\7Mac OS X")
     return tmp_path
 
 

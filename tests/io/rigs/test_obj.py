@@ -9,7 +9,7 @@ SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 2\n"
 
 def written(tmp_path, text):
     path = tmp_path / "mesh.obj"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     return path
 
 
@@ -26,6 +26,11 @@ def test_polygons_and_points_stay_as_they_stand_in_the_file(tmp_path, faces):
 def test_negative_indices_count_back_from_their_own_line(tmp_path):
     mesh = read_obj(written(tmp_path, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf -3 -2 -1\nv 9 9 9\n"))
     assert list(mesh.face_indices) == [0, 1, 2]
+
+
+def test_a_byte_order_mark_hides_no_point(tmp_path):
+    mesh = read_obj(written(tmp_path, "\ufeff" + SQUARE + "f 1 2 3"))
+    assert len(mesh.points) == 5
 
 
 def test_texture_seams_do_not_split_points(tmp_path):

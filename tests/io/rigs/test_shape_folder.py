@@ -31,6 +31,8 @@ def test_a_shape_is_its_difference_to_the_neutral(tmp_path, write):
     write(tmp_path, f"face_neutral.{suffix}", POINTS)
     write(tmp_path, f"face_smile.{suffix}", moved(2, (0, 0.5, 0)))
     write(tmp_path, f"Brow up.{suffix}", moved(0, (0, 0, 0.25)))
+    # What macOS leaves beside a file on drives of other systems.
+    (tmp_path / f"._Brow up.{suffix}").write_bytes(b"\0\5\x16\7Mac OS X")
     rig, findings = read_shape_folder(tmp_path, METRES)
     mesh = rig.mesh()
     assert findings == [] and mesh.shape_names == ("Brow up", "face_smile")

@@ -32,6 +32,8 @@ def write(folder, head="", frames=True, nan=False):
 )
 def test_a_folder_has_a_table_for_each_track(folder, form):
     write(folder, **form)
+    # What macOS leaves beside a file on drives of other systems.
+    (folder / "._chin.csv").write_bytes(b"\0\5\x16\7Mac OS X")
     take, _ = read_take(folder, TakeOptions(rate=25.0, image_size=SIZE))
     assert take.names == ("chin", "left brow")
     np.testing.assert_allclose(take.positions[:, ::-1], expected_positions(TRACKS), atol=1e-6)

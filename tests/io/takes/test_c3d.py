@@ -233,9 +233,18 @@ def test_more_than_65535_frames(read):
     positions = np.float32(np.arange(70_000)[:, None, None] + [[[0.0, 1, 2]]])
     data = c3d_bytes(positions, labels=("A",), frames=70_000, parameters={"FRAMES": 65535})
     long = {"FRAMES": 65535, "LONG_FRAMES": 70_000.0}
-    take, _ = read(c3d_bytes(positions, labels=("A",), frames=70_000, parameters=long))
+    take, findings = read(c3d_bytes(positions, labels=("A",), frames=70_000, parameters=long))
     assert take.positions[-1, 0, 0] == pytest.approx(69.999)
-    assert len(read(data)[0].times) == 65535
+    assert codes(findings) == ["UP_AXIS_ASSUMED"]
+    take, findings = read(data)
+    assert len(take.times) == 65535
+    assert codes(findings) == ["FRAMES_UNREAD", "UP_AXIS_ASSUMED"]
+    assert "4465 more" in findings[0].message
+
+
+@pytest.mark.parametrize("filling", [bytes(511), b"\x01" * 511, bytes(5000)])
+def test_what_fills_the_last_block_up_is_no_frame(read, filling):
+    assert codes(read(c3d_bytes() + filling)[1]) == ["UP_AXIS_ASSUMED"]
 
 
 def test_a_file_closed_early_between_frames_is_read_and_told(read):

@@ -105,6 +105,14 @@ def test_other_columns_are_announced(read):
     assert "confidence" in findings[0].message
 
 
+def test_positions_without_a_name_are_announced(read):
+    text = long_text() + "0,0,,9,9,9\n0,0,,,,\n1,0.02\n"
+    take, findings = read(text)
+    np.testing.assert_array_equal(take.select(("Chin", "Nose")), POSITIONS)
+    assert codes(findings) == ["CHANNEL_IGNORED"]
+    assert "1 positions without the name" in findings[0].message
+
+
 def test_frame_numbers_with_gaps_need_a_rate_and_keep_the_gaps(read):
     text = "frame,A_x,A_y,A_z\n10,1,2,3\n11,1,2,3\n14,1,2,3\n"
     take, findings = read(text)

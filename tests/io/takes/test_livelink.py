@@ -1,3 +1,5 @@
+import re
+
 import numpy as np
 import pytest
 
@@ -71,6 +73,17 @@ def test_dropped_frames_stay_gaps(read):
     np.testing.assert_allclose(take.times, seconds, atol=1e-4)
     assert codes(findings) == ["CHANNEL_IGNORED", "FRAMES_DROPPED"]
     assert findings[1].message.startswith("3 frames")
+
+
+@pytest.mark.parametrize("base", [30, 60])
+def test_drop_frame_timecode_leaves_out_numbers_not_frames(read, base):
+    numbers = np.arange(8 * 60 * base, 11 * 60 * base)  # over minutes 9, 10 and 11
+    kept = [n for n in numbers if n % (60 * base) >= base // 15 or n // (60 * base) % 10 == 0]
+    text = livelink_text(np.array(kept) / base, base)
+    take, findings = read(re.sub(r":(\d\d\.\d+)", r";\1", text))
+    assert take.rate == pytest.approx(base / 1.001)
+    np.testing.assert_allclose(take.times, np.arange(len(kept)) * 1.001 / base, atol=1e-4)
+    assert codes(findings) == ["CHANNEL_IGNORED"]
 
 
 def test_rows_of_a_lost_face_are_left_out(read):

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from pxr import Sdf, UsdGeom
+from pxr import Sdf, UsdGeom, UsdShade
 from sheets import codes, sheet
 
 from usdface.errors import InputError
@@ -35,6 +35,32 @@ def test_left_handed_faces_are_turned_and_keep_their_uvs():
     np.testing.assert_array_equal(turned.uvs, [(0, 0), (0, 1), (1, 0)])
     UsdGeom.XformCommonAPI(mesh).SetScale((-1, 1, 1))  # mirrored again: as it was
     assert list(rig_of_stage(stage)[0].meshes[0].face_indices) == [0, 1, 2]
+
+
+@pytest.mark.parametrize(
+    ("purposes", "shown"),
+    [
+        ({"": "a"}, "a"),
+        ({"preview": "a"}, "a"),
+        ({"full": "a"}, "a"),
+        ({"": "b", "preview": "a", "full": "c"}, "a"),
+        ({"": "a", "full": "b"}, "a"),
+    ],
+)
+def test_the_material_is_the_one_that_viewers_show(purposes, shown):
+    stage = sheet()
+    binding = UsdShade.MaterialBindingAPI.Apply(stage.GetPrimAtPath("/R/M"))
+    for purpose, name in purposes.items():
+        material = UsdShade.Material.Define(stage, f"/R/{name}")
+        binding.Bind(material, materialPurpose=purpose)
+    assert rig_of_stage(stage)[0].meshes[0].material == shown
+
+
+def test_holes_are_announced():
+    stage = sheet()
+    before = codes(rig_of_stage(stage)[1])
+    UsdGeom.Mesh(stage.GetPrimAtPath("/R/M")).CreateHoleIndicesAttr([0])
+    assert codes(rig_of_stage(stage)[1]) == [*before, "FEATURE_DROPPED"]
 
 
 def test_corner_normals_become_point_normals():

@@ -84,6 +84,24 @@ def test_shapes_that_are_no_meshes_are_announced(kind: str) -> None:
     assert kind in found.message and ("3 inst" in found.message) == (kind == "PointInstancer")
 
 
+@pytest.mark.parametrize("place", ["/R/Crowd", "/A_Crowd"])
+def test_prototypes_of_instancers_are_not_where_they_stand(tmp_path: Path, place: str) -> None:
+    stage = sheet()
+    UsdGeom.PointInstancer.Define(stage, place).CreateProtoIndicesAttr([0, 0])
+    UsdSkel.Root.Define(stage, f"{place}/Double")
+    another(stage, f"{place}/Double/D")
+    rig, found = rig_of_stage(stage)
+    assert [mesh.path for mesh in rig.meshes] == ["/R/M"]
+    assert [(f.code, f.where) for f in found] == [("FEATURE_DROPPED", place)]
+    stage.Export(str(tmp_path / "a.usda"))
+    done = export_scene(tmp_path / "a.usda", tmp_path / "a.glb", every_frame=True)
+    assert done.value is not None and done.value.missing == ()
+    stage.RemovePrim("/R/M")
+    if place == "/A_Crowd":  # a character that is nowhere else
+        stage.RemovePrim("/R")
+        assert names(stage) == ["D"]
+
+
 def test_a_mesh_outside_of_the_skelroot_is_kept_without_its_blend_shapes() -> None:
     stage = sheet()
     another(stage, "/Eyes")

@@ -36,6 +36,20 @@ def test_a_skinned_mesh_stands_in_its_skeletons_space_by_its_bind_transform():
     np.testing.assert_allclose(rig.meshes[0].skin.weights, [[0.75, 0.25]] * 3)
 
 
+def test_influences_that_are_a_time_sample_hold_as_well():
+    stage = skinned_sheet()
+    wanted = rig_of_stage(stage)[0].meshes[0].skin
+    mesh = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/R/M"))
+    for primvar in mesh.GetPrimvarsWithAuthoredValues():
+        value = primvar.Get()
+        primvar.GetAttr().Clear()
+        primvar.Set(value, 1.0)
+    rig, findings = rig_of_stage(stage)
+    assert findings == []
+    np.testing.assert_array_equal(rig.meshes[0].skin.joints, wanted.joints)
+    np.testing.assert_array_equal(rig.meshes[0].skin.weights, wanted.weights)
+
+
 def test_skinning_commutes_with_units_and_up_axis(tmp_path, baked, posed):
     stage = skinned_sheet(unit=0.01, up="Z")
     stage.Export(str(tmp_path / "z.usda"))

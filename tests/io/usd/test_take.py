@@ -127,6 +127,29 @@ def test_the_prims_own_transform_counts(tmp_path: Path) -> None:
     np.testing.assert_allclose(back.times, take.times, atol=1e-9)
 
 
+@pytest.mark.parametrize("codes", [[3.0], [0.0, 11.0]])
+def test_a_transform_that_has_samples_counts_as_well(tmp_path: Path, codes: list[float]) -> None:
+    # One sample: as several programs write what stands still. Two: a capture volume that moves.
+    take = marker_take()
+    write_take(take, tmp_path / "take.usda")
+    stage = Usd.Stage.CreateInMemory()
+    stage.SetTimeCodesPerSecond(60)
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    move = UsdGeom.Xform.Define(stage, "/Capture").AddTranslateOp()
+    for code in codes:
+        move.Set(Gf.Vec3d(1 + code, 2, 3), code)
+    prim = stage.DefinePrim("/Capture/Take")
+    prim.GetReferences().AddReference(str(tmp_path / "take.usda"))
+    along = np.interp(np.arange(12), codes, codes)
+    places = np.stack([1 + along, np.full(12, 2), np.full(12, 3)], axis=1)
+    back, _ = read_take_prim(prim)
+    assert isinstance(back, MarkerTake)
+    np.testing.assert_allclose(back.positions, take.positions + places[:, None], atol=1e-5)
+    some, _ = read_take_prim(prim, np.array([2, 7]))
+    assert isinstance(some, MarkerTake)
+    np.testing.assert_array_equal(some.positions, back.positions[[2, 7]])
+
+
 def test_a_weights_take_is_a_skel_animation(tmp_path: Path) -> None:
     weights = RNG.uniform(size=(5, 2)).astype(np.float32)
     take = WeightsTake(("jawOpen", "Ünï code"), np.arange(5) / 30, weights, 30.0, "00:00:01:00")

@@ -46,3 +46,17 @@ def test_prims_without_a_place_are_laid_down_below() -> None:
     made = Usd.Stage.Open(flat)
     turned = UsdGeom.XformCache().GetLocalToWorldTransform(made.GetPrimAtPath("/World/A/B"))
     assert Gf.IsClose(turned.Transform(Gf.Vec3d(0, 0, 1)), Gf.Vec3d(0, 1, 0), 1e-6)
+
+
+def test_a_prim_that_does_not_take_the_place_of_others_is_laid_down_itself() -> None:
+    placed = Usd.Stage.CreateInMemory()
+    UsdGeom.SetStageUpAxis(placed, "Z")
+    UsdGeom.SetStageMetersPerUnit(placed, 1.0)
+    UsdGeom.Xform.Define(placed, "/World").AddTranslateOp().Set(Gf.Vec3d(5, 0, 0))
+    UsdGeom.Xform.Define(placed, "/World/Eye").AddTranslateOp().Set(Gf.Vec3d(0, 0, 1))
+    UsdGeom.Xformable(placed.GetPrimAtPath("/World/Eye")).SetResetXformStack(True)
+    flat = placed.Flatten()
+    complete_stage(flat)
+    made = Usd.Stage.Open(flat)
+    eye = UsdGeom.XformCache().GetLocalToWorldTransform(made.GetPrimAtPath("/World/Eye"))
+    assert Gf.IsClose(eye.Transform(Gf.Vec3d(0, 1, 0)), Gf.Vec3d(0, 1, -1), 1e-6)

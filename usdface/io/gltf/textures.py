@@ -44,8 +44,13 @@ _MAG, _MIN = (9728, 9729), (9728, 9729, 9984, 9985, 9986, 9987)
 
 
 def uv_name(index: int, names: Sequence[str] = ()) -> str:
-    """Return the name of TEXCOORD_`index`: of `names`, else st, st1, st2, ..."""
-    return names[index] if index < len(names) else f"st{index or ''}"
+    """Return the name of TEXCOORD_`index`: of `names`, else st, st1, st2, ..., none twice."""
+    if index < len(names):
+        return names[index]
+    name = f"st{index or ''}"
+    while name in names:
+        name += "_"
+    return name
 
 
 def uv_name_extras(names: Sequence[str]) -> dict[str, Any]:

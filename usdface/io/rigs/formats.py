@@ -12,8 +12,9 @@ _MESHES = (".obj", ".ply")
 
 
 def mesh_files(folder: Path) -> list[Path]:
-    """Return the OBJ and PLY files of a folder, sorted by name."""
-    return sorted(p for p in folder.iterdir() if p.suffix.lower() in _MESHES and p.is_file())
+    """Return the OBJ and PLY files of a folder, sorted by name; hidden ones are of the system."""
+    meshes = (p for p in folder.iterdir() if p.suffix.lower() in _MESHES and p.is_file())
+    return sorted(p for p in meshes if not p.name.startswith("."))
 
 
 def is_makehuman_folder(folder: Path) -> bool:

@@ -77,7 +77,7 @@ def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Ri
 def _targets(folder: Path) -> tuple[Path, list[Path]]:
     inner = folder / "targets"
     place = inner if inner.is_dir() else folder
-    return place, sorted(place.rglob("*.target"))
+    return place, sorted(p for p in place.rglob("*.target") if not p.name.startswith("."))
 
 
 def _base(folder: Path) -> Path | None:
@@ -122,7 +122,7 @@ def _body(obj: ObjMesh, path: Path) -> tuple[Mesh, IntArray, list[Finding]]:
 
 def _read_target(path: Path, count: int) -> tuple[IntArray, FloatArray]:
     try:
-        lines = path.read_text("utf-8", "replace").splitlines()
+        lines = path.read_text("utf-8-sig", "replace").splitlines()
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}", "FILE_UNREADABLE") from error
     rows = [line.split() for line in lines if line.strip() and not line.lstrip().startswith("#")]

@@ -98,7 +98,7 @@ def _lines(path: Path) -> list[str]:
             raise InputError(
                 f"{path} is larger than {_LARGEST_FILE >> 30} GiB; not a face mesh", "TOO_LARGE"
             )
-        text = path.read_text("utf-8", "replace")
+        text = path.read_text("utf-8-sig", "replace")
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}", "FILE_UNREADABLE") from error
     text = text.replace("\\\r\n", " ").replace("\\\n", " ").replace("\t", " ")

@@ -36,7 +36,8 @@ def read_blender_tracks(
         If a file is no such table, the folder is too large, or the size of the image is not given.
     """
     size = needed_image_size(path, options, "0 to 1")
-    files = sorted(file for file in path.iterdir() if file.suffix.lower() == ".csv")
+    shown = (file for file in path.iterdir() if not file.name.startswith("."))
+    files = sorted(file for file in shown if file.suffix.lower() == ".csv")
     if len(files) > _MOST_FILES or sum(file.stat().st_size for file in files) > _LARGEST:
         raise InputError(
             f"{path}: more than {_MOST_FILES} tracks or {_LARGEST >> 20} MiB", "TOO_LARGE"

@@ -57,7 +57,8 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
 
     A negative residual or a coordinate that is not finite = occluded. Times count from
     the first frame in the file, whatever its number. A file that ends between two frames
-    gives its whole frames and FRAMES_MISSING; one that ends within a frame was cut off.
+    gives its whole frames and FRAMES_MISSING; one that ends within a frame was cut off. Data
+    behind the announced frames, whose number may not fit its 16 bits, are FRAMES_UNREAD.
 
     Raises
     ------
@@ -77,6 +78,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     header = _header(path, data)
     parameters = header.parameters
     layout, findings = _layout(path, len(data), header)
+    findings += _unread_frames(path, data, layout)
     up_axis, axis_findings = _up_axis(path, parameters, options)
     raw = RawTake(
         path=path,
@@ -154,6 +156,18 @@ def _frame_count(header: _Header) -> int:
         return int(count) + 1 if np.isfinite(count) else 0
     count = _number(parameters, "POINT:LONG_FRAMES", 0) or _number(parameters, "POINT:FRAMES", 0)
     return int(count) or header.words[4] - header.words[3] + 1
+
+
+def _unread_frames(path: Path, data: NDArray[np.uint8], layout: _Layout) -> list[Finding]:
+    """Report frames behind the announced ones: more than what fills the last block up."""
+    end = layout.start + layout.frames * layout.frame_bytes
+    parameters = (int(data[0]) - 1) * _BLOCK
+    rest = data[end : parameters if parameters > layout.start else len(data)]
+    count = len(rest) // layout.frame_bytes
+    if len(rest) < _BLOCK or not count or not rest.any():
+        return []
+    message = "the header announces {expected_count} frames; {frame_count} more are not read"
+    return [finding("FRAMES_UNREAD", str(path), message, layout.frames, count)]
 
 
 def _points(data: NDArray[np.uint8], layout: _Layout) -> FloatArray:

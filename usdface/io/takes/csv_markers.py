@@ -53,7 +53,18 @@ def read_csv_markers(
     if ignored:
         message = "columns that are no positions are not read: {channels}"
         findings.insert(0, finding("CHANNEL_IGNORED", str(path), message, ignored))
+    nameless = _nameless_positions(rows[1:], columns) if long else 0
+    if nameless:
+        lost = [f"{nameless} positions without the name of a marker"]
+        findings.insert(0, finding("CHANNEL_IGNORED", str(path), "not read: {channels}", lost))
     return take, findings
+
+
+def _nameless_positions(rows: list[Row], columns: dict[str, int]) -> int:
+    """Return how many rows of a long table have a position, and no name of a marker."""
+    name, x = _column(columns, _MARKER) or 0, columns["x"]
+    full = (cells for _, cells in rows if len(cells) > max(name, x))
+    return sum(not cells[name] and bool(cells[x]) for cells in full)
 
 
 def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake, list[str]]:

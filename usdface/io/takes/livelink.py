@@ -1,7 +1,9 @@
 """Live Link Face CSV: ARKit blend shape weights with a timecode for each row.
 
 The timecode reads HH:MM:SS:FF.sub: FF counts frames of the timecode's own base (60 in the
-recordings seen, whatever the recording's rate), `.sub` is a decimal fraction of such a frame.
+recordings seen, whatever the recording's rate), `.sub` is a decimal fraction of such a frame. With
+``;`` before the frames it is drop-frame timecode, of 29.97 or 59.94 Hz, which leaves out the first
+numbers of each minute but every tenth.
 """
 
 import re
@@ -32,6 +34,7 @@ _BASES = (
     120,
 )  # Hz: SMPTE ST 12's, their doubles, and high frame rates
 _ASSUMED_BASE = 60  # that of all recordings seen
+_NTSC = 1.001  # s, of as many frames as drop-frame timecode counts a second (SMPTE ST 12)
 _DAY = 86400.0  # s
 _ROTATION = ("Yaw", "Pitch", "Roll")
 
@@ -112,7 +115,12 @@ def _seconds(path: Path, rows: list[Row]) -> tuple[FloatArray, list[Finding]]:
     clock = fields[:, :3] @ [3600.0, 60.0, 1.0]
     clock += _DAY * np.cumsum(np.diff(clock, prepend=clock[0]) < -_DAY / 2)
     base, findings = _timecode_base(path, clock.astype(np.int64), fields[:, 3])
-    return clock + fields[:, 3] / base, findings
+    dropping = base % 30 == 0 and all(";" in cells[0] for _, cells in rows)
+    if not dropping:
+        return clock + fields[:, 3] / base, findings
+    minutes = clock // 60
+    left_out = base // 15 * (minutes - minutes // 10)
+    return (clock + (fields[:, 3] - left_out) / base) * _NTSC, findings
 
 
 def _timecode_base(path: Path, clock: IntArray, frames: FloatArray) -> tuple[int, list[Finding]]:

@@ -14,7 +14,12 @@ from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix, world_transform
-from usdface.io.usd.shown_meshes import outside_meshes, shown_meshes
+from usdface.io.usd.shown_meshes import (
+    outside_meshes,
+    shown_meshes,
+    standing_meshes,
+    standing_roots,
+)
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import points_move
 
@@ -200,9 +205,9 @@ def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdM
         cache = UsdSkel.Cache()
         bound: dict[Usd.Prim, UsdSkin] = {}
         prims: dict[Usd.Prim, None] = {}
-        for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
+        for root in standing_roots(stage.GetPseudoRoot()):
             cache.Populate(UsdSkel.Root(root), _ALL)
-            prims |= dict.fromkeys(p for p in Usd.PrimRange(root, _ALL) if UsdGeom.Mesh(p))
+            prims |= dict.fromkeys(standing_meshes(root))
             for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
                 query = cache.GetSkelQuery(binding.GetSkeleton())
                 bound |= {t.GetPrim(): UsdSkin(t, query) for t in binding.GetSkinningTargets()}
@@ -258,7 +263,7 @@ def has_keys(stage: Usd.Stage) -> bool:
 def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
     cache = UsdSkel.Cache()
     name, keys = "", set[float]()
-    for root in filter(UsdSkel.Root, stage.Traverse(_ALL)):
+    for root in standing_roots(stage.GetPseudoRoot()):
         cache.Populate(UsdSkel.Root(root), _ALL)
         for prim in (*_ancestors(root), *Usd.PrimRange(root, _ALL)):
             keys |= _own_keys(prim)

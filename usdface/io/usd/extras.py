@@ -1,6 +1,7 @@
 """JSON values as customData of USD prims, and back; metadata of conversions stays apart."""
 
 from collections.abc import Callable, Collection, Mapping
+from math import isfinite
 from typing import Any
 
 from pxr import Sdf, Usd, Vt
@@ -67,10 +68,11 @@ def _usd_value(value: Any, path: str, lost: list[str], depth: int) -> Any:
         return value
     if isinstance(value, list):
         kinds = {type(v) for v in value}
-        if kinds <= {int, float} and float in kinds:
+        held = all(v in _INTS for v in value if type(v) is int)
+        if kinds <= {int, float} and float in kinds and held:
             return Vt.DoubleArray([float(v) for v in value])
         for kind, array in ((bool, Vt.BoolArray), (int, Vt.Int64Array), (str, Vt.StringArray)):
-            if kinds <= {kind} and (kind is not int or all(v in _INTS for v in value)):
+            if kinds <= {kind} and held:
                 return array(value)
     lost.append(path)
     return None
@@ -121,18 +123,25 @@ def _json_dict(values: Mapping[str, Any], path: str, lost: list[str]) -> dict[st
 def _json_value(value: Any, path: str, lost: list[str]) -> Any:
     if isinstance(value, Mapping):
         return _json_dict(value, f"{path}.", lost)
-    if isinstance(value, bool | int | float | str):
+    if _is_plain(value):
         return value
     if isinstance(value, Sdf.AssetPath):
         return value.path
     try:
         listed = [v.path if isinstance(v, Sdf.AssetPath) else v for v in value]
-        if all(isinstance(v, bool | int | float | str) for v in listed):
+        if all(map(_is_plain, listed)):
             return listed
         rows = [list(v) for v in listed]  # vectors
-        if all(isinstance(v, int | float) for row in rows for v in row):
+        if all(_is_plain(v) and not isinstance(v, str) for row in rows for v in row):
             return rows
     except TypeError:
         pass
     lost.append(path)
     return None
+
+
+def _is_plain(value: Any) -> bool:
+    """Return whether JSON has such a value: it knows no infinity and no NaN."""
+    if isinstance(value, float):
+        return isfinite(value)
+    return isinstance(value, bool | int | str)

@@ -159,9 +159,15 @@ def _normals(
 
 
 def bound_material(prim: Usd.Prim) -> str:
-    """Return the path of the material that a prim shows; "" for none."""
-    bound = UsdShade.MaterialBindingAPI(prim).ComputeBoundMaterial()[0]
-    return str(bound.GetPath()) if bound else ""
+    """Return the path of the material that a prim shows; "" for none.
+
+    That for previews, as viewers show it, or else for all purposes, or else for final renders.
+    """
+    binding = UsdShade.MaterialBindingAPI(prim)
+    for purpose in (UsdShade.Tokens.preview, UsdShade.Tokens.full):
+        if bound := binding.ComputeBoundMaterial(purpose)[0]:
+            return str(bound.GetPath())
+    return ""
 
 
 def _material_subsets(
@@ -204,4 +210,7 @@ def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
         findings.append(
             finding("FEATURE_DROPPED", path, message, str(scheme.Get()), feature="subdivision")
         )
+    if mesh.GetHoleIndicesAttr().Get(_START):
+        message = "holes are not kept; their faces are shown"
+        findings.append(finding("FEATURE_DROPPED", path, message, feature="holes"))
     return findings

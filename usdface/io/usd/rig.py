@@ -18,7 +18,13 @@ from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene
-from usdface.io.usd.shown_meshes import outside_meshes, report_unconverted, shown_meshes
+from usdface.io.usd.shown_meshes import (
+    outside_meshes,
+    report_unconverted,
+    shown_meshes,
+    standing_meshes,
+    standing_roots,
+)
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
@@ -191,7 +197,7 @@ def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
         above = UsdSkel.Root.Find(top)
         if above:
             return [above.GetPrim()]
-    roots = [prim for prim in Usd.PrimRange(top, _ALL) if prim.IsA(UsdSkel.Root)]
+    roots = standing_roots(top)
     if not roots:
         raise InputError(
             f"no SkelRoot{f' under {root}' if root else ''}; "
@@ -202,8 +208,7 @@ def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
 
 
 def _meshes_of(roots: Sequence[Usd.Prim]) -> list[Usd.Prim]:
-    prims = dict.fromkeys(prim for root in roots for prim in Usd.PrimRange(root, _ALL))
-    return [prim for prim in prims if prim.IsA(UsdGeom.Mesh)]
+    return list(dict.fromkeys(prim for root in roots for prim in standing_meshes(root)))
 
 
 def _bindings(

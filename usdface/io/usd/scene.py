@@ -26,6 +26,7 @@ from usdface.scene import Camera, Light
 
 __all__ = ["read_scene", "write_scene"]
 
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
 _FAR = 1e6  # USD's own default; it has no infinity
 _APERTURE = 15.2908  # USD's default height of the film
@@ -47,7 +48,11 @@ def read_scene(
     lights: list[Light] = []
     found: list[Finding] = []
     xforms = UsdGeom.XformCache(_START)
-    for prim in stage.Traverse():
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
+    for prim in prims:
+        if prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()  # prototypes are not shown where they stand
+            continue
         shines = prim.HasAPI(UsdLux.LightAPI)
         if not prim.IsA(UsdGeom.Camera) and not shines:
             continue
@@ -71,6 +76,11 @@ def read_scene(
         thing = _light(prim, matrix, found) if shines else _camera(prim, rigid(matrix), si)
         if thing is None:
             continue
+        if not _makes_sense(thing):
+            message = "numbers of a {type} make no sense; it is left out"
+            kind = "light" if shines else "camera"
+            found.append(finding("FEATURE_DROPPED", where, message, kind, feature=kind))
+            continue
         extras, new_findings = read_extras(prim)
         found += new_findings
         if isinstance(thing, Camera):
@@ -78,6 +88,14 @@ def read_scene(
         else:
             lights.append(replace(thing, extras=extras))
     return tuple(cameras), tuple(lights), found
+
+
+def _makes_sense(thing: Camera | Light) -> bool:
+    """Return whether the numbers are within what glTF allows; NaN is not."""
+    if isinstance(thing, Light):
+        return 0 <= thing.intensity < math.inf
+    widest = math.pi if thing.perspective else math.inf
+    return 0 < thing.height < widest and 0 <= thing.near < thing.far
 
 
 def _moves(prim: Usd.Prim) -> bool:
@@ -117,8 +135,10 @@ def _light(prim: Usd.Prim, matrix: FloatArray, found: list[Finding]) -> Light | 
     if api.GetEnableColorTemperatureAttr().Get(_START):
         kelvin = api.GetColorTemperatureAttr().Get(_START)
         colour *= np.array(UsdLux.BlackbodyTemperatureAsRgb(kelvin))
-    strength = api.GetIntensityAttr().Get(_START) * 2 ** api.GetExposureAttr().Get(_START)
-    strength *= max(colour.max(), 0.0)
+    with np.errstate(over="ignore"):
+        exposure = float(np.exp2(api.GetExposureAttr().Get(_START)))
+    strength = api.GetIntensityAttr().Get(_START) * exposure
+    strength *= float(np.maximum(colour.max(), 0.0))
     tint = (colour / colour.max()).clip(0, 1).tolist() if colour.max() > 0 else [0.0, 0.0, 0.0]
     normal = bool(api.GetNormalizeAttr().Get(_START))
     hue, name = (tint[0], tint[1], tint[2]), _name(prim)

@@ -6,7 +6,13 @@ from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
 
-__all__ = ["outside_meshes", "report_unconverted", "shown_meshes"]
+__all__ = [
+    "outside_meshes",
+    "report_unconverted",
+    "shown_meshes",
+    "standing_meshes",
+    "standing_roots",
+]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
@@ -51,6 +57,33 @@ def shown_meshes(
             message = "its visibility changes over time; it stays as at the first"
             found.append(finding("ANIMATION_DROPPED", where, message))
     return shown, found
+
+
+def standing_roots(top: Usd.Prim) -> list[Usd.Prim]:
+    """Return the SkelRoots under a prim that stand where they are.
+
+    Prototypes of instancers do not; where there are only these, all are returned.
+    """
+    roots = [prim for prim in Usd.PrimRange(top, _ALL) if prim.IsA(UsdSkel.Root)]
+    return [root for root in roots if not _is_prototype(root)] or roots
+
+
+def standing_meshes(root: Usd.Prim) -> list[Usd.Prim]:
+    """Return the meshes under a SkelRoot without prototypes of instancers."""
+    found = []
+    prims = iter(Usd.PrimRange(root, _ALL))
+    for prim in prims:
+        if prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()
+        elif prim.IsA(UsdGeom.Mesh):
+            found.append(prim)
+    return found
+
+
+def _is_prototype(prim: Usd.Prim) -> bool:
+    while prim and not prim.IsA(UsdGeom.PointInstancer):
+        prim = prim.GetParent()
+    return bool(prim)
 
 
 def outside_meshes(stage: Usd.Stage) -> list[Usd.Prim]:

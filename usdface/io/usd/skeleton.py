@@ -10,6 +10,8 @@ from usdface.rigs import Skeleton, Skin
 
 __all__ = ["parent_frames", "read_skeleton", "read_skin"]
 
+_START = Usd.TimeCode.EarliestTime()
+
 
 def read_skeleton(
     prim: UsdSkel.Skeleton, to_rig: FloatArray, moved: bool = False
@@ -80,7 +82,7 @@ def read_skin(
     prim: Usd.Prim = query.GetPrim()
     where = str(prim.GetPath())
     width = query.GetNumInfluencesPerComponent()
-    influences = query.ComputeVaryingJointInfluences(count)
+    influences = query.ComputeVaryingJointInfluences(count, _START)
     if not influences or any(len(part) != count * width for part in influences):
         message = "skin influences do not fit {point_count} points; the mesh is left unskinned"
         return None, [finding("FEATURE_DROPPED", where, message, count, feature="skin")]

@@ -213,10 +213,10 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
     if image:
         positions = positions[..., :2]
     else:
-        world = UsdGeom.XformCache().GetLocalToWorldTransform(prim)
-        matrix = np.array(world) @ to_si(metrics)
+        matrix = _world(prim, codes) @ to_si(metrics)
         for block in frame_blocks(len(codes)):  # in place
-            positions[block] = positions[block] @ matrix[:3, :3] + matrix[3, :3]
+            own = matrix[block] if len(matrix) > 1 else matrix
+            positions[block] = positions[block] @ own[:, :3, :3] + own[:, 3:, :3]
     positions[~_visibility(prim, codes, len(names))] = np.nan
     positions.setflags(write=False)  # so it is not copied
     size = prim.GetAttribute(tokens.IMAGE_SIZE).Get()
@@ -239,6 +239,22 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
         ),
         codes,
     )
+
+
+def _world(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
+    """Return where a prim stands in the world at time codes (F,): (F, 4, 4), or (1, 4, 4) if still.
+
+    Programs author what stands still as one sample, too, which has no value without a time.
+    """
+    above = (prim.GetStage().GetPrimAtPath(path) for path in prim.GetPath().GetPrefixes())
+    placed = (UsdGeom.Xformable(p) for p in above if p.IsA(UsdGeom.Xformable))
+    moves = any(place.TransformMightBeTimeVarying() for place in placed)
+    cache = UsdGeom.XformCache()
+    worlds = []
+    for code in codes.tolist() if moves else codes[:1].tolist():
+        cache.SetTime(code)
+        worlds.append(np.array(cache.GetLocalToWorldTransform(prim)))
+    return np.array(worlds)
 
 
 def _diameters(prim: Usd.Prim, unit: float) -> FloatArray | None:

@@ -5,6 +5,8 @@ Viewers show the default prim, and some take metres and Y for granted.
 Source: OpenUSD, "Usdz File Format Specification"; its ARKit checks (upAxis Y).
 """
 
+from collections.abc import Iterable, Iterator
+
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
@@ -38,7 +40,7 @@ def complete_stage(layer: Sdf.Layer, where: str = "") -> list[Finding]:
         message = "the stage has no metersPerUnit; {unit_m:g}, as USD assumes"
         found.append(finding("UNITS_ASSUMED", where, message, unit))
     if UsdGeom.GetStageUpAxis(stage) == UsdGeom.Tokens.z:
-        for prim in stage.GetPseudoRoot().GetChildren():
+        for prim in _placed_in_world(stage):
             _lay_down(prim)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
     return found
@@ -52,13 +54,28 @@ def _main_prim(stage: Usd.Stage) -> Usd.Prim | None:
     return next(iter(stage.GetPseudoRoot().GetChildren()), None)
 
 
-def _lay_down(prim: Usd.Prim) -> None:
-    """Turn a prim, or those below it where it has no place, from Z up to Y up."""
-    xform = UsdGeom.Xformable(prim)
-    if not xform:
-        for child in prim.GetChildren():
-            _lay_down(child)
+def _placed_in_world(stage: Usd.Stage) -> Iterable[Usd.Prim]:
+    """Return the uppermost prims that have a place, and those that do not take that of others."""
+    tops = (top for prim in stage.GetPseudoRoot().GetChildren() for top in _uppermost(prim))
+    resetting = (
+        prim
+        for prim in stage.TraverseAll()
+        if prim.IsA(UsdGeom.Xformable) and UsdGeom.Xformable(prim).GetResetXformStack()
+    )
+    return dict.fromkeys([*tops, *resetting])
+
+
+def _uppermost(prim: Usd.Prim) -> Iterator[Usd.Prim]:
+    if prim.IsA(UsdGeom.Xformable):
+        yield prim
         return
+    for child in prim.GetChildren():
+        yield from _uppermost(child)
+
+
+def _lay_down(prim: Usd.Prim) -> None:
+    """Turn a prim from Z up to Y up."""
+    xform = UsdGeom.Xformable(prim)
     resets, ops = xform.GetResetXformStack(), xform.GetOrderedXformOps()
     turn = xform.AddRotateXOp(opSuffix="upAxis")
     turn.Set(-90.0)
