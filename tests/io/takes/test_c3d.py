@@ -301,3 +301,12 @@ def test_a_file_that_is_cut_off_says_so_by_its_code(read, data):
     with pytest.raises(InputError) as raised:
         read(data)
     assert raised.value.code == "FILE_CUT_OFF"
+
+
+def test_computed_points_are_no_markers(read):
+    """As Vicon's files list them: angles and forces beside the markers."""
+    listed = (("ANGLES", ["B", ""]), ("FORCES", ["none of these"]))
+    take, findings = read(c3d_bytes(parameters=listed))
+    assert take.names == ("A", "C")
+    np.testing.assert_allclose(take.positions, POSITIONS[:, [0, 2]] / 1000, atol=1e-9)
+    assert codes(findings)[0] == "CHANNEL_IGNORED" and "B" in str(findings[0])

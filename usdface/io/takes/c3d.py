@@ -26,6 +26,10 @@ __all__ = ["read_c3d"]
 _BLOCK = 512  # bytes
 _KEY = 0x50  # second byte of every C3D file
 _ORDERS: dict[int, ByteOrder] = {84: "intel", 85: "dec", 86: "mips"}
+# Parameters that list the labels of points that are no places, as Vicon writes computed quantities.
+_COMPUTED = tuple(
+    f"POINT:{name}" for name in ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
+)
 _TIMECODE = re.compile(r"\d{1,2}:\d{2}:\d{2}[:;.]\d{1,3}(\.\d+)?")
 
 
@@ -58,7 +62,8 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     A negative residual or a coordinate that is not finite = occluded. Times count from
     the first frame in the file, whatever its number. A file that ends between two frames
     gives its whole frames and FRAMES_MISSING; one that ends within a frame was cut off. Data
-    behind the announced frames, whose number may not fit its 16 bits, are FRAMES_UNREAD.
+    behind the announced frames, whose number may not fit its 16 bits, are FRAMES_UNREAD. Points
+    that the file lists as angles, forces and the like are no markers.
 
     Raises
     ------
@@ -80,10 +85,17 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     layout, findings = _layout(path, len(data), header)
     findings += _unread_frames(path, data, layout)
     up_axis, axis_findings = _up_axis(path, parameters, options)
+    labels = _labels(parameters, layout.markers)
+    computed = {label for key in _COMPUTED for label in _texts(parameters, key) if label}
+    kept = [i for i, label in enumerate(labels) if label not in computed]
+    if len(kept) < len(labels):
+        message = "computed points, such as angles and forces: {channels}"
+        left_out = [label for label in labels if label in computed]
+        findings.append(finding("CHANNEL_IGNORED", str(path), message, left_out))
     raw = RawTake(
         path=path,
-        labels=_labels(parameters, layout.markers),
-        positions=_points(data, layout),
+        labels=tuple(labels[i] for i in kept),
+        positions=_points(data, layout)[:, kept],
         rate=layout.rate,
         unit=METERS_PER_UNIT.get(_text(parameters, "POINT:UNITS").lower()),
         up_axis=up_axis,
@@ -218,8 +230,7 @@ def _labels(parameters: Parameters, markers: int) -> tuple[str, ...]:
     """Return one label for each marker, from LABELS, LABELS2, ... (255 each)."""
     labels: list[str] = []
     for key in ["POINT:LABELS", *(f"POINT:LABELS{n}" for n in range(2, 258))]:
-        value = parameters.get(key)
-        if not isinstance(value, list):
+        if not (value := _texts(parameters, key)):
             break
         labels += value
     return tuple((labels + [""] * markers)[:markers])
@@ -245,6 +256,10 @@ def _number(parameters: Parameters, key: str, missing: float) -> float:
     return float(value[0])
 
 
-def _text(parameters: Parameters, key: str) -> str:
+def _texts(parameters: Parameters, key: str) -> list[str]:
     value = parameters.get(key)
-    return value[0] if isinstance(value, list) and value else ""
+    return value if isinstance(value, list) else []
+
+
+def _text(parameters: Parameters, key: str) -> str:
+    return next(iter(_texts(parameters, key)), "")
