@@ -46,6 +46,7 @@ def show(folder: Path, text: str) -> Path:
 
 def test_a_shot_goes_before_its_performer_and_that_before_its_character(tmp_path: Path) -> None:
     plans = read_show_file(show(tmp_path, SHOW))
+    assert plans == read_show_file(show(tmp_path, "\ufeff" + SHOW))  # as some editors save it
     assert [plan.name for plan in plans] == ["010_mia", "010_tom", "020"]
     first, second, third = plans
     assert first.file == tmp_path / "shots/010_mia.usda"

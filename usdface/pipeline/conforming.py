@@ -127,7 +127,7 @@ def _document(base: Path | None) -> dict[str, Any]:
     if base is None:
         return {}
     read_show_file(base)  # refuses unknown keys
-    text = base.read_text(encoding="utf-8")
+    text = base.read_text(encoding="utf-8-sig")
     document = json.loads(text) if base.suffix.lower() == ".json" else tomllib.loads(text)
     return {key: value for key, value in document.items() if key != "shots"}
 

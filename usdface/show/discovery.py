@@ -84,7 +84,7 @@ def _listed(path: Path, base: Path) -> list[Path]:
     try:
         if path.stat().st_size > _LARGEST_LIST:
             raise InputError(f"{path} is larger than any list of shots", "TOO_LARGE")
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"cannot read the list {path}: {error}", "FILE_UNREADABLE") from error
     return [base / line.strip() for line in lines if line.strip() and line.strip()[0] != "#"]
