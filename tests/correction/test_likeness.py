@@ -1,5 +1,7 @@
 """Likeness: variants of an expression are heard, what is as like another emotion is not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from marker_face import marker_face
@@ -171,3 +173,17 @@ def test_markers_that_no_blend_shape_moves_show_no_emotion(face: BoundFace, mark
     motion = 0.005 * np.random.default_rng(0).standard_normal((4, markers, 3))
     found = ExpressionLikeness(still, expressions_for(NAMES)[0]).of(motion)
     assert not found.shown.any()
+
+
+def test_the_order_of_the_blend_shapes_does_not_matter(
+    face: BoundFace, judge: ExpressionLikeness
+) -> None:
+    mesh = replace(face.mesh, shapes=face.mesh.shapes[::-1])
+    other = ExpressionLikeness(replace(face, mesh=mesh), expressions_for(NAMES)[0])
+    poses = np.array([e.pose(NAMES) for e in expressions_for(NAMES)[0]])
+    more = 0.4 * np.random.default_rng(0).random((60, len(NAMES)))
+    motion = face.displacements(np.tile(poses, (10, 1)) + more)
+    for name in ("certain", "size", "contrary"):
+        expected = getattr(judge.of(motion), name)
+        np.testing.assert_allclose(getattr(other.of(motion), name), expected, atol=1e-9)
+        assert expected.max() > 0.0

@@ -298,3 +298,12 @@ def test_no_expressions_give_an_empty_system():
 def test_no_nose_tip_is_refused():
     with pytest.raises(InputError, match="no nose tip"):
         design_system(marker_face(("a",), np.zeros((1, 3))), (), NOISE)
+
+
+def test_the_order_of_the_blend_shapes_does_not_matter(world):
+    """As another program exports them."""
+    order = np.random.default_rng(3).permutation(len(world.shapes))
+    shapes = tuple(world.shapes[i] for i in order)
+    face = marker_face(world.names, world.neutral, world.basis[order], shapes, world.nose)
+    system, roles, findings = design_system(face, world.expressions, NOISE)
+    assert (system, roles, findings) == (world.system, world.roles, world.findings)

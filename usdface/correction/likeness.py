@@ -103,6 +103,7 @@ class ExpressionLikeness:
         drawn: Collection[str] = DRAWN,
         rigs: Collection[str] | None = None,
     ) -> None:
+        face = face.with_sorted_shapes()
         pairs = symmetric_pairs(face.shape_names)
 
         def shown(weights: FloatArray) -> FloatArray:

@@ -120,6 +120,14 @@ class BoundFace:
         """Return the vertices of some markers: (len(markers),) int64."""
         return np.array([self.vertex_of[name] for name in markers], dtype=np.int64)
 
+    def with_sorted_shapes(self) -> "BoundFace":
+        """Return the face with its blend shapes in the order of their names.
+
+        For random draws over blend shapes, which then do not depend on the order in a file.
+        """
+        shapes = tuple(sorted(self.mesh.shapes, key=lambda shape: shape.name))
+        return replace(self, mesh=replace(self.mesh, shapes=shapes))
+
     def with_layout(self, expressions: Sequence[Expression]) -> "BoundFace":
         """Return the face with the layout that is found on its mesh and `expressions`."""
         return replace(self, layout=find_layout(self.mesh, expressions, self.midline))

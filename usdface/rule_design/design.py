@@ -68,6 +68,7 @@ def design_system(
     InputError
         If the face has no nose tip, or the markers have no extent.
     """
+    face = face.with_sorted_shapes()
     names, neutral, shape_names = face.markers, face.neutral, face.shape_names
     poses = np.array([e.pose(shape_names) for e in expressions])
     poses = poses.reshape(len(expressions), len(shape_names))
