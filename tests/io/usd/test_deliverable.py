@@ -8,6 +8,7 @@ from processed import shoot
 from pxr import Sdf, Usd, UsdSkel
 from worlds import animation_of, make_world
 
+from usdface.cli import main
 from usdface.errors import InputError
 from usdface.options import DeliverOptions
 from usdface.pipeline import process
@@ -92,3 +93,12 @@ def test_a_layer_offset_retimes_it(shot: Path) -> None:
 def test_nonsense_is_refused(options: dict[str, float]) -> None:
     with pytest.raises(InputError):
         DeliverOptions(**options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("word", ["--start=3", "--end=3", "--handles=3", "--rate=24"])
+def test_a_range_without_a_deliverable_is_refused(
+    shot: Path, word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["process", str(shot), word, "-o", str(shot.with_name("none.usda"))]) == 1
+    assert "--deliver FILE" in capsys.readouterr().err
+    assert not shot.with_name("none.usda").exists()
