@@ -74,12 +74,15 @@ def test_the_peaks_show_the_units_of_their_emotions(
 ) -> None:
     """At the markers and on the face, where each emotion peaks; corrected farther than solved."""
     path = folder / "shot.usdface.usda"
+    amounts = dict(zip(EMOTIONS, performance.perform().amounts.T, strict=True))
     verdicts = usdface.check(path, facs=True).details["facs"][0]
     assert verdicts["counts"] == {"done": 51, "unnamed": 1}
     assert not any(peak["lost"] for peak in verdicts["peaks"])
     for emotion, frame in shown.items():
         near = [p for p in verdicts["peaks"] if abs(p["frame"] - frame) < 60]
         (peak,) = (p for p in near if p["emotion"] == emotion)
+        amount = amounts[emotion]
+        assert amount[peak["frame"]] > 0.9 * amount[frame], emotion
         assert all(peak[at]["criteria"] for at in ("markers", "solved", "corrected")), emotion
         solved, corrected = (
             sum(unit["moved_mm"] for unit in peak[at]["units"]) for at in ("solved", "corrected")

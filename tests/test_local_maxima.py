@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import find_peaks
 
-from usdface.local_maxima import local_maxima
+from usdface.local_maxima import highest, local_maxima
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -19,3 +19,11 @@ def test_the_ends_are_no_maxima_unless_something_lower_is_put_around() -> None:
     curve = np.array([2.0, 1.0, 3.0])
     assert local_maxima(curve, 0.0).tolist() == []
     assert local_maxima(np.pad(curve, 1, constant_values=-np.inf), 0.0).tolist() == [1, 3]
+
+
+@pytest.mark.parametrize(
+    ("curve", "middle"),
+    [([0, 3, 3, 3, 1, 3], 2), ([3, 3, 3, 0], 1), ([1, 2], 1), ([2, 2, 2], 1), ([5.0], 0)],
+)
+def test_the_middle_of_the_first_flat_top_is_the_highest(curve: list[float], middle: int) -> None:
+    assert highest(np.array(curve, float)) == middle

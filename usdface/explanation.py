@@ -14,6 +14,7 @@ from usdface.correction.temporal_blend import blend_frames
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.fuzzy.rules import Proposition
+from usdface.local_maxima import highest
 from usdface.shot import ShotResult
 
 __all__ = ["HALF_SHOWN_APART", "Explanation", "explain_result"]
@@ -68,10 +69,11 @@ class Explanation:
     def peak(self) -> int:
         """The frame of the largest emotion, of the whole face or of a half.
 
-        0 without emotions.
+        0 without emotions; where one stays as large, the middle.
         """
         outputs = [traced.evaluation.outputs for traced in self.trace.sides.values()]
-        return int(np.max([each.max(axis=1, initial=0.0) for each in outputs], axis=0).argmax())
+        largest = np.max([each.max(axis=1, initial=0.0) for each in outputs], axis=0)
+        return highest(largest) if largest.any() else 0
 
     def frame_at(self, seconds: float) -> int:
         """Return the frame nearest to a time of the take.

@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 
-__all__ = ["local_maxima"]
+__all__ = ["highest", "local_maxima"]
 
 
 def local_maxima(curve: FloatArray, least: float, apart: int = 1) -> IntArray:
@@ -35,3 +35,9 @@ def local_maxima(curve: FloatArray, least: float, apart: int = 1) -> IntArray:
             near[place] = False
             kept[near] = False
     return np.asarray(peaks[kept])
+
+
+def highest(curve: FloatArray) -> int:
+    """Return where a curve (F,) is highest: of a flat top the middle, of several tops the first."""
+    padded = np.pad(curve, 1, constant_values=-np.inf)
+    return int(local_maxima(padded, float(curve.max()))[0]) - 1

@@ -145,6 +145,14 @@ def test_the_command_writes_a_binding_and_draws_it(tmp_path: Path) -> None:
     assert main(["markers", rig, "-n", "0"]) == 1
 
 
+def test_the_first_markers_of_a_rig_of_several_meshes_go_on_its_face(tmp_path: Path) -> None:
+    head, first = Path(__file__).parents[2] / "examples" / "head.usdc", tmp_path / "first.json"
+    assert main(["markers", str(head), "-n", "2", "-o", str(first)]) == 0
+    assert json.loads(first.read_text())["mesh"] == "/Asset/Face/head"
+    more = ["markers", str(head), "-n", "1", "--bind", str(first)]
+    assert main(more) == 0
+
+
 STRAY = 6 * 13 + 4  # beside the middle of the face, without a marker
 CORNER = 0  # which no shape moves much
 

@@ -47,6 +47,22 @@ def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[st
     assert said == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
 
 
+@pytest.mark.parametrize(
+    ("wheres", "said"),
+    [
+        (["t.c3d: chin", "t.c3d: nose"], "(t.c3d: chin); others: nose"),
+        (["t.c3d: chin", "u.c3d: nose"], "(t.c3d: chin); others: u.c3d: nose"),
+        (["t.c3d", "t.c3d: nose"], "(t.c3d); others: t.c3d: nose"),
+    ],
+)
+def test_a_file_that_all_are_in_is_named_once(
+    wheres: list[str], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hidden = [finding("MARKER_OCCLUDED", w, f"hidden in {k} of 9") for k, w in enumerate(wheres)]
+    print_result(Result(None, (), tuple(hidden)), "text")
+    assert capsys.readouterr().out == f"info MARKER_OCCLUDED: hidden in 0 of 9 {said}\n"
+
+
 def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[str]) -> None:
     """One code may say several things; one thing may be said of many."""
     warned = [
@@ -57,8 +73,7 @@ def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[s
     ]
     print_result(Result(None, (), tuple(warned)), "text")
     assert capsys.readouterr().out.splitlines() == [
-        "warning MEANING_DIFFERS: the answers of joy are kept in 0 to 1 (a.fll: joy); "
-        "others: a.fll: fear",
+        "warning MEANING_DIFFERS: the answers of joy are kept in 0 to 1 (a.fll: joy); others: fear",
         "warning MEANING_DIFFERS: joy has no default (a.fll: joy)",
         'warning RULE_FIRES_AT_NEUTRAL: the rule "a" fires (line a); others: line b',
     ]

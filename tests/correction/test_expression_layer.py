@@ -235,6 +235,11 @@ def test_contact_is_kept_and_said(slits) -> None:
     assert "CONTACT_KEPT" not in {f.code for f in parted.findings}
     (said,) = [f for f in kept.findings if f.code == "CONTACT_KEPT"]
     assert said.where == "lips" and "1 frames (1 to 1)" in said.message and "mm" in said.message
+    # A small limit is said, not rounded to nothing.
+    gains = (replace(system, gain=gain) for gain in np.linspace(0.0, 1.0, 101))
+    found = (f for one in gains for f in corrected(one, inputs, face, weights).findings)
+    least = next(f for f in found if f.code == "CONTACT_KEPT")
+    assert 0.0 < least.values["gap_mm"] < 0.05 and " 0.0 mm" not in least.message
     lips = face.layout.lips
 
     def gap(row: np.ndarray) -> float:

@@ -109,6 +109,12 @@ def test_what_is_no_cut_is_refused(tmp_path: Path, name: str, text: str) -> None
         read_cut(tmp_path / name)
 
 
+def test_a_cut_that_is_not_there_is_named_once(tmp_path: Path) -> None:
+    pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
+    with pytest.raises(InputError, match=r"cut\.edl: No such file or directory$"):
+        read_cut(tmp_path / "cut.edl")
+
+
 def test_without_the_library_the_extra_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -129,6 +129,24 @@ def test_a_click_on_the_ribbon_goes_there(page: Page) -> None:
     assert page.run("usdface.worst.includes(usdface.player.frame)")
 
 
+@pytest.mark.parametrize(
+    ("start", "frames", "rate", "shown"),
+    [
+        ("01:02:03:04", 61, 25.0, "01:02:05:15"),
+        ("01:00:00;00", 1799, 29.97, "01:00:59;29"),
+        ("01:00:00;00", 1800, 29.97, "01:01:00;02"),  # two labels are left out each minute
+        ("00:00:00;00", 17982, 29.97, "00:10:00;00"),  # but not each tenth
+        ("00:00:00:00", 1800, 29.97, "00:01:00:00"),
+        ("00:00:59;59", 1, 59.94, "00:01:00;04"),
+    ],
+)
+def test_the_clock_counts_as_the_timecode(
+    page: Page, start: str, frames: int, rate: float, shown: str
+) -> None:
+    words = f'"{start}", {frames} / {rate}, {rate}'
+    assert page.run(f'import("usdface/player").then((own) => own.timecodeAt({words}))') == shown
+
+
 def test_a_marker_under_the_pointer_is_named_with_its_residual(page: Page) -> None:
     page.run("usdface.player.seek(72), usdface.switch('features'), usdface.stage.draw()")
     at = page.run(

@@ -78,6 +78,16 @@ def test_a_clip_without_a_take_is_a_warning(folder: Path, capsys: pytest.Capture
     assert conform(folder, "--strict") == 1
 
 
+def test_a_cut_of_other_takes_is_refused_with_both_timecodes(
+    folder: Path, capsys: pytest.CaptureFixture
+) -> None:
+    text = CUT.replace("01:00:00", "09:00:00").replace("02:00:0", "10:00:0")
+    (folder / "reel.edl").write_text(text)
+    assert conform(folder) == 1
+    said = capsys.readouterr().err
+    assert "begin at 05:00:00 to 10:00:00, the takes at 01:00:00 to 02:00:00 [FRAMES" in said
+
+
 def test_the_show_file_is_no_input_and_is_beside_its_model(folder: Path) -> None:
     takes = [str(folder / "a010.usdc")]
     words = ["conform", str(folder / "reel.edl"), *takes]

@@ -1,12 +1,15 @@
 """A sequence through the command: what fails fails alone, and the table says which and why."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from worlds import make_world
 
 from usdface.cli import main
+from usdface.cli.sequence import _print_table
+from usdface.show.table import Row
 
 SHOW = """
 folder = "shots"
@@ -83,6 +86,13 @@ def test_the_sequence_goes_on_and_the_table_says_why(
     assert (folder / "shots/good.usdface.html").is_file()
     said = capfd.readouterr()
     assert "error SHOT_FAILED" in said.out and "good.usdface.usda" in said.out
+
+
+def test_stages_are_of_the_run_that_the_table_is_of(capsys: pytest.CaptureFixture[str]) -> None:
+    made = Row(name="a", stages={"clean": "cached", "solve": "computed"})
+    _print_table([made, replace(made, name="b", state="kept")])
+    first, other = (line.split() for line in capsys.readouterr().out.splitlines()[1:])
+    assert first == ["a", "processed,", "clean", "cached"] and other == ["b", "kept"]
 
 
 def test_a_shot_that_takes_too_long_fails_and_one_that_is_kept_does_not(folder: Path) -> None:

@@ -1,6 +1,7 @@
 """Plug-ins call the public API and stay small; usdface knows no host."""
 
 import ast
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -44,6 +45,17 @@ def test_it_calls_the_public_api_alone(path: Path) -> None:
 @pytest.mark.parametrize("path", PLUGINS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_it_stays_small(path: Path) -> None:
     assert len(path.read_text(encoding="utf-8").splitlines()) <= 300
+
+
+def test_the_extension_installs_in_the_blenders_that_its_wheels_are_for() -> None:
+    folder = ROOT / "plugins" / "blender"
+    (host,) = tomllib.loads((folder / "host.toml").read_text(encoding="utf-8"))["blender"]
+    manifest = tomllib.loads(
+        (folder / "extension" / "blender_manifest.toml").read_text(encoding="utf-8")
+    )
+    first, last = (tuple(map(int, host["versions"][i].split("."))) for i in (0, -1))
+    assert manifest["blender_version_min"] == f"{first[0]}.{first[1]}.0"
+    assert manifest["blender_version_max"] == f"{last[0]}.{last[1] + 1}.0"
 
 
 def test_usdface_imports_no_host() -> None:

@@ -29,7 +29,8 @@ def test_estimates_then_pieces_then_the_join(
     shot = make_shot(tmp_path / "show")
     pieces, job = tmp_path / "pieces", tmp_path / "job"
     words = ["--pieces", str(pieces), "--openjd", str(job), "--chunk", "2"]
-    more = ["--gains", "joy=0.5", "--no-head", "--gltf", "face.glb", "--start", "-3"]
+    more = ["--gains", "joy=0.5", "--no-head", "--gltf", "face.glb"]
+    more += ["--deliver", "face.usdc", "--start", "-3"]
     assert main(["process", str(shot), *words, *more]) == 0
     assert not pieces.exists()
     bundle = {path.stem: json.loads(path.read_text()) for path in job.iterdir()}

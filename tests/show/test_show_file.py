@@ -115,6 +115,14 @@ def test_shots_that_are_there_are_found_by_pattern(tmp_path: Path) -> None:
         ("files = ['*']\nprocess = {deliver = {start = 1.5}}", "expected a number"),
         ("files = ['*']\nprocess = {deliver = {first = 1}}", "unknown key"),
         ("files = ['*']\nprocess = {exaggeration = {nose = 2}}", "nose"),
+        ("files = ['*']\nprocess = {exaggeration = 1.2}", "exaggeration is 1.2; expected a table"),
+        (
+            "files = ['*']\nprocess = {gains = {joy = 'x'}}",
+            "gains of joy is 'x'; expected a number",
+        ),
+        ("[[shots]]\ntake = 'a'\nrig = 'b'\ngain = 'x'", "gain is 'x'; expected a number"),
+        ("[[shots]]\ntake = 'a'\nrig = 'b'\nease = 2", "'ease' is 2; expected 0 to 1"),
+        ("[[shots]]\ntake = 'a'\nrig = 'b'\nmode = 'x'", "'mode' is 'x'; expected raise, add"),
     ],
 )
 def test_a_mistake_is_named(tmp_path: Path, text: str, words: str) -> None:

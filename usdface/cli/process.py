@@ -157,6 +157,12 @@ def _process(parsed: argparse.Namespace) -> int:
         )
     if parsed.workers is not None and parsed.workers < 1:
         raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
+    delivery = DeliverOptions(**settings(parsed, DeliverOptions))
+    if delivery != DeliverOptions() and not parsed.deliver:
+        raise InputError(
+            "--start, --end, --handles and --rate are of a deliverable: --deliver FILE",
+            "SETTING_WRONG",
+        )
     if parsed.openjd:
         return _write_job(parsed)
     if parsed.pieces:
@@ -181,7 +187,7 @@ def _process(parsed: argparse.Namespace) -> int:
             figure=parsed.figure,
             sheet=parsed.sheet,
             deliver=parsed.deliver,
-            delivery=DeliverOptions(**settings(parsed, DeliverOptions)),
+            delivery=delivery,
             in_place=parsed.in_place,
             asset_root=parsed.asset_root,
             strict=parsed.strict,

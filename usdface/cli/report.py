@@ -116,13 +116,24 @@ def _line(group: list[Finding]) -> str:
     line = f"{first.severity} {first.code}: {first.message}"
     if any(f.message != first.message for f in group):
         # The message is that of the first finding only.
-        return f"{line} ({first.where}); others: {_listed(group[1:])}"
-    return line + (f" ({_listed(group)})" if first.where else "")
+        first_place, *others = _places(group)
+        return f"{line} ({first_place}); others: {_listed(others)}"
+    return line + (f" ({_listed(_places(group))})" if first.where else "")
 
 
-def _listed(group: list[Finding]) -> str:
-    more = f" and {len(group) - _EXAMPLES} more" if len(group) > _EXAMPLES else ""
-    return ", ".join(f.where for f in group[:_EXAMPLES]) + more
+def _places(group: list[Finding]) -> list[str]:
+    """Return where findings are; the file that all are in only of the first."""
+    first, *others = (f.where for f in group)
+    file, colon, _ = first.rpartition(": ")
+    shared = f"{file}{colon}"
+    if all(place.startswith(shared) for place in others):
+        others = [place.removeprefix(shared) for place in others]
+    return [first, *others]
+
+
+def _listed(places: list[str]) -> str:
+    more = f" and {len(places) - _EXAMPLES} more" if len(places) > _EXAMPLES else ""
+    return ", ".join(places[:_EXAMPLES]) + more
 
 
 def write_report(result: Result[Any], path: Path) -> None:

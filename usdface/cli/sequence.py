@@ -171,7 +171,9 @@ def _print_table(rows: "Sequence[Row]") -> None:
         share = "" if row.occluded_share is None else f"{row.occluded_share:.1%}"
         numbers = map(_number, (row.residual_mean_mm, row.residual_max_mm))
         codes = [*row.reasons, *(code for code in row.findings if code not in row.reasons)]
-        cached = [name for name, how in row.stages.items() if how == "cached"]
+        # The stages of a result that is kept are those of the run that made it.
+        stages = row.stages.items() if row.state == "processed" else ()
+        cached = [name for name, how in stages if how == "cached"]
         state = row.state + (f", {' and '.join(cached)} cached" if cached else "")
         why = row.code if row.error else ", ".join(codes)
         style = {"not_usable": "red", "look_at": "yellow"}.get(row.verdict, "red" if lost else "")

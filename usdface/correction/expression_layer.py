@@ -266,7 +266,7 @@ def _keep_contact(
         if len(frames):
             message = (
                 "the correction was limited in {frame_count} frames ({first_frame} to "
-                "{last_frame}) to keep the contact, a gap by {gap_mm:.1f} mm at most"
+                "{last_frame}) to keep the contact, a gap by {gap_mm:.2g} mm at most"
             )
             findings.append(
                 finding(

@@ -69,7 +69,8 @@ def read_cut(path: Path, rate: float = 0.0) -> tuple[list[CutEvent], list[Findin
             raise InputError(f"{path} is larger than any cut", "TOO_LARGE")
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the cut {path}: {error}", "FILE_UNREADABLE") from error
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(f"cannot read the cut {path}: {reason}", "FILE_UNREADABLE") from error
     clips, findings = _clips(otio, path, text, rate)
     events = []
     for clip in clips:

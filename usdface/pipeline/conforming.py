@@ -102,7 +102,7 @@ def conform(
         entries, found = conformed(events, clocks, handles, rate)
     if not entries:
         raise InputError(
-            f"no clip of {cut} has a take: the cut has {_span(events)}, the takes have "
+            f"no clip of {cut} has a take: clips of the cut begin at {_span(events)}, the takes at "
             f"{_span(clocks)}",
             "FRAMES_OUTSIDE",
         )
@@ -149,5 +149,10 @@ def _relative(path: Path, folder: Path) -> str:
 
 
 def _span(parts: Sequence[Any]) -> str:
-    """Return the timecodes from the first to the last of them, in seconds of a day."""
-    return f"{min(p.start for p in parts):.2f} to {max(p.start for p in parts):.2f} s of the day"
+    """Return the timecodes of the first and the last of them, to the second."""
+    starts = [int(part.start) for part in parts]
+    first, last = (
+        f"{start // 3600:02}:{start // 60 % 60:02}:{start % 60:02}"
+        for start in (min(starts), max(starts))
+    )
+    return first if first == last else f"{first} to {last}"

@@ -14,6 +14,7 @@ from usdface.facs.report import FacsReport, facs_findings, judge_rig
 from usdface.findings import Finding, finding
 from usdface.io.gltf.files_beside import may_be_gltf
 from usdface.io.rigs.files import read_rig_file
+from usdface.local_maxima import highest
 from usdface.options import RESPONSE
 from usdface.played_shot import PlayedShot
 
@@ -79,7 +80,8 @@ def _peaks(played: PlayedShot) -> TakePeaks | None:
     for emotion, curve in played.emotions.items():
         frames = events_of(curve, onset).frames
         events = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
-        found += [(int(event[curve[event].argmax()]), emotion) for event in events if len(event)]
+        # An output has a flat top where the likeness alone raises it.
+        found += [(int(event[highest(curve[event])]), emotion) for event in events if len(event)]
     if not found or not len(played.feature_points):
         return None
     found.sort()

@@ -71,8 +71,12 @@ def make_markers(
         check_picture(figure)
     with progress.step("read"):
         character, findings = read_rig(rig)
-        setup = read_bind(bind)[0] if bind else setup_of_json({"markers": {}}, str(rig))
-        mesh = character.mesh(setup.binding.mesh)
+        if bind:
+            setup = read_bind(bind)[0]
+            mesh = character.mesh(setup.binding.mesh)
+        else:
+            mesh = character.face()
+            setup = setup_of_json({"markers": {}, "mesh": mesh.path}, str(rig))
         setup = fit_setup(setup, mesh)[0]
     with progress.step("place"):
         found = marker_places(mesh, setup.binding, count=options.count, noise=options.noise)

@@ -177,6 +177,7 @@ def _making(setup: dict[str, Any], performer: str, base: Path, where: str) -> Ma
             "SETTING_WRONG",
         )
     correction = {name: setup[name] for name in _CORRECTION if name in setup}
+    _check_correction(correction, where)
     return Making(**files, neutral=neutral, correction=correction, performer=performer)
 
 
@@ -196,8 +197,22 @@ def _plan(
     return ShotPlan(name=name, file=file, making=making, process=options, deliver=deliver, **wanted)
 
 
+def _check_correction(correction: dict[str, Any], where: str) -> None:
+    """Fail before the work where `CorrectionOptions` would not take the settings."""
+    for name, value in correction.items():
+        if name != "mode":
+            _number(value, f"{where}: {name}")
+    try:
+        CorrectionOptions(**correction)
+    except InputError as error:
+        raise InputError(f"{where}: {error}", error.code) from error
+
+
 def _check_options(options: dict[str, Any], where: str) -> None:
     """Fail before the work where `ProcessOptions` would not take the options."""
+    for name in ("exaggeration", "gains"):
+        for which, factor in _table(options.get(name, {}), f"{where}: {name}").items():
+            _number(factor, f"{where}: {name} of {which}")
     for part in fields(ProcessOptions):
         if part.type is bool and part.name in options:
             _switch(options[part.name], f"{where}: {part.name}")
@@ -228,6 +243,11 @@ def _switch(value: object, where: str) -> bool:
     if not isinstance(value, bool):
         raise InputError(f"{where} is {value!r}; expected true or false", "SETTING_WRONG")
     return value
+
+
+def _number(value: object, where: str) -> None:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(f"{where} is {value!r}; expected a number", "SETTING_WRONG")
 
 
 def _name(entry: dict[str, Any], where: str) -> str:

@@ -44,10 +44,12 @@ class WorkerClient(QtCore.QObject):
 
     def ask(self, job: str, answer: Answer, **request: Any) -> None:
         """Send a request; `answer` gets its result."""
-        if self._process is None:
-            self._start()
         self._number += 1
         self._waiting[self._number] = answer
+        if self._process is None:
+            self._start()
+        if self._process is None:  # it did not start, which has been said
+            return
         line = json.dumps({"id": self._number, "job": job, **request}) + "\n"
         self._process.write(line.encode("utf-8"))
         self.busy.emit(True)
@@ -76,8 +78,8 @@ class WorkerClient(QtCore.QObject):
         process.errorOccurred.connect(self._not_started)
         # In some builds of usdview sys.executable is no Python
         python = os.environ.get("USDFACE_PYTHON", sys.executable)
+        self._process = process  # before it starts, which may fail at once
         process.start(python, ["-m", "usdface_usdview.worker"])
-        self._process = process
 
     def _read(self) -> None:
         if self._process is None:

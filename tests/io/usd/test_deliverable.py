@@ -8,6 +8,7 @@ from processed import shoot
 from pxr import Sdf, Usd, UsdSkel
 from worlds import animation_of, make_world
 
+from usdface.cli import main
 from usdface.errors import InputError
 from usdface.options import DeliverOptions
 from usdface.pipeline import process
@@ -64,7 +65,7 @@ def test_what_the_take_lacks_is_said(shot: Path) -> None:
     result = process(shot, deliver=place, delivery=DeliverOptions(start=2, end=38, handles=8))
     assert "RANGE_OUTSIDE" in {finding.code for finding in result.findings}
     assert delivered(place)[1] == list(range(40))
-    with pytest.raises(InputError, match="are not in the take"):
+    with pytest.raises(InputError, match="are not in the take, which has 0 to 39"):
         process(shot, deliver=place, delivery=DeliverOptions(start=50, end=60))
 
 
@@ -92,3 +93,12 @@ def test_a_layer_offset_retimes_it(shot: Path) -> None:
 def test_nonsense_is_refused(options: dict[str, float]) -> None:
     with pytest.raises(InputError):
         DeliverOptions(**options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("word", ["--start=3", "--end=3", "--handles=3", "--rate=24"])
+def test_a_range_without_a_deliverable_is_refused(
+    shot: Path, word: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["process", str(shot), word, "-o", str(shot.with_name("none.usda"))]) == 1
+    assert "--deliver FILE" in capsys.readouterr().err
+    assert not shot.with_name("none.usda").exists()

@@ -78,15 +78,17 @@ def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
 
 
 def _frames(path: Path, document: Any) -> list[Any]:
+    frames = document
     if isinstance(document, dict):
-        document = next((document[key] for key in _FRAMES if key in document), None)
-    if not isinstance(document, list):
+        frames = next((document[key] for key in _FRAMES if key in document), None)
+    if not isinstance(frames, list):
+        found = "an object without one" if isinstance(document, dict) else f"{document!r:.40}"
         raise InputError(
-            f"{path}: expected a list of frames, or an object with frames; found "
-            f"{type(document).__name__}",
+            f"{path}: no landmarks of MediaPipe; expected a list of frames, or an object that has "
+            f"one as {_FRAMES[0]!r}; found {found}",
             "SCHEMA_BROKEN",
         )
-    return document
+    return frames
 
 
 def _of_frames(path: Path, frames: Sequence[Any]) -> tuple[TrackTable, FloatArray | None]:

@@ -117,13 +117,20 @@ export class Player {
   }
 }
 
-/** SMPTE timecode of a frame after `start` ("hh:mm:ss:ff"); from 0 without one. */
+/** SMPTE timecode of a frame after `start` ("hh:mm:ss:ff", drop frame "hh:mm:ss;ff"); from 0 without one. */
 export function timecodeAt(start, seconds, rate) {
-  const whole = Math.max(1, Math.round(rate));
+  const whole = Math.max(1, Math.round(rate)), dropped = (start || "").includes(";");
   const parts = (start || "").split(/[:;]/).map(Number);
   const [hours = 0, minutes = 0, begin = 0, frames = 0] = parts.every(Number.isFinite) ? parts : [];
-  const total = Math.round((hours * 3600 + minutes * 60 + begin) * whole + frames + seconds * rate);
+  // Drop frame leaves out the first labels of each minute, but not of each tenth.
+  const skipped = dropped ? Math.round(whole / 15) : 0, passed = hours * 60 + minutes;
+  const first = (passed * 60 + begin) * whole + frames - skipped * (passed - Math.floor(passed / 10));
+  const count = Math.round(first + seconds * rate);
+  const ten = 600 * whole - 9 * skipped, rest = count % ten;
+  const minute = Math.max(0, Math.floor((rest - skipped) / (60 * whole - skipped)));
+  const total = count + skipped * (9 * Math.floor(count / ten) + minute);
   const pad = (value) => String(Math.floor(value)).padStart(2, "0");
   const clock = total / whole;
-  return [pad((clock / 3600) % 24), pad((clock / 60) % 60), pad(clock % 60), pad(total % whole)].join(":");
+  const words = [pad((clock / 3600) % 24), pad((clock / 60) % 60), pad(clock % 60)];
+  return words.join(":") + (dropped ? ";" : ":") + pad(total % whole);
 }
