@@ -141,6 +141,7 @@ def solve(
     return solution.weights, solution, findings + camera_findings + new_findings
 
 
+@one_blas_thread()
 def recorded_weights(
     take: WeightsTake, face: BoundFace, setup: RetargetSetup
 ) -> tuple[WeightsTake, list[Finding]]:

@@ -109,6 +109,9 @@ def test_a_shot_that_takes_too_long_fails_and_one_that_is_kept_does_not(folder: 
         (["--time-limit", "-1"], "--time-limit"),
         (["--time-limit", "nan"], "--time-limit"),
         (["--table", "show.txt"], "a page is HTML"),
+        (["--openjd", "job", "--index", "0", "--cache", "c"], "takes no --cache, --index"),
+        (["--gather", "--watch"], "--gather takes no --watch"),
+        (["--chunk", "2"], "--openjd DIR"),
     ],
 )
 def test_wrong_settings_are_refused(

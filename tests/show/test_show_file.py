@@ -85,6 +85,15 @@ def test_plans_come_back_from_plain_values_and_from_json(tmp_path: Path) -> None
         show_json(plans, tmp_path / "shots")
 
 
+def test_a_misspelt_performer_of_a_binding_is_refused(tmp_path: Path) -> None:
+    """Else its shots would be bound by proposal; other performers may have a binding, or none."""
+    wrong = SHOW.replace("bind = {anna = ", "bind = {ana = ")
+    with pytest.raises(InputError, match="mia: no bind for 'anna'; did you mean ana"):
+        read_show_file(show(tmp_path, wrong))
+    known = show(tmp_path, f"{wrong}[performers.ana]\n")
+    assert [p.making.bind for p in read_show_file(known) if p.making][::2] == [None, None]
+
+
 def test_shots_that_are_there_are_found_by_pattern(tmp_path: Path) -> None:
     for name in ("a.usda", "b.usda", "b.usdface.usda", "c.txt"):
         (tmp_path / name).touch()

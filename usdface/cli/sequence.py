@@ -16,6 +16,14 @@ if TYPE_CHECKING:
 
 __all__ = ["add_sequence"]
 
+# Options that have no effect beside another.
+_APART = {
+    "openjd": frozenset(
+        ("index", "workers", "time_limit", "table", "watch", "cache", "no_cache", "gather")
+    ),
+    "gather": frozenset(("watch", "cache", "no_cache", "workers", "time_limit", "pages")),
+}
+
 
 def add_sequence(commands: Any, summary: str) -> None:
     """Add `usdface sequence`."""
@@ -64,7 +72,7 @@ def add_sequence(commands: Any, summary: str) -> None:
         help="process nothing: write the sequence as a job of Open Job Description",
     )
     command.add_argument(
-        "--chunk", type=int, default=1, metavar="N", help="shots in a task of that job"
+        "--chunk", type=int, metavar="N", help="shots in a task of that job (default: 1)"
     )
     kept = command.add_mutually_exclusive_group()
     kept.add_argument(
@@ -84,11 +92,25 @@ def _sequence(parsed: argparse.Namespace) -> int:
     for name, value in (("workers", parsed.workers), ("time-limit", parsed.time_limit)):
         if value is not None and not value > 0:
             raise InputError(f"--{name} {value:g}: expected more than 0", "SETTING_WRONG")
+    _check_together(parsed)
     if parsed.openjd:
         return _openjd(parsed)
     if parsed.watch:
         return _watch(parsed, limits)
     return _run(parsed, limits)
+
+
+def _check_together(parsed: argparse.Namespace) -> None:
+    """Refuse options that another one would leave without effect."""
+    given = {name for name, value in vars(parsed).items() if value not in (None, "", False)}
+    for one, without in _APART.items():
+        if one in given and (idle := sorted(given & without)):
+            names = ", ".join(f"--{name.replace('_', '-')}" for name in idle)
+            raise InputError(f"--{one} takes no {names}", "SETTING_WRONG")
+    if "chunk" in given and "openjd" not in given:
+        raise InputError(
+            f"--chunk {parsed.chunk} is of a farm's job: --openjd DIR", "SETTING_WRONG"
+        )
 
 
 def _watch(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
@@ -144,7 +166,7 @@ def _openjd(parsed: argparse.Namespace) -> int:
         result = write_sequence_job(
             parsed.sources,
             parsed.openjd,
-            chunk=parsed.chunk,
+            chunk=1 if parsed.chunk is None else parsed.chunk,
             pages=parsed.pages,
             root=parsed.root or None,
             on_progress=step,

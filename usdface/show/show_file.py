@@ -149,8 +149,19 @@ def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) 
         table[f"{kind[:-1]}_layer"] = table.pop("layer")
     if isinstance(bind := table.get("bind"), dict):
         table.pop("bind")
-        table |= {"bind": bind[other]} if other in bind else {}
+        if other in bind:
+            table["bind"] = bind[other]
+        elif near := did_you_mean(other, set(bind) - set(_others(document, kind))):
+            raise InputError(
+                f"{where}: {kind}.{name}: no bind for {other!r}{near}", "SETTING_WRONG"
+            )
     return table
+
+
+def _others(document: dict[str, Any], kind: str) -> dict[str, Any]:
+    """Return the performers, of characters, and the characters, of performers."""
+    other = "performers" if kind == "characters" else "characters"
+    return _table(document.get(other, {}), other)
 
 
 def _making(setup: dict[str, Any], performer: str, base: Path, where: str) -> Making:
