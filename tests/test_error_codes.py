@@ -13,6 +13,7 @@ from usdface import errors
 from usdface.arrays import FloatArray
 from usdface.binding.resolve_binding import resolve_binding
 from usdface.errors import ERROR_CODES, UsdFaceError
+from usdface.face.fitted_setup import fit_setup
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
@@ -21,7 +22,7 @@ from usdface.io.usd.take import write_take
 from usdface.options import BindOptions, MapOptions, RigOptions, TakeOptions
 from usdface.pipeline import calibrate, make_shot, process
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup, fit_setup, unbound
+from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.rigs import Mesh, Rig
 from usdface.takes import MarkerTake, WeightsTake
 

@@ -3,7 +3,8 @@ import pytest
 from worlds import World, make_world
 
 from usdface.errors import InputError
-from usdface.retarget_setup import Binding, Expression, RetargetSetup, fit_setup, unbound
+from usdface.face.fitted_setup import fit_setup
+from usdface.retarget_setup import Binding, Expression, RetargetSetup, unbound
 from usdface.takes import WeightsTake
 
 
@@ -56,35 +57,6 @@ def test_a_binding_has_one_point_for_each_marker() -> None:
 def test_a_rigid_head_needs_three_markers(world: World) -> None:
     with pytest.raises(InputError, match="at least three"):
         setup_of(world, head="markers", head_markers=("temple_l", "temple_r"))
-
-
-def test_the_mesh_is_named_and_the_foremost_marker_is_the_nose(world: World) -> None:
-    mesh = world.rig.meshes[0]
-    fitted, findings = fit_setup(setup_of(world), mesh, world.take)
-    assert fitted.binding.mesh == "head" and fitted.nose_tip == "nose"
-    assert [(f.code, f.where) for f in findings] == [("NOSE_TIP_ASSUMED", "nose")]
-    again, findings = fit_setup(fitted, mesh, world.take)
-    assert findings == [] and again.nose_tip == "nose"
-
-
-@pytest.mark.parametrize(
-    ("changes", "said"),
-    [
-        ({"nose_tip": "nase"}, "'nase' is not among the bound markers"),
-        ({"nose_tip": "nase"}, "; did you mean nose?"),
-        ({"head": "markers", "head_markers": ("a", "b", "chin")}, "no marker 'a', 'b'"),
-        ({"neutral": (0, 40)}, "frames 0 to 39"),
-        ({"binding": Binding(("x", "y"), np.array([1, 2]))}, "no bound marker is in the take"),
-        ({"binding": Binding(("nose",), np.array([195]))}, "vertices 0 to 194"),
-        ({"binding": Binding(("nose",), np.array([-1]))}, "vertex -1"),
-    ],
-)
-def test_a_setup_must_fit_rig_and_take(world: World, changes: dict[str, object], said: str) -> None:
-    setup = setup_of(world) if "binding" not in changes else None
-    with pytest.raises(InputError) as caught:
-        setup = setup_of(world, **changes) if setup else RetargetSetup(**changes)  # type: ignore[arg-type]
-        fit_setup(setup, world.rig.meshes[0], world.take)
-    assert said in str(caught.value)
 
 
 def test_only_a_weights_take_needs_no_binding(world: World) -> None:

@@ -1,15 +1,14 @@
 """The setup of one face: which marker sits where on the rig, and how the take is solved."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import MappingProxyType
 
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.binding_origin import BindingOrigin
-from usdface.errors import InputError, did_you_mean
-from usdface.findings import Finding, finding
+from usdface.errors import InputError
 from usdface.options import (
     AMPLITUDE_RANGE,
     LARGEST_OFFSET,
@@ -21,10 +20,9 @@ from usdface.options import (
     check_exaggeration,
 )
 from usdface.performer_face import PerformerFace
-from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["Binding", "Calibration", "Expression", "Pin", "RetargetSetup", "fit_setup", "unbound"]
+__all__ = ["Binding", "Calibration", "Expression", "Pin", "RetargetSetup", "unbound"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -323,77 +321,3 @@ def unbound(take: MarkerTake | WeightsTake) -> RetargetSetup:
             "BINDING_MISSING",
         )
     return RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
-
-
-def fit_setup(
-    setup: RetargetSetup, mesh: Mesh, take: MarkerTake | WeightsTake | None = None
-) -> tuple[RetargetSetup, list[Finding]]:
-    """Check a setup against rig and take; name the mesh, and the nose tip if it is not named.
-
-    Without a take only the rig is compared.
-
-    Raises
-    ------
-    InputError
-        If a marker sits outside the mesh, none is in the take, or a named head marker or
-        nose tip is not there.
-    """
-    setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
-    binding = setup.binding
-    findings = [*_neutral_assumed(setup, take), *_uncalibrated(setup, mesh)]
-    if not binding.markers:
-        return setup, findings
-    outside = (binding.points < 0) | (binding.points >= len(mesh.points))
-    if outside.any():
-        first = int(outside.argmax())
-        raise InputError(
-            f"marker {binding.markers[first]!r} is bound to vertex {binding.points[first]} of "
-            f"{binding.mesh}, which has vertices 0 to {len(mesh.points) - 1}",
-            "VERTEX_OUTSIDE",
-        )
-    if isinstance(take, MarkerTake):
-        take.select(setup.head_markers)
-        if setup.neutral and setup.neutral[1] >= len(take.times):
-            raise InputError(
-                f"neutral frames {setup.neutral[0]} to {setup.neutral[1]} lie outside the take "
-                f"{take.source}, which has frames 0 to {len(take.times) - 1}",
-                "FRAMES_OUTSIDE",
-            )
-        if not set(binding.markers) & set(take.names):
-            raise InputError(
-                f"no bound marker is in the take {take.source}; bound: "
-                f"{', '.join(binding.markers[:8])}; in the take: {', '.join(take.names[:8])}",
-                "MARKER_UNKNOWN",
-            )
-    if setup.nose_tip and setup.nose_tip not in binding.markers:
-        raise InputError(
-            f"the nose tip {setup.nose_tip!r} is not among the bound markers: "
-            f"{', '.join(binding.markers[:8])}{' ...' if len(binding.markers) > 8 else ''}"
-            f"{did_you_mean(setup.nose_tip, binding.markers)}",
-            "MARKER_UNKNOWN",
-        )
-    if setup.nose_tip:
-        if isinstance(take, MarkerTake):
-            take.select((setup.nose_tip,))
-        return setup, findings
-    foremost = binding.markers[int(np.argmax(mesh.points[binding.points, 2]))]
-    return replace(setup, nose_tip=foremost), [
-        *findings,
-        finding("NOSE_TIP_ASSUMED", foremost, "no nose tip is named; the foremost marker is taken"),
-    ]
-
-
-def _neutral_assumed(setup: RetargetSetup, take: MarkerTake | WeightsTake | None) -> list[Finding]:
-    if not setup.neutral_assumed:
-        return []
-    message = "no neutral frames are named; the first frame is taken"
-    return [finding("NEUTRAL_ASSUMED", take.source if take else setup.binding.mesh, message)]
-
-
-def _uncalibrated(setup: RetargetSetup, mesh: Mesh) -> list[Finding]:
-    known = set(mesh.shape_names)
-    return [
-        finding("SHAPE_UNKNOWN", name, "it is named in the calibration")
-        for name in (setup.calibration.shapes if setup.calibration else ())
-        if name not in known
-    ]

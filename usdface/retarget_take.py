@@ -11,6 +11,7 @@ from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.dot_skin import DotSkin, dot_skin
+from usdface.face.fitted_setup import fit_setup
 from usdface.face.known_limits import with_known_limits
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.shape_names import rename_weights
@@ -26,7 +27,7 @@ from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget.solver.backend import compile_kernels
-from usdface.retarget_setup import RetargetSetup, fit_setup
+from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [

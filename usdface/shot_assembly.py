@@ -11,9 +11,10 @@ from usdface.correction.rule_check import check_rules
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
+from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding
 from usdface.options import BindOptions, CorrectionOptions
-from usdface.retarget_setup import Calibration, Expression, RetargetSetup, fit_setup
+from usdface.retarget_setup import Calibration, Expression, RetargetSetup
 from usdface.rigs import Mesh, Rig
 from usdface.shot import Shot
 from usdface.solve_errors import solve_errors

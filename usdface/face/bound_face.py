@@ -155,7 +155,7 @@ def bound_face(
     mesh : Mesh
         The one that the setup's binding names.
     setup : RetargetSetup
-        Fitted to the mesh (`usdface.retarget_setup.fit_setup`).
+        Fitted to the mesh (`usdface.face.fitted_setup.fit_setup`).
     layout : FaceLayout, optional
         As the shot has it; empty, if left out (`BoundFace.with_layout` finds one).
     rig_shapes : tuple of str, optional

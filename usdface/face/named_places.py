@@ -12,7 +12,14 @@ import numpy as np
 
 from usdface.face.place_words import AMBIGUOUS, IGNORED, IMPLIED, LETTERS, PARTS, TWOFOLD, WORDS
 
-__all__ = ["LANDMARKS", "NamedPlace", "named_place", "named_places", "words_of"]
+__all__ = [
+    "LANDMARKS",
+    "NamedPlace",
+    "named_place",
+    "named_places",
+    "names_nose_tip",
+    "words_of",
+]
 
 # Longer names are not taken apart: no label of a marker is.
 _LONGEST = 120
@@ -183,6 +190,16 @@ def named_place(name: str) -> NamedPlace | None:
     ((29, -69),)
     """
     return _place(words_of(name))
+
+
+def names_nose_tip(name: str) -> bool:
+    """Whether a marker's name is that of the tip of the nose.
+
+    >>> [names_nose_tip(name) for name in ("NoseHead", "Nasenspitze", "nose", "NoseHead_L")]
+    [True, True, False, False]
+    """
+    words = words_of(name)
+    return "nose" in words and bool(words & {"tip", "head"}) and not words & _SIDES.keys()
 
 
 def _place(words: frozenset[str], *, middle: bool = False) -> NamedPlace | None:

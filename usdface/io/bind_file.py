@@ -81,7 +81,7 @@ def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
     RetargetSetup
         If it names no neutral frames, the first is taken as neutral (`neutral_assumed`).
     list of Finding
-        Empty: `usdface.retarget_setup.fit_setup` reports assumptions that were not resolved.
+        Empty: `usdface.face.fitted_setup.fit_setup` reports assumptions that were not resolved.
 
     Raises
     ------

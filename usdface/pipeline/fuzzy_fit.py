@@ -5,6 +5,7 @@ from pathlib import Path
 from usdface.blas_threads import one_blas_thread
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
+from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import read_bind
@@ -20,7 +21,7 @@ from usdface.options import FitOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_setup import Expression, RetargetSetup, fit_setup
+from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rule_learning.fitting import Fitted, fit_labelled, fit_rig
 from usdface.rule_learning.labelled_takes import examples_of
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from usdface.binding.marker_places import marker_places
 from usdface.blas_threads import one_blas_thread
+from usdface.face.fitted_setup import fit_setup
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.inputs import check_outputs, files_read
@@ -13,7 +14,7 @@ from usdface.io.usd.rig import read_rig
 from usdface.options import MarkerOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_setup import Binding, fit_setup
+from usdface.retarget_setup import Binding
 
 __all__ = ["make_markers"]
 

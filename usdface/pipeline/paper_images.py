@@ -6,6 +6,7 @@ from pathlib import Path
 from usdface.binding.resolve_binding import resolve_binding
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
+from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding
 from usdface.io.bind_file import read_bind
 from usdface.io.images.footage import read_image_take
@@ -14,7 +15,6 @@ from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.options import BindOptions, TakeOptions
 from usdface.papers.image_points import ImagePoints, compare_ways
-from usdface.retarget_setup import fit_setup
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["compare_images"]

@@ -8,6 +8,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray
 from usdface.errors import InputError
+from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding, finding
 from usdface.footage.choose_channel import choose_model, colour_at, model_of_colour
 from usdface.footage.colour_channel import Pixels, parse_colour
@@ -22,7 +23,6 @@ from usdface.io.images.footage_files import read_fixes, read_named_places
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.raw_take import RawTake, finish_take
 from usdface.options import TakeOptions
-from usdface.retarget_setup import fit_setup
 from usdface.takes import MarkerTake
 
 __all__ = ["Footage", "read_footage", "read_image_take"]

@@ -1,0 +1,57 @@
+"""A setup fitted to a mesh and a take."""
+
+import numpy as np
+import pytest
+from worlds import World, make_world
+
+from usdface.errors import InputError
+from usdface.face.fitted_setup import fit_setup
+from usdface.retarget_setup import Binding, RetargetSetup
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world()
+
+
+def setup_of(world: World, **changes: object) -> RetargetSetup:
+    points = np.array(list(world.points.values()))
+    return RetargetSetup(Binding(tuple(world.points), points), **changes)  # type: ignore[arg-type]
+
+
+def test_the_mesh_is_named_and_the_foremost_marker_is_the_nose(world: World) -> None:
+    mesh = world.rig.meshes[0]
+    fitted, findings = fit_setup(setup_of(world), mesh, world.take)
+    assert fitted.binding.mesh == "head" and fitted.nose_tip == "nose"
+    assert [(f.code, f.where) for f in findings] == [("NOSE_TIP_ASSUMED", "nose")]
+    again, findings = fit_setup(fitted, mesh, world.take)
+    assert findings == [] and again.nose_tip == "nose"
+
+
+def test_a_marker_that_is_named_so_is_the_nose_tip(world: World) -> None:
+    """Though another one is further in front."""
+    mesh = world.rig.meshes[0]
+    foremost, *others = sorted(world.points.values(), key=lambda vertex: -mesh.points[vertex, 2])
+    binding = Binding(("lip", "NoseTip", "chin"), np.array([foremost, *others[:2]]))
+    fitted, findings = fit_setup(RetargetSetup(binding, neutral=(0, 3)), mesh)
+    assert (fitted.nose_tip, findings) == ("NoseTip", [])
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"nose_tip": "nase"}, "'nase' is not among the bound markers"),
+        ({"nose_tip": "nase"}, "; did you mean nose?"),
+        ({"head": "markers", "head_markers": ("a", "b", "chin")}, "no marker 'a', 'b'"),
+        ({"neutral": (0, 40)}, "frames 0 to 39"),
+        ({"binding": Binding(("x", "y"), np.array([1, 2]))}, "no bound marker is in the take"),
+        ({"binding": Binding(("nose",), np.array([195]))}, "vertices 0 to 194"),
+        ({"binding": Binding(("nose",), np.array([-1]))}, "vertex -1"),
+    ],
+)
+def test_a_setup_must_fit_rig_and_take(world: World, changes: dict[str, object], said: str) -> None:
+    setup = setup_of(world) if "binding" not in changes else None
+    with pytest.raises(InputError) as caught:
+        setup = setup_of(world, **changes) if setup else RetargetSetup(**changes)  # type: ignore[arg-type]
+        fit_setup(setup, world.rig.meshes[0], world.take)
+    assert said in str(caught.value)

@@ -1,0 +1,104 @@
+"""A setup fitted to a mesh and a take: checked, with the mesh and the nose tip named."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.errors import InputError, did_you_mean
+from usdface.face.named_places import names_nose_tip
+from usdface.findings import Finding, finding
+from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.rigs import Mesh
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["fit_setup"]
+
+
+def fit_setup(
+    setup: RetargetSetup, mesh: Mesh, take: MarkerTake | WeightsTake | None = None
+) -> tuple[RetargetSetup, list[Finding]]:
+    """Check a setup against rig and take; name the mesh, and the nose tip if it is not named.
+
+    Without a take only the rig is compared.
+
+    Raises
+    ------
+    InputError
+        If a marker sits outside the mesh, none is in the take, or a named head marker or
+        nose tip is not there.
+    """
+    setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
+    binding = setup.binding
+    findings = [*_neutral_assumed(setup, take), *_uncalibrated(setup, mesh)]
+    if not binding.markers:
+        return setup, findings
+    _check_vertices(binding, mesh)
+    if isinstance(take, MarkerTake):
+        _check_take(setup, take)
+    if setup.nose_tip:
+        _check_nose_tip(setup, take)
+        return setup, findings
+    named = [name for name in binding.markers if names_nose_tip(name)]
+    if len(named) == 1:
+        return replace(setup, nose_tip=named[0]), findings
+    foremost = binding.markers[int(np.argmax(mesh.points[binding.points, 2]))]
+    message = "no nose tip is named; the foremost marker is taken"
+    findings.append(finding("NOSE_TIP_ASSUMED", foremost, message))
+    return replace(setup, nose_tip=foremost), findings
+
+
+def _check_vertices(binding: Binding, mesh: Mesh) -> None:
+    outside = (binding.points < 0) | (binding.points >= len(mesh.points))
+    if outside.any():
+        first = int(outside.argmax())
+        raise InputError(
+            f"marker {binding.markers[first]!r} is bound to vertex {binding.points[first]} of "
+            f"{binding.mesh}, which has vertices 0 to {len(mesh.points) - 1}",
+            "VERTEX_OUTSIDE",
+        )
+
+
+def _check_take(setup: RetargetSetup, take: MarkerTake) -> None:
+    binding = setup.binding
+    take.select(setup.head_markers)
+    if setup.neutral and setup.neutral[1] >= len(take.times):
+        raise InputError(
+            f"neutral frames {setup.neutral[0]} to {setup.neutral[1]} lie outside the take "
+            f"{take.source}, which has frames 0 to {len(take.times) - 1}",
+            "FRAMES_OUTSIDE",
+        )
+    if not set(binding.markers) & set(take.names):
+        raise InputError(
+            f"no bound marker is in the take {take.source}; bound: "
+            f"{', '.join(binding.markers[:8])}; in the take: {', '.join(take.names[:8])}",
+            "MARKER_UNKNOWN",
+        )
+
+
+def _check_nose_tip(setup: RetargetSetup, take: MarkerTake | WeightsTake | None) -> None:
+    markers = setup.binding.markers
+    if setup.nose_tip not in markers:
+        raise InputError(
+            f"the nose tip {setup.nose_tip!r} is not among the bound markers: "
+            f"{', '.join(markers[:8])}{' ...' if len(markers) > 8 else ''}"
+            f"{did_you_mean(setup.nose_tip, markers)}",
+            "MARKER_UNKNOWN",
+        )
+    if isinstance(take, MarkerTake):
+        take.select((setup.nose_tip,))
+
+
+def _neutral_assumed(setup: RetargetSetup, take: MarkerTake | WeightsTake | None) -> list[Finding]:
+    if not setup.neutral_assumed:
+        return []
+    message = "no neutral frames are named; the first frame is taken"
+    return [finding("NEUTRAL_ASSUMED", take.source if take else setup.binding.mesh, message)]
+
+
+def _uncalibrated(setup: RetargetSetup, mesh: Mesh) -> list[Finding]:
+    known = set(mesh.shape_names)
+    return [
+        finding("SHAPE_UNKNOWN", name, "it is named in the calibration")
+        for name in (setup.calibration.shapes if setup.calibration else ())
+        if name not in known
+    ]
