@@ -4,7 +4,7 @@ from worlds import World, make_world
 
 from usdface.errors import InputError
 from usdface.face.fitted_setup import fit_setup
-from usdface.retarget_setup import Binding, Expression, RetargetSetup, unbound
+from usdface.retarget_setup import Binding, Expression, unbound
 from usdface.takes import WeightsTake
 
 
@@ -13,13 +13,8 @@ def world() -> World:
     return make_world()
 
 
-def setup_of(world: World, **changes: object) -> RetargetSetup:
-    points = np.array(list(world.points.values()))
-    return RetargetSetup(Binding(tuple(world.points), points), **changes)  # type: ignore[arg-type]
-
-
 def test_nothing_in_a_setup_can_be_changed(world: World) -> None:
-    setup = setup_of(world, roles={"lip": "lip_lower"})
+    setup = world.setup(roles={"lip": "lip_lower"})
     expression = Expression("joy", ("a",), np.ones(1))
     for array in (setup.binding.points, expression.weights):
         with pytest.raises(ValueError, match="read-only"):
@@ -30,7 +25,7 @@ def test_nothing_in_a_setup_can_be_changed(world: World) -> None:
 
 def test_a_setup_does_not_follow_the_dictionary_it_was_made_of(world: World) -> None:
     roles = {"lip": "lip_lower"}
-    setup = setup_of(world, roles=roles)
+    setup = world.setup(roles=roles)
     roles["lip"] = "chin"
     assert setup.roles["lip"] == "lip_lower"
 
@@ -56,7 +51,7 @@ def test_a_binding_has_one_point_for_each_marker() -> None:
 
 def test_a_rigid_head_needs_three_markers(world: World) -> None:
     with pytest.raises(InputError, match="at least three"):
-        setup_of(world, head="markers", head_markers=("temple_l", "temple_r"))
+        world.setup(head="markers", head_markers=("temple_l", "temple_r"))
 
 
 def test_only_a_weights_take_needs_no_binding(world: World) -> None:

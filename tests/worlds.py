@@ -14,6 +14,7 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 from usdface.arrays import FloatArray
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
+from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.takes import MarkerTake, WeightsTake
 
@@ -89,6 +90,11 @@ class World:
             "nose_tip": "nose",
             "neutral": {"start": 0, "end": NEUTRAL - 1},
         }
+
+    def setup(self, **changes: object) -> RetargetSetup:
+        """Return a setup that binds all markers."""
+        points = np.array(list(self.points.values()))
+        return RetargetSetup(Binding(tuple(self.points), points), **changes)  # type: ignore[arg-type]
 
     def write(self, folder: Path, **bind: object) -> Path:
         """Write rig.usda, take.usda and bind.json; return the folder."""

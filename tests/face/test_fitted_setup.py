@@ -14,14 +14,9 @@ def world() -> World:
     return make_world()
 
 
-def setup_of(world: World, **changes: object) -> RetargetSetup:
-    points = np.array(list(world.points.values()))
-    return RetargetSetup(Binding(tuple(world.points), points), **changes)  # type: ignore[arg-type]
-
-
 def test_the_mesh_is_named_and_the_foremost_marker_is_the_nose(world: World) -> None:
     mesh = world.rig.meshes[0]
-    fitted, findings = fit_setup(setup_of(world), mesh, world.take)
+    fitted, findings = fit_setup(world.setup(), mesh, world.take)
     assert fitted.binding.mesh == "head" and fitted.nose_tip == "nose"
     assert [(f.code, f.where) for f in findings] == [("NOSE_TIP_ASSUMED", "nose")]
     again, findings = fit_setup(fitted, mesh, world.take)
@@ -50,8 +45,8 @@ def test_a_marker_that_is_named_so_is_the_nose_tip(world: World) -> None:
     ],
 )
 def test_a_setup_must_fit_rig_and_take(world: World, changes: dict[str, object], said: str) -> None:
-    setup = setup_of(world) if "binding" not in changes else None
+    setup = world.setup() if "binding" not in changes else None
     with pytest.raises(InputError) as caught:
-        setup = setup_of(world, **changes) if setup else RetargetSetup(**changes)  # type: ignore[arg-type]
+        setup = world.setup(**changes) if setup else RetargetSetup(**changes)  # type: ignore[arg-type]
         fit_setup(setup, world.rig.meshes[0], world.take)
     assert said in str(caught.value)
