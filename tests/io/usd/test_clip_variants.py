@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
 from clips import plays, weights_of_stage
+from pxr import Usd, UsdSkel
 
 from usdface.errors import InputError
+from usdface.io.usd.clip_variants import bound_animations, clip_stages, playing_animations
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
 from usdface.takes import WeightsTake
@@ -27,3 +29,44 @@ def test_a_rig_at_rest_has_no_weights_take(face_rig, tmp_path):
 def test_a_sample_of_the_wrong_length_is_named(shared_data):
     with pytest.raises(InputError, match="2 blendShapeWeights for 1 blendShapes at time code 5"):
         weights_of_stage(open_stage(shared_data / "mayausd_morpher" / "morpher_box.usd"))
+
+
+@pytest.mark.parametrize("place", ["/World", "/World/Face"])
+def test_a_variant_set_above_a_skel_root_chooses_clips_as_well(face_rig, tmp_path, place):
+    weights = np.zeros((3, len(face_rig.shape_names)))
+    given = WeightsTake(face_rig.shape_names, [0.0, 0.1, 0.2], weights, 10.0)
+    write_rig(face_rig, tmp_path / "rig.usda", plays(given))
+    stage = open_stage(tmp_path / "rig.usda")
+    face = stage.GetDefaultPrim().GetPath()
+    shot = Usd.Stage.CreateNew(str(tmp_path / "shot.usda"))
+    shot.DefinePrim("/World", "Xform")
+    shot.DefinePrim("/World/Face").GetReferences().AddReference("rig.usda", face)
+    (bound,) = bound_animations(shot)
+    skeleton, sets = bound.skeleton.GetPrim(), shot.GetPrimAtPath(place).GetVariantSets()
+    takes = sets.AddVariantSet("take")
+    for name in ("Angry", "Sad"):
+        takes.AddVariant(name)
+        takes.SetVariantSelection(name)
+        with takes.GetVariantEditContext():
+            played = UsdSkel.Animation.Define(shot, f"/World/Face/{name}")
+            UsdSkel.BindingAPI.Apply(skeleton).CreateAnimationSourceRel().SetTargets(
+                [played.GetPath()]
+            )
+    found = [playing_animations(each)[0].name for each in clip_stages(shot)]
+    assert found == ["Sad", "Angry"]
+
+
+def test_a_variant_set_that_chooses_characters_is_none_of_clips(face_rig, tmp_path):
+    weights = np.zeros((3, len(face_rig.shape_names)))
+    given = WeightsTake(face_rig.shape_names, [0.0, 0.1, 0.2], weights, 10.0)
+    write_rig(face_rig, tmp_path / "rig.usda", plays(given))
+    face = open_stage(tmp_path / "rig.usda").GetDefaultPrim().GetPath()
+    shot = Usd.Stage.CreateNew(str(tmp_path / "shot.usda"))
+    characters = shot.DefinePrim("/World", "Xform").GetVariantSets().AddVariantSet("character")
+    for name in ("Mia", "Tom"):
+        characters.AddVariant(name)
+        characters.SetVariantSelection(name)
+        with characters.GetVariantEditContext():
+            prim = shot.DefinePrim(f"/World/{name}")
+            prim.GetReferences().AddReference("rig.usda", face)
+    assert len(list(clip_stages(shot))) == 1

@@ -32,14 +32,16 @@ class BoundAnimation:
 def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
     """Yield the stage with each of its clips bound; the authored selection comes first.
 
-    A variant set of a SkelRoot whose variants bind different SkelAnimations chooses between
-    clips; where there is none the stage itself is all. The stage is not changed.
+    A variant set of a SkelRoot, or of a prim above it, whose variants bind different SkelAnimations
+    chooses between clips; where there is none the stage itself is all. The stage is not changed.
     """
     yield stage
     seen = {playing_animations(stage)}
+    skeletons = _skeletons(stage)
     places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
     others: dict[tuple[Sdf.Path, ...], Usd.Stage] = {}
-    for prim in skel_roots(stage, root):
+    roots = skel_roots(stage, root)
+    for prim in dict.fromkeys([*roots, *(above for each in roots for above in _above(each))]):
         if prim.IsInstanceProxy():
             continue
         sets = prim.GetVariantSets()
@@ -52,11 +54,24 @@ def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
                 other = Usd.Stage.Open(stage.GetRootLayer(), session)
                 hold_layers(other)
                 check_clocks(other)
-                others.setdefault(playing_animations(other), other)
+                # Above a SkelRoot a set may choose between characters, which are no clips of one.
+                if prim in roots or _skeletons(other) <= skeletons:
+                    others.setdefault(playing_animations(other), other)
     order = sorted(others, key=lambda paths: [places.get(path, len(places)) for path in paths])
     for paths in order:
         if paths and paths not in seen:
             yield others[paths]
+
+
+def _above(prim: Usd.Prim) -> Iterator[Usd.Prim]:
+    """Yield the prims above one, from the nearest on."""
+    while (prim := prim.GetParent()) and not prim.IsPseudoRoot():
+        yield prim
+
+
+def _skeletons(stage: Usd.Stage) -> set[Sdf.Path]:
+    """Return the paths of the skeletons."""
+    return {prim.GetPath() for prim in stage.Traverse(_ALL) if prim.IsA(UsdSkel.Skeleton)}
 
 
 def bound_animations(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
