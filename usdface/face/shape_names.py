@@ -1,6 +1,7 @@
 """Renaming of weights between naming conventions: ARKit, ICT, and their spellings."""
 
 import re
+import unicodedata
 
 import numpy as np
 
@@ -13,7 +14,9 @@ __all__ = ["rename_weights", "shape_key"]
 _SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
 _ROUNDED = 1e-6  # of a weight
 _NAMED = 6  # names that a message lists
-_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+# Letters of all scripts: those without a case, and accented ones, belong to the word around them.
+_SMALL = r"[^\W\d_A-Z]"
+_WORD = re.compile(rf"[A-Z]+(?!{_SMALL})|[A-Z]?{_SMALL}+|\d+")
 
 
 def shape_key(name: str) -> tuple[str, str]:
@@ -27,7 +30,7 @@ def shape_key(name: str) -> tuple[str, str]:
     >>> shape_key("L_browDown"), shape_key("eyebrows-left-down")
     (('browdown', 'left'), ('eyebrowsdown', 'left'))
     """
-    words = [word.lower() for word in _WORD.findall(name)]
+    words = [word.lower() for word in _WORD.findall(unicodedata.normalize("NFC", name))]
     ends = [i for i in (len(words) - 1, 0) if words and words[i] in _SIDES]
     within = [i for i, word in enumerate(words) if word in ("left", "right")]
     if len(words) > 1 and (ends or within):
