@@ -69,6 +69,7 @@ _KEYS = frozenset(
         "made_with",
     )
 )
+_NEUTRAL_KEYS = frozenset(("start", "end", "weights"))
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 _Switches = TypeVar("_Switches", CleanOptions, ClosureOptions)
 
@@ -223,9 +224,9 @@ def _expecter(where: str) -> Callable[[Any, type, str], Any]:
 def _neutral(value: object, where: str) -> tuple[int, int] | None:
     if value == "rig":
         return None
-    if isinstance(value, dict):
+    if isinstance(value, dict) and value.keys() <= _NEUTRAL_KEYS:
         start, end = value.get("start", 0), value.get("end", value.get("start", 0))
-        if isinstance(start, int) and isinstance(end, int) and 0 <= start <= end < 2**31:
+        if type(start) is int and type(end) is int and 0 <= start <= end < 2**31:
             return start, end
     raise InputError(
         f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"',
