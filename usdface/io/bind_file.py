@@ -328,10 +328,9 @@ def bind_json(setup: RetargetSetup) -> str:
         "head_joint": setup.head_joint,
         "nose_tip": setup.nose_tip,
         "roles": dict(setup.roles),
-        "neutral": "rig"
-        if setup.neutral is None
-        else {"start": setup.neutral[0], "end": setup.neutral[1]}
-        | ({"weights": dict(setup.neutral_weights)} if setup.neutral_weights else {}),
+    }
+    document |= {} if setup.neutral_assumed else {"neutral": _neutral_entry(setup)}
+    document |= {
         "peaks": list(setup.peaks),
         "map": asdict(setup.map),
         "solve": asdict(setup.solve),
@@ -343,6 +342,14 @@ def bind_json(setup: RetargetSetup) -> str:
     if setup.exaggeration:
         document["exaggeration"] = dict(setup.exaggeration)
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def _neutral_entry(setup: RetargetSetup) -> object:
+    if setup.neutral is None:
+        return "rig"
+    start, end = setup.neutral
+    weights = {"weights": dict(setup.neutral_weights)} if setup.neutral_weights else {}
+    return {"start": start, "end": end} | weights
 
 
 def _places(binding: Binding) -> dict[str, Any]:
