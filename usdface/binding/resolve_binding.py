@@ -127,7 +127,8 @@ def resolve_binding(
     resolved = ResolvedBinding(mesh, setup, neutral_found=find_neutral)
     if proposing:
         proposal = propose(take, mesh, setup, find_neutral=find_neutral)
-        setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
+        missing = _missing(setup, take)
+        setup, resolved = proposal.setup, replace(resolved, proposal=proposal, missing=missing)
         _check_sure(proposal, mesh, take)
     else:
         resolved = _compared(resolved, take)
@@ -248,9 +249,13 @@ def _compared(resolved: ResolvedBinding, take: MarkerTake) -> ResolvedBinding:
     bound, head = resolved.setup.binding.markers, resolved.setup.head_markers
     return replace(
         resolved,
-        missing=tuple(name for name in bound if name not in take.names),
+        missing=_missing(resolved.setup, take),
         unbound=tuple(name for name in take.names if name not in {*bound, *head}),
     )
+
+
+def _missing(setup: RetargetSetup, take: MarkerTake) -> tuple[str, ...]:
+    return tuple(name for name in setup.binding.markers if name not in take.names)
 
 
 def _neutral_found(setup: RetargetSetup, source: str) -> Finding:
