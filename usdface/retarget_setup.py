@@ -24,7 +24,16 @@ from usdface.performer_face import PerformerFace
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["Binding", "Calibration", "Expression", "Pin", "RetargetSetup", "fit_setup", "unbound"]
+__all__ = [
+    "Binding",
+    "Calibration",
+    "Expression",
+    "Pin",
+    "RetargetSetup",
+    "check_vertices",
+    "fit_setup",
+    "unbound",
+]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -343,14 +352,7 @@ def fit_setup(
     findings = [*_neutral_assumed(setup, take), *_uncalibrated(setup, mesh)]
     if not binding.markers:
         return setup, findings
-    outside = (binding.points < 0) | (binding.points >= len(mesh.points))
-    if outside.any():
-        first = int(outside.argmax())
-        raise InputError(
-            f"marker {binding.markers[first]!r} is bound to vertex {binding.points[first]} of "
-            f"{binding.mesh}, which has vertices 0 to {len(mesh.points) - 1}",
-            "VERTEX_OUTSIDE",
-        )
+    check_vertices(binding, mesh)
     if isinstance(take, MarkerTake):
         take.select(setup.head_markers)
         if setup.neutral and setup.neutral[1] >= len(take.times):
@@ -381,6 +383,24 @@ def fit_setup(
         *findings,
         finding("NOSE_TIP_ASSUMED", foremost, "no nose tip is named; the foremost marker is taken"),
     ]
+
+
+def check_vertices(binding: Binding, mesh: Mesh) -> None:
+    """Refuse a binding to vertices that the mesh does not have.
+
+    Raises
+    ------
+    InputError
+        Naming the first marker.
+    """
+    outside = (binding.points < 0) | (binding.points >= len(mesh.points))
+    if outside.any():
+        first = int(outside.argmax())
+        raise InputError(
+            f"marker {binding.markers[first]!r} is bound to vertex {binding.points[first]} of "
+            f"{mesh.path or mesh.name}, which has vertices 0 to {len(mesh.points) - 1}",
+            "VERTEX_OUTSIDE",
+        )
 
 
 def _neutral_assumed(setup: RetargetSetup, take: MarkerTake | WeightsTake | None) -> list[Finding]:

@@ -17,7 +17,7 @@ from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.neutral_weights import estimate_neutral_weights
-from usdface.retarget_setup import Binding, RetargetSetup, unbound
+from usdface.retarget_setup import Binding, RetargetSetup, check_vertices, unbound
 from usdface.rigs import Mesh, Rig
 from usdface.takes import MarkerTake, WeightsTake
 
@@ -103,13 +103,16 @@ def resolve_binding(
     ------
     InputError
         If no vertices can be proposed, no curve of a take of weights has a shape's name, or the
-        binding was made for another mesh.
+        binding was made for another mesh, or names a vertex that the mesh does not have.
     UnsureBindingError
         If more of them are unsure than markers are bound.
     """
     mesh = character.mesh(given.binding.mesh) if given else character.face()
     if given is not None and given.origin is not None:
         check_mesh(given.origin, mesh)
+    if given is not None:
+        check_vertices(given.binding, mesh)
+        check_vertices(given.unsure, mesh)
     if not isinstance(take, MarkerTake):
         rename_weights(take, character.shape_names)  # refused now, and not when it is played
         return ResolvedBinding(mesh, given or unbound(take))
