@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.binding_origin import BindingOrigin
+from usdface.binding_origin import BindingOrigin, check_mesh
 from usdface.errors import InputError, did_you_mean
 from usdface.findings import Finding, finding
 from usdface.options import (
@@ -344,9 +344,11 @@ def fit_setup(
     Raises
     ------
     InputError
-        If a marker sits outside the mesh, none is in the take, or a named head marker or
-        nose tip is not there.
+        If the binding was made for another mesh or a marker sits outside the mesh, none is in the
+        take, or a named head marker or nose tip is not there.
     """
+    if setup.origin is not None:
+        check_mesh(setup.origin, mesh)
     setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
     binding = setup.binding
     findings = [*_neutral_assumed(setup, take), *_uncalibrated(setup, mesh)]
