@@ -99,3 +99,10 @@ def test_a_mesh_whose_shapes_move_nothing_is_not_the_face() -> None:
     bulge = Inbetween("half", 0.5, np.ones((1, 3)))
     way = BlendShape("way", [0], np.zeros((1, 3)), inbetweens=(bulge,))
     assert Rig("x", (still, face(name="way", shapes=(way,)))).mesh().name == "way"
+
+
+def test_of_meshes_with_the_same_shapes_the_face_is_the_largest() -> None:
+    """As lashes and teeth that carry all shapes of a head."""
+    lashes = replace(face(name="lashes"), points=0.1 * face().points)
+    for meshes in ((lashes, face()), (face(), lashes)):
+        assert Rig("x", meshes).face().name == "face"

@@ -307,12 +307,14 @@ class Rig:
     def face(self) -> Mesh:
         """Return the mesh that has the most blend shapes, of those first that move something.
 
+        Of several with as many, lashes and teeth say, the one of which they move the largest part.
+
         Raises
         ------
         InputError
             If no mesh has any.
         """
-        mesh = max(self.meshes, key=lambda m: (_moving_shapes(m), len(m.shapes)), default=None)
+        mesh = max(self.meshes, key=_face_rank, default=None)
         if mesh is None or not mesh.shapes:
             raise InputError(
                 f"the rig {self.source or self.name!r} has no blend shapes", "SHAPES_MISSING"
@@ -348,6 +350,14 @@ class Rig:
                 "MESH_UNKNOWN",
             )
         return self.face()
+
+
+def _face_rank(mesh: Mesh) -> tuple[int, int, float]:
+    moved = np.zeros(len(mesh.points), dtype=bool)
+    for shape in mesh.shapes:
+        moved[shape.indices[shape.offsets.any(axis=1)]] = True
+    size = float(np.linalg.norm(np.ptp(mesh.points[moved], axis=0))) if moved.any() else 0.0
+    return _moving_shapes(mesh), len(mesh.shapes), size
 
 
 def _moving_shapes(mesh: Mesh) -> int:

@@ -1,7 +1,7 @@
 import json
 import tracemalloc
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +11,12 @@ from slits import LIP_GAP, slit_face
 from worlds import make_world
 
 from usdface.binding.marker_places import free_places, marker_places
+from usdface.binding_origin import origin_of
 from usdface.cli import main
 from usdface.errors import InputError
 from usdface.io.bind_file import read_bind
+from usdface.options import MarkerOptions
+from usdface.pipeline.markers import make_markers
 from usdface.retarget_setup import Binding
 from usdface.rigs import BlendShape, Mesh
 
@@ -143,6 +146,15 @@ def test_the_command_writes_a_binding_and_draws_it(tmp_path: Path) -> None:
     assert all(after[name]["point"] == before[name]["point"] for name in before)
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert main(["markers", rig, "-n", "0"]) == 1
+
+
+def test_the_binding_of_another_mesh_is_refused(tmp_path: Path) -> None:
+    folder = WORLD.write(tmp_path)
+    origin = asdict(origin_of(replace(MESH, points=[*MESH.points, [0, 0, 0]]), WORLD.take))
+    other = tmp_path / "other.json"
+    other.write_text(json.dumps(WORLD.bind | {"made_with": origin}))
+    with pytest.raises(InputError, match="the binding was made for another mesh"):
+        make_markers(folder / "rig.usda", bind=other, options=MarkerOptions(count=1))
 
 
 def test_the_first_markers_of_a_rig_of_several_meshes_go_on_its_face(tmp_path: Path) -> None:

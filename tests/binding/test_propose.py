@@ -10,7 +10,7 @@ from usdface.binding.propose import propose as proposed
 from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.retarget_setup import Binding, RetargetSetup
-from usdface.rigs import Mesh
+from usdface.rigs import BlendShape, Mesh
 from usdface.takes import MarkerTake
 
 NO_BINDING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, NEUTRAL - 1))
@@ -207,6 +207,14 @@ def test_what_cannot_be_proposed_is_one_clear_line(world: World) -> None:
         propose(still, mesh, NO_BINDING)
     with pytest.raises(InputError, match="lie outside the take"):
         propose(take, mesh, replace(NO_BINDING, neutral=(0, 99)))
+    wide, high = (each.ravel() for each in np.meshgrid(range(5), range(4)))
+    points = 0.01 * np.stack([wide, high, 0 * wide], axis=1)
+    first = np.flatnonzero((wide < 4) & (high < 3))
+    quads = first[:, None] + [0, 1, 6, 5]
+    closing = BlendShape("eyeBlinkLeft", np.arange(20), np.tile([0.0, -0.005, 0.0], (20, 1)))
+    lashes = Mesh("lashes", points, np.full(12, 4), quads.ravel(), shapes=(closing,))
+    with pytest.raises(InputError, match="only 20 vertices for 23 markers"):
+        propose(take, lashes, NO_BINDING)
 
 
 def test_the_neutral_is_where_the_face_rests(world: World) -> None:

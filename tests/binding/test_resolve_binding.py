@@ -81,9 +81,10 @@ def test_a_marker_that_the_take_lacks_is_said_at_the_shot(folder: Path) -> None:
     bind = json.loads((folder / "bind.json").read_text())
     bind["markers"]["chni"] = {"point": 0}
     (folder / "typo.json").write_text(json.dumps(bind))
-    _, report = written(folder, "--bind", folder / "typo.json")
-    said = [f["where"] for f in report["findings"] if f["code"] == "MARKER_UNKNOWN"]
-    assert said == ["chni"]
+    for more in ((), ("--propose",)):
+        _, report = written(folder, "--bind", folder / "typo.json", *more)
+        said = [f["where"] for f in report["findings"] if f["code"] == "MARKER_UNKNOWN"]
+        assert said == ["chni"]
 
 
 def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:

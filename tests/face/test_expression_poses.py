@@ -1,4 +1,5 @@
 import re
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -107,6 +108,11 @@ def test_shapes_named_for_emotions_are_the_poses():
     assert [(f.code, f.where) for f in findings] == [
         ("EXPRESSION_UNKNOWN", e) for e in ("joy", "fear", "disgust")
     ]
+
+
+@pytest.mark.parametrize("names", list(permutations(("Happy", "Joy", "joy"))))
+def test_of_several_shapes_of_an_emotion_one_is_taken_in_any_order(names):
+    assert expressions_for(names)[0][0].shapes == ("Joy",)
 
 
 @pytest.mark.parametrize("emotion", NAMED)

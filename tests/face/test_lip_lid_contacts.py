@@ -21,6 +21,11 @@ def test_every_pair_of_lips_and_lids_is_found_and_no_other():
     np.testing.assert_allclose(upper - lower, np.tile([0, LID_GAP, 0], (36, 1)), atol=1e-12)
 
 
+def test_shapes_that_hardly_move_anything_touch_nothing():
+    shapes = tuple(replace(shape, offsets=1e-4 * shape.offsets) for shape in FACE.shapes)
+    assert not any(map(len, find_lip_lid_contacts(replace(FACE, shapes=shapes))))
+
+
 def test_it_does_not_hang_on_the_order_of_vertices_or_the_size_of_the_face():
     order = np.random.default_rng(0).permutation(len(FACE.points))
     place = np.argsort(order)

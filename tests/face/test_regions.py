@@ -53,6 +53,8 @@ def test_a_shape_is_in_one_region_at_most(seams):
         ("eyebrows-left-down", "brows", "brows"),
         ("eye-left-slit", "eyes", "eyes"),
         ("mouthShrugLower", "mouth", "mouth"),
+        ("mouthSlide_L", "mouth", "mouth"),
+        ("Lid_Upper_L", "eyes", "eyes"),
         ("jawOpen", "jaw", "mouth"),
         ("AU06_L", "cheeks", "eyes"),
         ("AU26", "jaw", "mouth"),

@@ -22,6 +22,11 @@ from usdface.takes import WeightsTake
         ("leftRight", ("left", "right")),
         ("lip_r_up", ("liprup", "")),
         ("L", ("l", "")),
+        ("Tür", ("tür", "")),
+        ("Mundöffnen_L", ("mundöffnen", "left")),
+        ("Mundo\u0308ffnen_L", ("mundöffnen", "left")),  # as macOS writes it
+        ("BocaFeliz_ñ", ("bocafelizñ", "")),
+        ("口角_R", ("口角", "right")),
         ("", ("", "")),
     ],
 )
@@ -45,6 +50,22 @@ def test_one_curve_drives_both_sides_and_two_drive_their_mean() -> None:
 def test_a_little_beyond_1_is_not_called_from_0_to_1() -> None:
     _, findings = rename_weights(take(EyeLookInRight=1.0033), ("eyeLookIn_R",))
     assert "by 0.0033 at most: eyeLookIn_R" in findings[0].message
+
+
+def test_a_jaw_that_goes_left_or_right_is_no_half_of_a_jaw() -> None:
+    renamed, findings = rename_weights(take(jawOpen=0.2, jawLeft=0.8), ("jaw", "jawOpen"))
+    np.testing.assert_array_equal(renamed.weights, [[0.0, 0.2]])
+    assert [found.code for found in findings] == ["CHANNEL_IGNORED"]
+    renamed, _ = rename_weights(take(jaw=0.8, smile=0.5), ("jawLeft", "jaw_right", "smile"))
+    np.testing.assert_array_equal(renamed.weights, [[0.0, 0.0, 0.5]])
+    renamed, _ = rename_weights(take(JawLeft=0.8, Mouth=0.5), ("jaw_left", "jaw_right", "mouth"))
+    np.testing.assert_array_equal(renamed.weights, [[0.8, 0.0, 0.5]])
+
+
+def test_names_in_other_scripts_are_told_apart() -> None:
+    renamed, findings = rename_weights(take(まばたき=0.2, あ=0.8, 口角_L=0.4), ("あ", "う", "眉_L"))
+    np.testing.assert_array_equal(renamed.weights, [[0.8, 0.0, 0.0]])
+    assert [found.code for found in findings] == ["CHANNEL_IGNORED"]
 
 
 def test_the_same_name_wins_over_the_same_spelling() -> None:

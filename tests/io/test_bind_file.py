@@ -50,6 +50,13 @@ def test_only_markers_are_needed(tmp_path: Path) -> None:
     assert setup.map == MapOptions() and setup.solve == SolveOptions()
 
 
+def test_neutral_frames_that_nobody_named_are_not_written() -> None:
+    setup = RetargetSetup(Binding(("a",), np.array([1])), neutral_assumed=True)
+    text = bind_json(setup)
+    assert "neutral" not in json.loads(text)
+    assert setup_of_json(json.loads(text), "bind.json").neutral_assumed
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -64,6 +71,9 @@ def test_only_markers_are_needed(tmp_path: Path) -> None:
         ({"head": ["a", "b"]}, "at least three"),
         ({"neutral": {"start": 5, "end": 2}}, '"neutral"'),
         ({"neutral": "frame 3"}, '"neutral"'),
+        ({"neutral": {"first": 3, "last": 5}}, '"neutral"'),
+        ({"neutral": {"start": 3, "stop": 5}}, '"neutral"'),
+        ({"neutral": {"start": False, "end": True}}, '"neutral"'),
         ({"roles": {"lip": 3}}, "role 'lip'"),
         ({"map": {"radios": 3}}, "radius"),
         ({"map": {"radius": "3"}}, "'radius' is '3'"),

@@ -38,6 +38,8 @@ def test_a_gain_is_enough(tmp_path: Path) -> None:
         ('{"shapes": {"a": 1.2}}', "'a'"),
         ('{"shapes": {"a": {"gain": "1"}}}', "'a'"),
         ('{"shapes": {"a": {"gain": NaN}}}', "'a'"),
+        ('{"shapes": {"a": {"gain": true}}}', "'a'"),
+        ('{"shapes": {"a": {"gain": 1.1}, "a": {"gain": 1.5}}}', "'a' occurs twice"),
         ('{"shapes": {"a": {"gain": 2.5}}}', "0.5 to 2"),
         ('{"shapes": {"a": {"gain": -Infinity}}}', "0.5 to 2"),
         (f'{{"shapes": {{"a": {{"gain": 1{400 * "0"}}}}}}}', "0.5 to 2"),

@@ -54,3 +54,22 @@ def test_markers_are_needed(done: Done, tmp_path: Path) -> None:
     assert main(["take", str(tmp_path / "live.csv"), "-o", str(tmp_path / "live.usdc")]) == 0
     with pytest.raises(InputError, match="needs no binding"):
         make_bind_page(done.folder / "rig.usda", tmp_path / "a.html", take=tmp_path / "live.usdc")
+
+
+@pytest.mark.parametrize("state", ["markers", "unsure"])
+def test_a_binding_to_vertices_of_another_mesh_is_refused(
+    done: Done, tmp_path: Path, state: str
+) -> None:
+    folder = done.folder
+    bind = {"unsure": {}} | json.loads((folder / "bind.json").read_text())
+    del bind["markers"]["chin"]
+    bind[state]["chin"] = {"point": 10**5}
+    (tmp_path / "other.json").write_text(json.dumps(bind))
+    with pytest.raises(InputError, match="'chin' is bound to vertex 100000 of /Asset/Face/head"):
+        make_bind_page(
+            folder / "rig.usda",
+            tmp_path / "a.html",
+            take=folder / "take.usda",
+            bind=tmp_path / "other.json",
+        )
+    assert not (tmp_path / "a.html").exists()

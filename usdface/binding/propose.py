@@ -76,11 +76,19 @@ def propose(
     ------
     InputError
         If the take is two-dimensional or shows too few markers, a neutral or peak frame that is
-        named is not there, or the blend shapes of the mesh move no visible surface.
+        named is not there, or the blend shapes of the mesh move no visible surface, or one of fewer
+        vertices than there are markers.
     """
     given = {n: int(v) for n, v in zip(setup.binding.markers, setup.binding.points, strict=True)}
     surface = face_surface(mesh)
     used, duplicates = _usable(take, given)
+    if len(surface.vertices) < len(used):
+        raise InputError(
+            f"the blend shapes of mesh {mesh.name!r} move a visible surface of only "
+            f"{len(surface.vertices)} vertices for {len(used)} markers; name the mesh of the face "
+            'as "mesh" in --bind bind.json',
+            "SKIN_MISSING",
+        )
     names = tuple(take.names[i] for i in used)
     found = _registered(take, used, surface, setup, _anchors(names, given, surface), find_neutral)
     chosen = _one_vertex_each(found.markers)

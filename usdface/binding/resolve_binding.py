@@ -11,6 +11,7 @@ from usdface.binding.propose import propose
 from usdface.binding_origin import check_mesh, origin_of, take_differs
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
+from usdface.face.fitted_setup import check_vertices
 from usdface.face.shape_names import rename_weights
 from usdface.finding_values import Prose
 from usdface.findings import Finding, finding, timed
@@ -103,13 +104,16 @@ def resolve_binding(
     ------
     InputError
         If no vertices can be proposed, no curve of a take of weights has a shape's name, or the
-        binding was made for another mesh.
+        binding was made for another mesh, or names a vertex that the mesh does not have.
     UnsureBindingError
         If more of them are unsure than markers are bound.
     """
     mesh = character.mesh(given.binding.mesh) if given else character.face()
     if given is not None and given.origin is not None:
         check_mesh(given.origin, mesh)
+    if given is not None:
+        check_vertices(given.binding, mesh)
+        check_vertices(given.unsure, mesh)
     if not isinstance(take, MarkerTake):
         rename_weights(take, character.shape_names)  # refused now, and not when it is played
         return ResolvedBinding(mesh, given or unbound(take))
@@ -127,7 +131,8 @@ def resolve_binding(
     resolved = ResolvedBinding(mesh, setup, neutral_found=find_neutral)
     if proposing:
         proposal = propose(take, mesh, setup, find_neutral=find_neutral)
-        setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
+        missing = _missing(setup, take)
+        setup, resolved = proposal.setup, replace(resolved, proposal=proposal, missing=missing)
         _check_sure(proposal, mesh, take)
     else:
         resolved = _compared(resolved, take)
@@ -248,9 +253,13 @@ def _compared(resolved: ResolvedBinding, take: MarkerTake) -> ResolvedBinding:
     bound, head = resolved.setup.binding.markers, resolved.setup.head_markers
     return replace(
         resolved,
-        missing=tuple(name for name in bound if name not in take.names),
+        missing=_missing(resolved.setup, take),
         unbound=tuple(name for name in take.names if name not in {*bound, *head}),
     )
+
+
+def _missing(setup: RetargetSetup, take: MarkerTake) -> tuple[str, ...]:
+    return tuple(name for name in setup.binding.markers if name not in take.names)
 
 
 def _neutral_found(setup: RetargetSetup, source: str) -> Finding:

@@ -74,9 +74,9 @@ def expressions_for(
 ) -> tuple[tuple[Expression, ...], list[Finding]]:
     """Return the expression poses of a rig.
 
-    Poses that are `given` go first. A shape named after the emotion (`NAMED`, in any case) is the
-    pose; otherwise it is composed of action units, in the naming convention of most of the
-    rig's names.
+    Poses that are `given` go first. A shape named after the emotion (`NAMED`, in any case; of
+    several the first there) is the pose; otherwise it is composed of action units, in the naming
+    convention of most of the rig's names.
 
     Parameters
     ----------
@@ -95,9 +95,12 @@ def expressions_for(
         units or blend shapes.
     """
     convention = _convention(tuple(shape_names))
+    spelt: dict[str, list[str]] = {}
+    for name in sorted(shape_names):
+        spelt.setdefault(name.lower(), []).append(name)
     expressions, findings = [], []
     for emotion in NAMED:
-        named = [name for name in shape_names if name.lower() in NAMED[emotion]]
+        named = [name for word in NAMED[emotion] for name in spelt.get(word, ())]
         if emotion in given or not (named or emotion in EMOTIONS):
             continue
         if named:

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.binding_origin import check_mesh
 from usdface.errors import InputError, did_you_mean
 from usdface.face.named_places import names_nose_tip
 from usdface.findings import Finding, finding
@@ -11,7 +12,7 @@ from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["fit_setup"]
+__all__ = ["check_vertices", "fit_setup"]
 
 
 def fit_setup(
@@ -24,15 +25,17 @@ def fit_setup(
     Raises
     ------
     InputError
-        If a marker sits outside the mesh, none is in the take, or a named head marker or
-        nose tip is not there.
+        If the binding was made for another mesh or a marker sits outside the mesh, none is in the
+        take, or a named head marker or nose tip is not there.
     """
+    if setup.origin is not None:
+        check_mesh(setup.origin, mesh)
     setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
     binding = setup.binding
     findings = [*_neutral_assumed(setup, take), *_uncalibrated(setup, mesh)]
     if not binding.markers:
         return setup, findings
-    _check_vertices(binding, mesh)
+    check_vertices(binding, mesh)
     if isinstance(take, MarkerTake):
         _check_take(setup, take)
     if setup.nose_tip:
@@ -47,13 +50,20 @@ def fit_setup(
     return replace(setup, nose_tip=foremost), findings
 
 
-def _check_vertices(binding: Binding, mesh: Mesh) -> None:
+def check_vertices(binding: Binding, mesh: Mesh) -> None:
+    """Refuse a binding to vertices that the mesh does not have.
+
+    Raises
+    ------
+    InputError
+        Naming the first marker.
+    """
     outside = (binding.points < 0) | (binding.points >= len(mesh.points))
     if outside.any():
         first = int(outside.argmax())
         raise InputError(
             f"marker {binding.markers[first]!r} is bound to vertex {binding.points[first]} of "
-            f"{binding.mesh}, which has vertices 0 to {len(mesh.points) - 1}",
+            f"{mesh.path or mesh.name}, which has vertices 0 to {len(mesh.points) - 1}",
             "VERTEX_OUTSIDE",
         )
 

@@ -112,6 +112,8 @@ def _moves_any(shape: BlendShape, pairs: IntArray, least: float) -> bool:
 def _neighbours(at: FloatArray, vertices: IntArray, among: IntArray, reach: float) -> IntArray:
     """Return the pairs (P, 2) of `vertices` and the nearest of `among`, nearest first."""
     count = min(_NEIGHBOURS, len(among))
+    if not count:
+        return np.zeros((0, 2), dtype=np.int64)
     distance, near = cKDTree(at[among]).query(at[vertices], k=count, distance_upper_bound=reach)
     distance, near = distance.reshape(-1), near.reshape(-1)
     order = np.argsort(distance, kind="stable")[: int(np.isfinite(distance).sum())]

@@ -43,15 +43,16 @@ class _Row:
     units: frozenset[int]
 
 
-# The more specific words first: a cheek squints, too. Units are those of FACS. Raised cheeks push
-# the lower lids (AU6, around the eye); it is the lips that hold the air of puffed ones (AU34).
+# The more specific words first: a cheek squints, too; no lid is in a slide. Units are those of
+# FACS. Raised cheeks push the lower lids (AU6, around the eye); it is the lips that hold the air of
+# puffed ones (AU34).
 _ROWS = (
     _Row("cheeks", "mouth", r"puff", frozenset((34,))),
     _Row("cheeks", "eyes", r"cheek", frozenset((6,))),
     _Row("brows", "brows", r"brow|forehead", frozenset((1, 2, 4))),
     _Row("nose", "mouth", r"nose|nostril|sneer", frozenset((9,))),
     _Row("jaw", "mouth", r"jaw|chin", frozenset((26, 27, 29))),
-    _Row("eyes", "eyes", r"eye|lid|blink|wink|squint", frozenset((5, 7, 43, 61, 62, 63, 64))),
+    _Row("eyes", "eyes", r"eye|(?<!s)lid|blink|wink|squint", frozenset((5, 7, 43, 61, 62, 63, 64))),
     _Row(
         "mouth",
         "mouth",

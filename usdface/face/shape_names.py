@@ -1,6 +1,7 @@
 """Renaming of weights between naming conventions: ARKit, ICT, and their spellings."""
 
 import re
+import unicodedata
 
 import numpy as np
 
@@ -8,12 +9,16 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.takes import WeightsTake
 
-__all__ = ["rename_weights", "shape_key"]
+__all__ = ["DIRECTIONS", "rename_weights", "shape_key"]
 
+# Left and right of these are directions, not sides.
+DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose"))
 _SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
 _ROUNDED = 1e-6  # of a weight
 _NAMED = 6  # names that a message lists
-_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+")
+# Letters of all scripts: those without a case, and accented ones, belong to the word around them.
+_SMALL = r"[^\W\d_A-Z]"
+_WORD = re.compile(rf"[A-Z]+(?!{_SMALL})|[A-Z]?{_SMALL}+|\d+")
 
 
 def shape_key(name: str) -> tuple[str, str]:
@@ -27,7 +32,7 @@ def shape_key(name: str) -> tuple[str, str]:
     >>> shape_key("L_browDown"), shape_key("eyebrows-left-down")
     (('browdown', 'left'), ('eyebrowsdown', 'left'))
     """
-    words = [word.lower() for word in _WORD.findall(name)]
+    words = [word.lower() for word in _WORD.findall(unicodedata.normalize("NFC", name))]
     ends = [i for i in (len(words) - 1, 0) if words and words[i] in _SIDES]
     within = [i for i, word in enumerate(words) if word in ("left", "right")]
     if len(words) > 1 and (ends or within):
@@ -41,7 +46,7 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
 
     A column goes to the shape of the same name, else of the same name in another spelling;
     one unsided curve drives both sides, two sided curves drive an unsided shape by their
-    mean. Weights are clipped to [0, 1].
+    mean; of `DIRECTIONS` neither does. Weights are clipped to [0, 1].
 
     Returns
     -------
@@ -60,14 +65,14 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
     for i, name in enumerate(take.names):
         base, side = shape_key(name)
         by_key.setdefault((base, side), []).append(i)
-        if side:
-            by_key.setdefault((base, "either"), []).append(i)
+        if base not in DIRECTIONS:
+            by_key.setdefault((base, "either" if side else "both"), []).append(i)
     weights = np.zeros((len(take.times), len(names)))
     used: set[int] = set()
     for target, name in enumerate(names):
         base, side = shape_key(name)
         columns = [exact[name]] if name in exact else by_key.get((base, side), [])
-        columns = columns or by_key.get((base, "" if side else "either"), [])
+        columns = columns or by_key.get((base, "both" if side else "either"), [])
         if columns:
             weights[:, target] = take.weights[:, columns].mean(axis=1)
             used.update(columns)

@@ -4,12 +4,12 @@ import numpy as np
 
 from usdface.arrays import IntArray
 from usdface.face.expression_poses import units_of
-from usdface.face.shape_names import shape_key
+from usdface.face.shape_names import DIRECTIONS, shape_key
 
 __all__ = ["gaze_pairs", "mirrored_pairs", "symmetric_pairs"]
 
-# Left and right of these are directions, not sides; they exclude each other.
-_DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose", "eyelookin", "eyelookout"))
+# Left and right of these exclude each other.
+_DIRECTIONS = DIRECTIONS | {"eyelookin", "eyelookout"}
 # FACS: eyes that turn left, right, up and down.
 _GAZE = (61, 62, 63, 64)
 

@@ -69,6 +69,7 @@ _KEYS = frozenset(
         "made_with",
     )
 )
+_NEUTRAL_KEYS = frozenset(("start", "end", "weights"))
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 _Switches = TypeVar("_Switches", CleanOptions, ClosureOptions)
 
@@ -223,9 +224,9 @@ def _expecter(where: str) -> Callable[[Any, type, str], Any]:
 def _neutral(value: object, where: str) -> tuple[int, int] | None:
     if value == "rig":
         return None
-    if isinstance(value, dict):
+    if isinstance(value, dict) and value.keys() <= _NEUTRAL_KEYS:
         start, end = value.get("start", 0), value.get("end", value.get("start", 0))
-        if isinstance(start, int) and isinstance(end, int) and 0 <= start <= end < 2**31:
+        if type(start) is int and type(end) is int and 0 <= start <= end < 2**31:
             return start, end
     raise InputError(
         f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"',
@@ -327,10 +328,9 @@ def bind_json(setup: RetargetSetup) -> str:
         "head_joint": setup.head_joint,
         "nose_tip": setup.nose_tip,
         "roles": dict(setup.roles),
-        "neutral": "rig"
-        if setup.neutral is None
-        else {"start": setup.neutral[0], "end": setup.neutral[1]}
-        | ({"weights": dict(setup.neutral_weights)} if setup.neutral_weights else {}),
+    }
+    document |= {} if setup.neutral_assumed else {"neutral": _neutral_entry(setup)}
+    document |= {
         "peaks": list(setup.peaks),
         "map": asdict(setup.map),
         "solve": asdict(setup.solve),
@@ -342,6 +342,14 @@ def bind_json(setup: RetargetSetup) -> str:
     if setup.exaggeration:
         document["exaggeration"] = dict(setup.exaggeration)
     return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def _neutral_entry(setup: RetargetSetup) -> object:
+    if setup.neutral is None:
+        return "rig"
+    start, end = setup.neutral
+    weights = {"weights": dict(setup.neutral_weights)} if setup.neutral_weights else {}
+    return {"start": start, "end": end} | weights
 
 
 def _places(binding: Binding) -> dict[str, Any]:

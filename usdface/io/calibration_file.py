@@ -24,7 +24,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.io.json_values import whole_number
+from usdface.io.json_values import unique_names, whole_number
 from usdface.io.takes.text_table import read_text
 from usdface.performer_face import PerformerFace
 from usdface.retarget_setup import Calibration
@@ -50,7 +50,9 @@ def read_calibration_file(path: Path) -> Calibration:
             f"{path} is larger than any calibration; expected a small JSON file", "TOO_LARGE"
         )
     try:
-        document = json.loads(read_text(path), parse_int=whole_number)
+        document = json.loads(
+            read_text(path), object_pairs_hook=unique_names, parse_int=whole_number
+        )
     except (ValueError, RecursionError) as error:
         raise InputError(
             f"{path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
@@ -104,7 +106,12 @@ def _vectors(rows: list[object], axes: int, count: int = 0) -> FloatArray:
 
 def _number(path: Path, name: str, entry: object, key: str, default: float) -> float:
     value = entry.get(key, default) if isinstance(entry, dict) else entry
-    if not isinstance(entry, dict) or not isinstance(value, (int, float)) or value != value:
+    if (
+        not isinstance(entry, dict)
+        or not isinstance(value, (int, float))
+        or isinstance(value, bool)
+        or value != value
+    ):
         raise InputError(
             f'{path}: {name!r} is {entry!r}; expected {{"gain": 0.5 to 2, "offset": 0 to 0.2}}',
             "SCHEMA_BROKEN",
