@@ -93,6 +93,8 @@ def edited(**changes):
         ("a.json", edited(rvec=[[0] * 3] * 3), "rotation of camera 'camera 2' is none"),
         ("a.json", edited(camera_matrix=[[0] * 3] * 3), "expected the matrix [fx s cx; 0"),
         ("a.json", edited(distortion_coefficients=[0.1] * 14), "14 coefficients of distortion"),
+        ("a.json", edited(distortion_coefficients={"k1": -0.2}), "distortion of 'camera 2' is no"),
+        ("a.json", edited(distortion_coefficients=-0.2), "distortion of 'camera 2' is no list"),
         ("a.json", edited(fisheye=True), "is a fisheye camera"),
         ("a.xml", "<a/>", "calibrations of kind '.xml' are not read"),
         ("a.toml", "=", "is no TOML"),

@@ -148,6 +148,13 @@ def _camera(path: Path, name: str, entry: Mapping[str, Any]) -> Camera:
     missing = [field for field in ("matrix", "rotation", "translation") if given[field] is None]
     if missing:
         raise InputError(f"{path}: {name!r} has no {missing[0]}", "SCHEMA_BROKEN")
+    written = any(entry.get(key) is not None for key in _NAMES["distortion"])
+    if given["distortion"] is None and written:
+        raise InputError(
+            f"{path}: the distortion of {name!r} is no list of numbers; expected up to "
+            f"{len(COEFFICIENTS)}: {' '.join(COEFFICIENTS)}",
+            "SCHEMA_BROKEN",
+        )
     distortion = given["distortion"] if given["distortion"] is not None else np.zeros(0)
     tail = distortion[len(COEFFICIENTS) :]
     if np.any(tail != 0):
