@@ -51,6 +51,14 @@ def test_frames_in_which_only_one_coordinate_has_a_key_are_occluded(read):
     np.testing.assert_allclose(take.times * 24, [0, 2])
 
 
+@pytest.mark.parametrize("first", [0, -5, 1001])
+def test_frames_are_counted_from_the_first_of_the_script(read, first):
+    root = ROOT.replace("inputs 0", f"first_frame {first}")
+    take, findings = read(root + curve(f"x{first} 5 5", f"x{first} 0 0"))
+    assert take.first_frame == 0
+    assert "FRAMES_RENUMBERED" not in [each.code for each in findings]
+
+
 def test_several_animated_points_of_a_node_are_numbered(read):
     knobs = " track1 {{curve x1 1 2} {curve x1 3 4}}\n track3 {{curve x1 5} {curve x1 6}}\n"
     node = f"Tracker3 {{\n{knobs}}}\n"
