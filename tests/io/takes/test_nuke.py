@@ -46,6 +46,11 @@ def test_the_size_is_that_of_the_script_and_its_pixels_become_square(read):
     assert take.positions[:, 0, 0].tolist() == [20, 40]
 
 
+def test_a_size_that_is_given_is_stretched_as_the_places_are(read):
+    root = ROOT.replace("1556 1 2K", "1556 2 2K")
+    assert read(root + curve("x1 10 20"), image_size=(1024, 778))[0].image_size == (2048, 778)
+
+
 def test_frames_in_which_only_one_coordinate_has_a_key_are_occluded(read):
     take, _ = read(ROOT + curve("x1 1 1 1", "x1 1 x3 1"))
     np.testing.assert_allclose(take.times * 24, [0, 2])

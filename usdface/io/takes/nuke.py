@@ -74,7 +74,7 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
             f"{path}: there is no animated track in a node Tracker3 or Tracker4", "TAKE_EMPTY"
         )
     table = read_blocks(path, blocks, 3)
-    shown = image_size(path, options, size[0] * size[2], size[1])
+    shown = image_size(path, options, *size)
     tracks = ImageTracks(
         path=path,
         labels=table.labels,
