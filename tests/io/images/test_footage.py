@@ -169,6 +169,21 @@ def test_the_first_image_may_be_spoilt_but_not_all(copied: Path) -> None:
         codes(copied)
 
 
+def test_a_later_image_does_not_say_when_the_film_begins(tmp_path: Path) -> None:
+    for number, row in enumerate(performance(4)[0]):
+        path = tmp_path / f"face.{number}.exr"
+        linear = (paint(row) / 255.0) ** 2.2
+        spec = oiio.ImageSpec(linear.shape[1], linear.shape[0], 3, "half")
+        spec.attribute("smpte:TimeCode", "timecode", (0x01020300 + number, 0))
+        file = oiio.ImageOutput.create(str(path))
+        assert file.open(str(path), spec) and file.write_image(linear.astype(np.float32))
+        file.close()
+    assert codes(tmp_path)[0].start_timecode == "01:02:03:00"
+    (tmp_path / "face.0.exr").write_bytes(b"")
+    take, found = codes(tmp_path)
+    assert take.start_timecode == "" and "FEATURE_DROPPED" in found
+
+
 def test_images_of_another_size_are_refused(copied: Path) -> None:
     save(paint(layout(), size=(300, 220)), copied / "face.0105.png")
     with pytest.raises(InputError, match=r"0105.png has 300 x 220 pixels; expected 280 x 220"):

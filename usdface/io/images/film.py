@@ -28,6 +28,8 @@ class Film:
     path : Path
     header : ImageHeader
         Of the first image that can be read.
+    header_frame : int
+        Index of that image.
     files : tuple of ImageFile
         Empty for a movie.
     exposure : float
@@ -45,8 +47,14 @@ class Film:
     files: tuple[ImageFile, ...] = ()
     exposure: float = 1.0
     ignored_parts: int = 0
+    header_frame: int = 0
     unreadable: dict[int, str] = field(default_factory=dict)
     times: list[float] = field(default_factory=list)
+
+    @property
+    def timecode(self) -> str:
+        """SMPTE time code of the first frame; "" = not known."""
+        return self.header.timecode if self.header_frame == 0 else ""
 
     @property
     def missing(self) -> list[int]:
@@ -136,7 +144,7 @@ def open_film(path: Path) -> Film:
         return Film(path, read_movie_header(path))
     files = find_images(path)
     reason: InputError | None = None
-    for file in files[:1000]:
+    for index, file in enumerate(files[:1000]):
         if file.path is None:
             continue
         try:
@@ -149,5 +157,5 @@ def open_film(path: Path) -> Film:
         if len(files) > 1 or file.path.suffix.lower() not in _FILMS:
             header = replace(header, subimages=1)
         ignored = parts - header.subimages
-        return Film(path, header, files, exposure, ignored_parts=ignored)
+        return Film(path, header, files, exposure, ignored_parts=ignored, header_frame=index)
     raise reason or InputError(f"{path} has no image", "FILE_UNREADABLE")

@@ -183,7 +183,7 @@ def _take(film: Film, tracks: Tracks, options: TakeOptions) -> tuple[MarkerTake,
         deviation=tracks.deviation,
         seconds=np.array(film.times) if film.times else None,
         rate=film.header.rate,
-        start_timecode=film.header.timecode,
+        start_timecode=film.timecode,
     )
     focal = options.focal_length or film.header.focal or None
     return finish_take(raw, replace(options, image_size=film.header.size, focal_length=focal))
@@ -201,6 +201,9 @@ def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
         found.append(
             finding("FEATURE_DROPPED", where, message, film.ignored_parts, feature="image_parts")
         )
+    if film.header.timecode and not film.timecode:
+        message = "the time code of the first image, which cannot be read"
+        found.append(finding("FEATURE_DROPPED", where, message, feature="start_timecode"))
     if film.missing:
         message = "images are missing; all markers are occluded in frames {frames}"
         found.append(finding("FRAMES_DROPPED", where, message, film.missing))
