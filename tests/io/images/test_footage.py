@@ -184,6 +184,18 @@ def test_a_later_image_does_not_say_when_the_film_begins(tmp_path: Path) -> None
     assert take.start_timecode == "" and "FEATURE_DROPPED" in found
 
 
+def test_the_first_image_of_linear_light_may_be_almost_black(tmp_path: Path) -> None:
+    for number, row in enumerate(performance(6)[0]):
+        path = tmp_path / f"face.{number}.exr"
+        linear = (paint(row) / 255.0) ** 2.2 * (0.004 if number == 0 else 1.0)
+        spec = oiio.ImageSpec(linear.shape[1], linear.shape[0], 3, "half")
+        file = oiio.ImageOutput.create(str(path))
+        assert file.open(str(path), spec) and file.write_image(linear.astype(np.float32))
+        file.close()
+    take, _ = codes(tmp_path)
+    assert take.visible[1:].all() and len(take.names) == 20
+
+
 def test_images_of_another_size_are_refused(copied: Path) -> None:
     save(paint(layout(), size=(300, 220)), copied / "face.0105.png")
     with pytest.raises(InputError, match=r"0105.png has 300 x 220 pixels; expected 280 x 220"):

@@ -1,11 +1,13 @@
 """A film as frames that are read one at a time: image files, the images of a GIF, a movie."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
+
+import numpy as np
 
 from usdface.errors import InputError
 from usdface.footage.colour_channel import Pixels
@@ -17,6 +19,7 @@ from usdface.io.images.sequence import MOVIE_SUFFIXES, ImageFile, find_images
 __all__ = ["Film", "open_film"]
 
 _FILMS = (".gif", ".webp", ".tif", ".tiff")  # whose images are one after the other in time
+_MEASURED = 9  # images whose exposure is measured
 
 
 @dataclass(slots=True)
@@ -27,7 +30,7 @@ class Film:
     ----------
     path : Path
     header : ImageHeader
-        Of the first image that can be read.
+        Of the first image whose header can be read.
     header_frame : int
         Index of that image.
     files : tuple of ImageFile
@@ -120,6 +123,19 @@ class Film:
         return pixels
 
 
+def _exposure(files: Sequence[ImageFile]) -> float:
+    """Return the usual factor on linear light: the first image may be a slate, or fade in."""
+    paths = [file.path for file in files if file.path is not None]
+    spread = np.linspace(0, len(paths) - 1, min(_MEASURED, len(paths))).round().astype(int)
+    factors = []
+    for index in spread.tolist():
+        try:
+            factors.append(exposure_of(paths[index]))
+        except InputError:
+            continue  # it is reported where its dots are looked for
+    return float(np.median(factors or [1.0]))
+
+
 def _given(pixels: Pixels | None) -> Pixels | None:
     return pixels
 
@@ -149,7 +165,6 @@ def open_film(path: Path) -> Film:
             continue
         try:
             header = read_header(file.path)
-            exposure = exposure_of(file.path)
         except InputError as error:
             reason = reason or error
             continue
@@ -157,5 +172,6 @@ def open_film(path: Path) -> Film:
         if len(files) > 1 or file.path.suffix.lower() not in _FILMS:
             header = replace(header, subimages=1)
         ignored = parts - header.subimages
+        exposure = _exposure(files[index:] if header.subimages == 1 else (file,))
         return Film(path, header, files, exposure, ignored_parts=ignored, header_frame=index)
     raise reason or InputError(f"{path} has no image", "FILE_UNREADABLE")
