@@ -1,6 +1,8 @@
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
@@ -15,6 +17,7 @@ from usdface.errors import InputError, OutputError
 from usdface.footage.colour_channel import Pixels
 from usdface.footage.tracks import Doubt
 from usdface.io.images import footage as footage_module
+from usdface.io.images import read_image
 from usdface.io.images.film import open_film
 from usdface.io.images.footage import read_footage
 from usdface.io.images.read_image import ImageHeader
@@ -273,6 +276,28 @@ def test_a_gif_is_a_film(tmp_path: Path) -> None:
     file.close()
     take, _ = codes(path)
     assert take.positions.shape[:2] == (4, 20)
+
+
+def test_images_in_one_file_are_read_from_it_one_after_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each one of a GIF needs those before it: opened anew, it took the square of their number."""
+    path = tmp_path / "face.tif"
+    write_many(path, [paint(row) for row in performance(6)[0]])
+    film = open_film(path)
+    opened: list[Path] = []
+    monkeypatch.setattr(read_image, "_open", noted(read_image._open, opened))
+    images = [load() for load in film.loads()]
+    assert len(images) == 6 and opened == [path]
+    assert all(np.array_equal(image, film.frame(k)) for k, image in enumerate(images))
+
+
+def noted(function: Callable[[Path], Any], calls: list[Path]) -> Callable[[Path], Any]:
+    def call(path: Path) -> Any:
+        calls.append(path)
+        return function(path)
+
+    return call
 
 
 def test_a_film_that_the_shell_took_apart_is_told_how_to_be_named(

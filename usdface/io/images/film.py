@@ -13,7 +13,14 @@ from usdface.errors import InputError
 from usdface.footage.colour_channel import Pixels
 from usdface.footage.scan import LoadFrame
 from usdface.io.images.movie import movie_frames, read_movie_header
-from usdface.io.images.read_image import ImageHeader, exposure_of, read_header, read_image
+from usdface.io.images.read_image import (
+    ImageHeader,
+    ReadSubimage,
+    exposure_of,
+    open_image,
+    read_header,
+    read_image,
+)
 from usdface.io.images.sequence import MOVIE_SUFFIXES, ImageFile, find_images
 
 __all__ = ["Film", "open_film"]
@@ -72,8 +79,11 @@ class Film:
                 self.times.append(time)
                 yield partial(_given, pixels)
         elif self.header.subimages > 1:
-            for index in range(self.header.subimages):
-                yield partial(_given, self._read(index))  # one after the other, from one file
+            path = self.files[0].path
+            assert path is not None
+            with open_image(path) as read:
+                for index in range(self.header.subimages):
+                    yield partial(_given, self._read(index, read))
         else:
             for index in range(len(self.files)):
                 yield partial(self._read, index)
@@ -103,13 +113,14 @@ class Film:
                 return pixels
         return None
 
-    def _read(self, index: int) -> Pixels | None:
+    def _read(self, index: int, read: ReadSubimage | None = None) -> Pixels | None:
         many = self.header.subimages > 1
         path = self.files[0 if many else index].path
         if path is None:
             return None
         try:
-            pixels = read_image(path, index if many else 0, self.exposure)
+            read = read or partial(read_image, path)
+            pixels = read(index if many else 0, self.exposure)
         except InputError as error:
             self.unreadable[index] = str(error)
             return None

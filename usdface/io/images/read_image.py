@@ -3,8 +3,10 @@
 import math
 import re
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 
-__all__ = ["MOST_PIXELS", "ImageHeader", "exposure_of", "read_header", "read_image"]
+__all__ = ["MOST_PIXELS", "ImageHeader", "exposure_of", "open_image", "read_header", "read_image"]
 
 # Pixels of an image: 8K and the largest phones. Memory for a byte of file: flat colours are packed
 # 1000 times, which a film of a face is not.
@@ -45,6 +47,9 @@ _LIT, _BRIGHT = (0.2, 4.0), 0.8
 _FULL_FRAME = 36.0  # mm, width of the film that 35 mm equivalents refer to
 _PNG = b"\x89PNG\r\n\x1a\n"
 _lock = threading.Lock()
+
+ReadSubimage = Callable[[int, float], NDArray[np.uint8]]
+"""Reads an image of an open file, as `read_image`: its index and the exposure."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,26 +211,41 @@ def read_image(path: Path, subimage: int = 0, exposure: float = 1.0) -> NDArray[
     InputError
         If it cannot be read, or is too large.
     """
+    with open_image(path) as read:
+        return read(subimage, exposure)
+
+
+@contextmanager
+def open_image(path: Path) -> Iterator[ReadSubimage]:
+    """Open a file to read its images by `read_image`, one after the other.
+
+    Each one of a GIF needs those before it: a film of them is read from one open file.
+    """
     file = _open(path)
     try:
-        if subimage and not file.seek_subimage(subimage, 0):
-            raise InputError(f"{path} has no image {subimage}: {_fault(file)}", "FILE_CUT_OFF")
-        spec = file.spec()
-        _checked(path, file)
-        kind = _kind(spec)
-        count = min(spec.nchannels, 3)
-        pixels = file.read_image(subimage, 0, 0, count, kind)
-        fault = file.geterror()
-        if pixels is None or fault:
-            raise InputError(f"{path} is not readable: {_first_line(fault)}", "FILE_UNREADABLE")
-        transfer = str(spec.getattribute("dpx:Transfer") or "")
-        log = transfer in _LOG or file.format_name() == "cineon"
-        space = "log" if log else str(spec.getattribute("oiio:ColorSpace") or "")
-        turns = _TURNS.get(spec.get_int_attribute("Orientation", 1), _TURNS[1])
-        window = _window(file)
+        yield partial(_read_subimage, path, file)
     finally:
         file.close()
-    pixels = _shown(pixels.reshape(spec.height, spec.width, -1), window)
+
+
+def _read_subimage(
+    path: Path, file: Any, subimage: int = 0, exposure: float = 1.0
+) -> NDArray[np.uint8]:
+    if subimage and not file.seek_subimage(subimage, 0):
+        raise InputError(f"{path} has no image {subimage}: {_fault(file)}", "FILE_CUT_OFF")
+    spec = file.spec()
+    _checked(path, file)
+    kind = _kind(spec)
+    count = min(spec.nchannels, 3)
+    pixels = file.read_image(subimage, 0, 0, count, kind)
+    fault = file.geterror()
+    if pixels is None or fault:
+        raise InputError(f"{path} is not readable: {_first_line(fault)}", "FILE_UNREADABLE")
+    transfer = str(spec.getattribute("dpx:Transfer") or "")
+    log = transfer in _LOG or file.format_name() == "cineon"
+    space = "log" if log else str(spec.getattribute("oiio:ColorSpace") or "")
+    turns = _TURNS.get(spec.get_int_attribute("Orientation", 1), _TURNS[1])
+    pixels = _shown(pixels.reshape(spec.height, spec.width, -1), _window(file))
     coded = _for_display(pixels, space, exposure)
     if coded.shape[2] < 3:
         coded = np.repeat(coded[..., :1], 3, axis=2)
