@@ -172,6 +172,15 @@ def test_the_first_image_may_be_spoilt_but_not_all(copied: Path) -> None:
         codes(copied)
 
 
+def test_pixels_that_are_not_square_are_announced(copied: Path) -> None:
+    assert "PIXELS_NOT_SQUARE" not in codes(copied)[1]
+    for path in copied.iterdir():
+        image = oiio.ImageBuf(str(path))
+        image.specmod().attribute("PixelAspectRatio", 1.5)
+        assert image.write(str(path))
+    assert "PIXELS_NOT_SQUARE" in codes(copied)[1]
+
+
 def test_a_later_image_does_not_say_when_the_film_begins(tmp_path: Path) -> None:
     for number, row in enumerate(performance(4)[0]):
         path = tmp_path / f"face.{number}.exr"

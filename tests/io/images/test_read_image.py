@@ -89,6 +89,14 @@ def test_the_header_says_rate_timecode_and_focal_length(tmp_path: Path) -> None:
     assert (header.timecode, header.rate) == ("01:02:03:04", 25.0)
 
 
+@pytest.mark.parametrize(("orientation", "aspect"), [(1, 2.0), (6, 0.5)])
+def test_the_aspect_of_pixels_is_that_of_the_upright_image(
+    tmp_path: Path, orientation: int, aspect: float
+) -> None:
+    path = write(tmp_path / "a.exr", RAMP, "half", PixelAspectRatio=2.0, Orientation=orientation)
+    assert read_header(path).pixel_aspect == aspect
+
+
 def test_dark_and_bright_light_is_brought_to_a_display(tmp_path: Path) -> None:
     for factor in (0.01, 100.0):
         path = write(tmp_path / f"{factor}.exr", factor * RAMP, "float")

@@ -30,6 +30,7 @@ __all__ = ["Footage", "read_footage", "read_image_take"]
 # Images that are tried, spread over the film, for the colour of the dots: the first may be a slate.
 _TRIED = 8
 _MOST_FINDINGS = 20  # of one kind
+_SQUARE = 0.005  # off 1, by which a ratio with two decimals may be rounded
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -201,6 +202,9 @@ def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
         found.append(
             finding("FEATURE_DROPPED", where, message, film.ignored_parts, feature="image_parts")
         )
+    if abs(film.header.pixel_aspect - 1.0) > _SQUARE:
+        message = "the pixels of the images are {ratio:g} times as wide as high"
+        found.append(finding("PIXELS_NOT_SQUARE", where, message, film.header.pixel_aspect))
     if film.header.timecode and not film.timecode:
         message = "the time code of the first image, which cannot be read"
         found.append(finding("FEATURE_DROPPED", where, message, feature="start_timecode"))

@@ -68,6 +68,8 @@ class ImageHeader:
         "" = not stated.
     focal : float [px]
         0 = not stated.
+    pixel_aspect : float [1]
+        Width of a pixel over its height, upright.
     """
 
     size: tuple[int, int]
@@ -75,6 +77,7 @@ class ImageHeader:
     rate: float = 0.0
     timecode: str = ""
     focal: float = 0.0
+    pixel_aspect: float = 1.0
 
 
 def _open(path: Path) -> Any:
@@ -144,9 +147,16 @@ def read_header(path: Path) -> ImageHeader:
             file.geterror()
         turned = _TURNS.get(spec.get_int_attribute("Orientation", 1), _TURNS[1])[0]
         size = (height, width) if turned else (width, height)
-        return ImageHeader(size, count, _rate(spec), _timecode(spec), _focal(spec))
+        aspect = _pixel_aspect(spec)
+        aspect = 1.0 / aspect if turned else aspect
+        return ImageHeader(size, count, _rate(spec), _timecode(spec), _focal(spec), aspect)
     finally:
         file.close()
+
+
+def _pixel_aspect(spec: Any) -> float:
+    aspect = float(spec.get_float_attribute("PixelAspectRatio", 1.0))
+    return aspect if 0.01 < aspect < 100 else 1.0
 
 
 def _rate(spec: Any) -> float:
