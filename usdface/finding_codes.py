@@ -165,6 +165,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "check_recording",
         "an image cannot be read; all markers are occluded in its frame",
     ),
+    "PIXELS_NOT_SQUARE": (
+        "warning",
+        "check_recording",
+        "the images say that their pixels are not square; they are taken as square",
+    ),
     "FOOTAGE_CUT": (
         "warning",
         "look_at_frames",

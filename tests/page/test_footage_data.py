@@ -1,6 +1,6 @@
 import numpy as np
 
-from usdface.page.footage_data import face_box, footage_data, shown_frames
+from usdface.page.footage_data import face_box, footage_data, images_of_frames, shown_frames
 from usdface.takes import MarkerTake
 
 
@@ -29,3 +29,15 @@ def test_dots_are_in_pixels_of_the_image_with_their_confidence() -> None:
     assert data["frames"][0]["dots"] == [[100.0, 50.0, 0.1], [200.0, 150.0, None]]
     assert data["frames"][1]["dots"] == [[101.0, 50.0, 0.9], None]
     assert data["frames"][0]["image"] == "data:image/jpeg;base64,YQ=="
+
+
+def test_tracks_may_begin_later_than_the_footage_and_leave_frames_out() -> None:
+    places = np.ones((3, 1, 2))
+    tracks = MarkerTake(("a",), np.array([0.0, 0.04, 0.2]), places, 25.0, first_frame=7)
+    assert images_of_frames(tracks).tolist() == [7, 8, 12]
+
+
+def test_a_take_of_images_has_a_frame_for_each_at_changing_rates() -> None:
+    times, diameters = np.array([0.0, 0.05, 0.06]), np.ones(1)
+    film = MarkerTake(("a",), times, np.ones((3, 1, 2)), 30.0, diameters=diameters)
+    assert images_of_frames(film).tolist() == [0, 1, 2]

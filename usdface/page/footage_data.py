@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.takes import MarkerTake
 
-__all__ = ["face_box", "footage_data", "shown_frames"]
+__all__ = ["face_box", "footage_data", "images_of_frames", "shown_frames"]
 
 _SHOWN = 24  # images
 _ROOM = 0.12  # around the dots, as a share of their extent
@@ -20,6 +20,17 @@ def shown_frames(take: MarkerTake) -> list[int]:
     count = len(take.times)
     spread = np.linspace(0, count - 1, min(_SHOWN, count)).round()
     return sorted({int(frame) for frame in spread.tolist()})
+
+
+def images_of_frames(take: MarkerTake) -> IntArray:
+    """Return the index (F,) of the image of each frame in the footage.
+
+    A take of images has a frame for each, whatever their times; tracks of another program may begin
+    later than the footage, and leave frames out.
+    """
+    if take.diameters is not None:
+        return np.arange(len(take.times))
+    return np.round(take.times * take.rate).astype(np.int64) + take.first_frame
 
 
 def face_box(take: MarkerTake) -> tuple[int, int, int, int]:

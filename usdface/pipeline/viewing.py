@@ -17,7 +17,7 @@ from usdface.options import ViewOptions
 from usdface.page.character import JOINTS_SHOWN, character_data, shown_meshes
 from usdface.page.clip_data import clip_data
 from usdface.page.document import finding_lines, page_html
-from usdface.page.footage_data import face_box, footage_data, shown_frames
+from usdface.page.footage_data import face_box, footage_data, images_of_frames, shown_frames
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -208,7 +208,10 @@ def _footage(take: MarkerTake | WeightsTake, options: ViewOptions) -> dict[str, 
             f"{take.source} is no take of images; leave out --footage", "SETTING_WRONG"
         )
     box = face_box(take)
-    images = read_page_frames(Path(options.footage), shown_frames(take), box)
+    shown = shown_frames(take)
+    numbers = images_of_frames(take)[shown].tolist()
+    found = read_page_frames(Path(options.footage), numbers, box, take.image_size)
+    images = {k: found[n] for k, n in zip(shown, numbers, strict=True) if n in found}
     confidence = {}
     if options.tracks is not None:
         confidence = read_confidence(Path(options.tracks), len(take.times))

@@ -1,6 +1,8 @@
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import OpenImageIO as oiio
@@ -15,6 +17,7 @@ from usdface.errors import InputError, OutputError
 from usdface.footage.colour_channel import Pixels
 from usdface.footage.tracks import Doubt
 from usdface.io.images import footage as footage_module
+from usdface.io.images import read_image
 from usdface.io.images.film import open_film
 from usdface.io.images.footage import read_footage
 from usdface.io.images.read_image import ImageHeader
@@ -169,6 +172,42 @@ def test_the_first_image_may_be_spoilt_but_not_all(copied: Path) -> None:
         codes(copied)
 
 
+def test_pixels_that_are_not_square_are_announced(copied: Path) -> None:
+    assert "PIXELS_NOT_SQUARE" not in codes(copied)[1]
+    for path in copied.iterdir():
+        image = oiio.ImageBuf(str(path))
+        image.specmod().attribute("PixelAspectRatio", 1.5)
+        assert image.write(str(path))
+    assert "PIXELS_NOT_SQUARE" in codes(copied)[1]
+
+
+def test_a_later_image_does_not_say_when_the_film_begins(tmp_path: Path) -> None:
+    for number, row in enumerate(performance(4)[0]):
+        path = tmp_path / f"face.{number}.exr"
+        linear = (paint(row) / 255.0) ** 2.2
+        spec = oiio.ImageSpec(linear.shape[1], linear.shape[0], 3, "half")
+        spec.attribute("smpte:TimeCode", "timecode", (0x01020300 + number, 0))
+        file = oiio.ImageOutput.create(str(path))
+        assert file.open(str(path), spec) and file.write_image(linear.astype(np.float32))
+        file.close()
+    assert codes(tmp_path)[0].start_timecode == "01:02:03:00"
+    (tmp_path / "face.0.exr").write_bytes(b"")
+    take, found = codes(tmp_path)
+    assert take.start_timecode == "" and "FEATURE_DROPPED" in found
+
+
+def test_the_first_image_of_linear_light_may_be_almost_black(tmp_path: Path) -> None:
+    for number, row in enumerate(performance(6)[0]):
+        path = tmp_path / f"face.{number}.exr"
+        linear = (paint(row) / 255.0) ** 2.2 * (0.004 if number == 0 else 1.0)
+        spec = oiio.ImageSpec(linear.shape[1], linear.shape[0], 3, "half")
+        file = oiio.ImageOutput.create(str(path))
+        assert file.open(str(path), spec) and file.write_image(linear.astype(np.float32))
+        file.close()
+    take, _ = codes(tmp_path)
+    assert take.visible[1:].all() and len(take.names) == 20
+
+
 def test_images_of_another_size_are_refused(copied: Path) -> None:
     save(paint(layout(), size=(300, 220)), copied / "face.0105.png")
     with pytest.raises(InputError, match=r"0105.png has 300 x 220 pixels; expected 280 x 220"):
@@ -246,6 +285,28 @@ def test_a_gif_is_a_film(tmp_path: Path) -> None:
     file.close()
     take, _ = codes(path)
     assert take.positions.shape[:2] == (4, 20)
+
+
+def test_images_in_one_file_are_read_from_it_one_after_the_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each one of a GIF needs those before it: opened anew, it took the square of their number."""
+    path = tmp_path / "face.tif"
+    write_many(path, [paint(row) for row in performance(6)[0]])
+    film = open_film(path)
+    opened: list[Path] = []
+    monkeypatch.setattr(read_image, "_open", noted(read_image._open, opened))
+    images = [load() for load in film.loads()]
+    assert len(images) == 6 and opened == [path]
+    assert all(np.array_equal(image, film.frame(k)) for k, image in enumerate(images))
+
+
+def noted(function: Callable[[Path], Any], calls: list[Path]) -> Callable[[Path], Any]:
+    def call(path: Path) -> Any:
+        calls.append(path)
+        return function(path)
+
+    return call
 
 
 def test_a_film_that_the_shell_took_apart_is_told_how_to_be_named(

@@ -89,6 +89,14 @@ def test_the_header_says_rate_timecode_and_focal_length(tmp_path: Path) -> None:
     assert (header.timecode, header.rate) == ("01:02:03:04", 25.0)
 
 
+@pytest.mark.parametrize(("orientation", "aspect"), [(1, 2.0), (6, 0.5)])
+def test_the_aspect_of_pixels_is_that_of_the_upright_image(
+    tmp_path: Path, orientation: int, aspect: float
+) -> None:
+    path = write(tmp_path / "a.exr", RAMP, "half", PixelAspectRatio=2.0, Orientation=orientation)
+    assert read_header(path).pixel_aspect == aspect
+
+
 def test_dark_and_bright_light_is_brought_to_a_display(tmp_path: Path) -> None:
     for factor in (0.01, 100.0):
         path = write(tmp_path / f"{factor}.exr", factor * RAMP, "float")
@@ -103,6 +111,43 @@ def test_what_is_no_number_is_black(tmp_path: Path) -> None:
     values[0, 1] = np.inf
     pixels = read_image(write(tmp_path / "a.exr", values, "half"))
     assert pixels[0, 0].max() == 0 and pixels[0, 1].min() == 255
+
+
+def windowed(path: Path, place: tuple[int, int], shown: tuple[int, int]) -> Path:
+    """`RAMP` at a place of a display window that has another size."""
+    spec = oiio.ImageSpec(24, 16, 3, "half")
+    spec.x, spec.y = place
+    spec.full_x, spec.full_y, spec.full_width, spec.full_height = 0, 0, *shown
+    file = oiio.ImageOutput.create(str(path))
+    assert file.open(str(path), spec), oiio.geterror()
+    assert file.write_image(np.ascontiguousarray(RAMP.astype(np.float32)))
+    file.close()
+    return path
+
+
+@pytest.mark.parametrize("place", [(5, 3), (-4, -6), (30, 2), (0, 0)])
+def test_a_data_window_is_placed_in_what_is_shown(tmp_path: Path, place: tuple[int, int]) -> None:
+    """Renderers cut frames to what is not black, and add overscan."""
+    path = windowed(tmp_path / "a.exr", place, (40, 20))
+    pixels = read_image(path)
+    assert (pixels.shape[1], pixels.shape[0]) == read_header(path).size == (40, 20)
+    large = np.zeros((100, 100, 3))
+    x, y = 40 + place[0], 40 + place[1]
+    large[y : y + 16, x : x + 24] = encoded(RAMP)
+    assert np.abs(pixels - large[40:60, 40:80]).max() <= 1.0
+
+
+def test_a_display_window_of_too_many_pixels_is_refused(tmp_path: Path) -> None:
+    path = windowed(tmp_path / "a.exr", (0, 0), (60_000, 60_000))
+    for read in (read_image, read_header):
+        with pytest.raises(InputError, match="60000 x 60000 pixels"):
+            read(path)
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.tif"])
+def test_a_position_on_a_page_is_none_in_the_image(tmp_path: Path, name: str) -> None:
+    path = windowed(tmp_path / name, (5, 3), (40, 20))
+    assert read_image(path).shape == (16, 24, 3) and read_header(path).size == (24, 16)
 
 
 def bomb(path: Path, side: int = 60_000) -> Path:

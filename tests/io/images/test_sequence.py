@@ -35,6 +35,14 @@ def test_padded_numbers_and_other_digits_in_a_name(tmp_path: Path) -> None:
     assert len(find_images(tmp_path / "shot010_take2.#####.exr")) == 2
 
 
+@pytest.mark.parametrize("pattern", ["", "face.####.png"])
+def test_two_images_of_one_number_are_refused(folder: Path, pattern: str) -> None:
+    (folder / "face.0010.png").touch()
+    with pytest.raises(InputError, match=r"face\.10\.png are both frame 10") as caught:
+        find_images(folder / pattern)
+    assert caught.value.code == "NAME_REPEATED"
+
+
 def test_one_image_is_a_sequence(folder: Path) -> None:
     assert [file.path for file in find_images(folder / "face.9.png")] == [folder / "face.9.png"]
 

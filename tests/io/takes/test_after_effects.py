@@ -28,6 +28,11 @@ def test_pixels_that_are_not_square_are_stretched(read):
     np.testing.assert_allclose(take.positions[:, 0], [[15, -20], [16.5, -20]])
 
 
+def test_a_size_that_is_given_is_stretched_as_the_places_are(read):
+    take, _ = read(HEAD.format(1.5) + "Transform\tPosition\n" + POINT, image_size=(720, 576))
+    assert take.image_size == (1080, 576)
+
+
 def test_names_keep_what_tells_points_apart(read):
     text = HEAD.format(1)
     for name in ("Effects\tPoint Control #2\tPoint", "Effects\tCorner Pin #1\tUpper Left"):

@@ -39,6 +39,24 @@ def test_names_of_other_programs_are_known(tmp_path):
     np.testing.assert_allclose(read_calibration(path)[1].matrix, CAMERAS[1].matrix)
 
 
+def test_rotations_that_rectify_the_images_are_not_those_of_the_cameras(tmp_path):
+    """As OpenCV's stereoRectify writes them beside the calibration."""
+    turn = "R{}: [0.96, 0, 0.28, 0, 1, 0, -0.28, 0, 0.96]\nP{}: [1, 0, 0, 0]\n"
+    path = tmp_path / "a.yml"
+    path.write_text(write_stereo_yaml(CAMERAS) + turn.format(1, 1) + turn.format(2, 2))
+    for camera, expected in zip(read_calibration(path), CAMERAS, strict=True):
+        np.testing.assert_allclose(camera.rotation, expected.rotation, atol=1e-12)
+
+
+def test_both_cameras_of_a_pair_may_have_a_place_of_their_own(tmp_path):
+    text = write_stereo_yaml(CAMERAS).replace("R:", "R2:").replace("T:", "T2:")
+    path = tmp_path / "a.yml"
+    path.write_text(text + "R1: [0, 0.5, 0]\nT1: [1, 2, 3]\n")
+    left, right = read_calibration(path)
+    np.testing.assert_allclose(left.translation, [1, 2, 3])
+    np.testing.assert_allclose(right.rotation, CAMERAS[1].rotation, atol=1e-12)
+
+
 def test_a_list_of_yaml_maps(tmp_path):
     path = tmp_path / "a.yml"
     path.write_text(
@@ -75,6 +93,8 @@ def edited(**changes):
         ("a.json", edited(rvec=[[0] * 3] * 3), "rotation of camera 'camera 2' is none"),
         ("a.json", edited(camera_matrix=[[0] * 3] * 3), "expected the matrix [fx s cx; 0"),
         ("a.json", edited(distortion_coefficients=[0.1] * 14), "14 coefficients of distortion"),
+        ("a.json", edited(distortion_coefficients={"k1": -0.2}), "distortion of 'camera 2' is no"),
+        ("a.json", edited(distortion_coefficients=-0.2), "distortion of 'camera 2' is no list"),
         ("a.json", edited(fisheye=True), "is a fisheye camera"),
         ("a.xml", "<a/>", "calibrations of kind '.xml' are not read"),
         ("a.toml", "=", "is no TOML"),

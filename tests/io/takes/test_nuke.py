@@ -46,9 +46,22 @@ def test_the_size_is_that_of_the_script_and_its_pixels_become_square(read):
     assert take.positions[:, 0, 0].tolist() == [20, 40]
 
 
+def test_a_size_that_is_given_is_stretched_as_the_places_are(read):
+    root = ROOT.replace("1556 1 2K", "1556 2 2K")
+    assert read(root + curve("x1 10 20"), image_size=(1024, 778))[0].image_size == (2048, 778)
+
+
 def test_frames_in_which_only_one_coordinate_has_a_key_are_occluded(read):
     take, _ = read(ROOT + curve("x1 1 1 1", "x1 1 x3 1"))
     np.testing.assert_allclose(take.times * 24, [0, 2])
+
+
+@pytest.mark.parametrize("first", [0, -5, 1001])
+def test_frames_are_counted_from_the_first_of_the_script(read, first):
+    root = ROOT.replace("inputs 0", f"first_frame {first}")
+    take, findings = read(root + curve(f"x{first} 5 5", f"x{first} 0 0"))
+    assert take.first_frame == 0
+    assert "FRAMES_RENUMBERED" not in [each.code for each in findings]
 
 
 def test_several_animated_points_of_a_node_are_numbered(read):

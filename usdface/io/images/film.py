@@ -1,22 +1,32 @@
 """A film as frames that are read one at a time: image files, the images of a GIF, a movie."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.util import find_spec
 from itertools import islice
 from pathlib import Path
 
+import numpy as np
+
 from usdface.errors import InputError
 from usdface.footage.colour_channel import Pixels
 from usdface.footage.scan import LoadFrame
 from usdface.io.images.movie import movie_frames, read_movie_header
-from usdface.io.images.read_image import ImageHeader, exposure_of, read_header, read_image
+from usdface.io.images.read_image import (
+    ImageHeader,
+    ReadSubimage,
+    exposure_of,
+    open_image,
+    read_header,
+    read_image,
+)
 from usdface.io.images.sequence import MOVIE_SUFFIXES, ImageFile, find_images
 
 __all__ = ["Film", "open_film"]
 
 _FILMS = (".gif", ".webp", ".tif", ".tiff")  # whose images are one after the other in time
+_MEASURED = 9  # images whose exposure is measured
 
 
 @dataclass(slots=True)
@@ -27,7 +37,9 @@ class Film:
     ----------
     path : Path
     header : ImageHeader
-        Of the first image that can be read.
+        Of the first image whose header can be read.
+    header_frame : int
+        Index of that image.
     files : tuple of ImageFile
         Empty for a movie.
     exposure : float
@@ -45,8 +57,14 @@ class Film:
     files: tuple[ImageFile, ...] = ()
     exposure: float = 1.0
     ignored_parts: int = 0
+    header_frame: int = 0
     unreadable: dict[int, str] = field(default_factory=dict)
     times: list[float] = field(default_factory=list)
+
+    @property
+    def timecode(self) -> str:
+        """SMPTE time code of the first frame; "" = not known."""
+        return self.header.timecode if self.header_frame == 0 else ""
 
     @property
     def missing(self) -> list[int]:
@@ -61,8 +79,11 @@ class Film:
                 self.times.append(time)
                 yield partial(_given, pixels)
         elif self.header.subimages > 1:
-            for index in range(self.header.subimages):
-                yield partial(_given, self._read(index))  # one after the other, from one file
+            path = self.files[0].path
+            assert path is not None
+            with open_image(path) as read:
+                for index in range(self.header.subimages):
+                    yield partial(_given, self._read(index, read))
         else:
             for index in range(len(self.files)):
                 yield partial(self._read, index)
@@ -92,13 +113,14 @@ class Film:
                 return pixels
         return None
 
-    def _read(self, index: int) -> Pixels | None:
+    def _read(self, index: int, read: ReadSubimage | None = None) -> Pixels | None:
         many = self.header.subimages > 1
         path = self.files[0 if many else index].path
         if path is None:
             return None
         try:
-            pixels = read_image(path, index if many else 0, self.exposure)
+            read = read or partial(read_image, path)
+            pixels = read(index if many else 0, self.exposure)
         except InputError as error:
             self.unreadable[index] = str(error)
             return None
@@ -110,6 +132,19 @@ class Film:
                 "VALUES_WRONG",
             )
         return pixels
+
+
+def _exposure(files: Sequence[ImageFile]) -> float:
+    """Return the usual factor on linear light: the first image may be a slate, or fade in."""
+    paths = [file.path for file in files if file.path is not None]
+    spread = np.linspace(0, len(paths) - 1, min(_MEASURED, len(paths))).round().astype(int)
+    factors = []
+    for index in spread.tolist():
+        try:
+            factors.append(exposure_of(paths[index]))
+        except InputError:
+            continue  # it is reported where its dots are looked for
+    return float(np.median(factors or [1.0]))
 
 
 def _given(pixels: Pixels | None) -> Pixels | None:
@@ -136,12 +171,11 @@ def open_film(path: Path) -> Film:
         return Film(path, read_movie_header(path))
     files = find_images(path)
     reason: InputError | None = None
-    for file in files[:1000]:
+    for index, file in enumerate(files[:1000]):
         if file.path is None:
             continue
         try:
             header = read_header(file.path)
-            exposure = exposure_of(file.path)
         except InputError as error:
             reason = reason or error
             continue
@@ -149,5 +183,6 @@ def open_film(path: Path) -> Film:
         if len(files) > 1 or file.path.suffix.lower() not in _FILMS:
             header = replace(header, subimages=1)
         ignored = parts - header.subimages
-        return Film(path, header, files, exposure, ignored_parts=ignored)
+        exposure = _exposure(files[index:] if header.subimages == 1 else (file,))
+        return Film(path, header, files, exposure, ignored_parts=ignored, header_frame=index)
     raise reason or InputError(f"{path} has no image", "FILE_UNREADABLE")

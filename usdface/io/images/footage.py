@@ -30,6 +30,7 @@ __all__ = ["Footage", "read_footage", "read_image_take"]
 # Images that are tried, spread over the film, for the colour of the dots: the first may be a slate.
 _TRIED = 8
 _MOST_FINDINGS = 20  # of one kind
+_SQUARE = 0.005  # off 1, by which a ratio with two decimals may be rounded
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -183,7 +184,7 @@ def _take(film: Film, tracks: Tracks, options: TakeOptions) -> tuple[MarkerTake,
         deviation=tracks.deviation,
         seconds=np.array(film.times) if film.times else None,
         rate=film.header.rate,
-        start_timecode=film.header.timecode,
+        start_timecode=film.timecode,
     )
     focal = options.focal_length or film.header.focal or None
     return finish_take(raw, replace(options, image_size=film.header.size, focal_length=focal))
@@ -201,6 +202,12 @@ def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
         found.append(
             finding("FEATURE_DROPPED", where, message, film.ignored_parts, feature="image_parts")
         )
+    if abs(film.header.pixel_aspect - 1.0) > _SQUARE:
+        message = "the pixels of the images are {ratio:g} times as wide as high"
+        found.append(finding("PIXELS_NOT_SQUARE", where, message, film.header.pixel_aspect))
+    if film.header.timecode and not film.timecode:
+        message = "the time code of the first image, which cannot be read"
+        found.append(finding("FEATURE_DROPPED", where, message, feature="start_timecode"))
     if film.missing:
         message = "images are missing; all markers are occluded in frames {frames}"
         found.append(finding("FRAMES_DROPPED", where, message, film.missing))

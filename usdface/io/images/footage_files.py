@@ -63,7 +63,8 @@ def read_confidence(path: Path, count: int) -> dict[str, list[float]]:
         data = json.loads(read_file(path, _MOST_BYTES * 16))
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is no JSON: {error}", "SCHEMA_BROKEN") from error
-    dots = data.get("details", data).get("dots") if isinstance(data, dict) else None
+    details = data.get("details", data) if isinstance(data, dict) else None
+    dots = details.get("dots") if isinstance(details, dict) else None
     if not isinstance(dots, dict):
         raise InputError(
             f"{path} has no dots; expected the report of a take of images (take --report)",
@@ -124,7 +125,7 @@ def _number(path: Path, row: dict[str, Any], key: str) -> float:
     value = row.get(key)
     try:
         number = float(value) if not isinstance(value, bool) else math.nan  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
         raise InputError(

@@ -3,8 +3,10 @@
 import math
 import re
 import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from numpy.typing import NDArray
 
 from usdface.errors import InputError
 
-__all__ = ["MOST_PIXELS", "ImageHeader", "exposure_of", "read_header", "read_image"]
+__all__ = ["MOST_PIXELS", "ImageHeader", "exposure_of", "open_image", "read_header", "read_image"]
 
 # Pixels of an image: 8K and the largest phones. Memory for a byte of file: flat colours are packed
 # 1000 times, which a film of a face is not.
@@ -46,6 +48,9 @@ _FULL_FRAME = 36.0  # mm, width of the film that 35 mm equivalents refer to
 _PNG = b"\x89PNG\r\n\x1a\n"
 _lock = threading.Lock()
 
+ReadSubimage = Callable[[int, float], NDArray[np.uint8]]
+"""Reads an image of an open file, as `read_image`: its index and the exposure."""
+
 
 @dataclass(frozen=True, slots=True)
 class ImageHeader:
@@ -63,6 +68,8 @@ class ImageHeader:
         "" = not stated.
     focal : float [px]
         0 = not stated.
+    pixel_aspect : float [1]
+        Width of a pixel over its height, upright.
     """
 
     size: tuple[int, int]
@@ -70,6 +77,7 @@ class ImageHeader:
     rate: float = 0.0
     timecode: str = ""
     focal: float = 0.0
+    pixel_aspect: float = 1.0
 
 
 def _open(path: Path) -> Any:
@@ -97,17 +105,20 @@ def _check_png(path: Path) -> None:
         raise InputError(f"{path} is not readable: its PNG header is damaged", "FILE_UNREADABLE")
 
 
-def _checked(path: Path, spec: Any) -> None:
+def _checked(path: Path, file: Any) -> None:
     """Refuse an image before its pixels are allocated."""
+    spec = file.spec()
+    _, _, across, down = _window(file)
     if spec.depth > 1 or spec.deep or spec.width < 1 or spec.height < 1:
         raise InputError(f"{path} is no flat image", "FILE_KIND_UNKNOWN")
-    count = spec.width * spec.height
+    count = max(spec.width * spec.height, across * down)
     memory = count * spec.nchannels * max(spec.format.size(), 1)
     most = _HEADROOM + _EXPANSION * path.stat().st_size
     if count > MOST_PIXELS or memory > most:
         raise InputError(
-            f"{path} has {spec.width} x {spec.height} pixels of {spec.nchannels} channels in a "
-            f"file of {path.stat().st_size} bytes; expected at most {MOST_PIXELS} pixels",
+            f"{path} has {max(spec.width, across)} x {max(spec.height, down)} pixels of "
+            f"{spec.nchannels} channels in a file of {path.stat().st_size} bytes; "
+            f"expected at most {MOST_PIXELS} pixels",
             "TOO_LARGE",
         )
 
@@ -123,7 +134,8 @@ def read_header(path: Path) -> ImageHeader:
     file = _open(path)
     try:
         spec = file.spec()
-        _checked(path, spec)
+        _checked(path, file)
+        width, height = _window(file)[2:]
         count = 1
         if spec.get_int_attribute("oiio:subimages", 0) > 1:
             count = spec.get_int_attribute("oiio:subimages", 0)
@@ -134,10 +146,17 @@ def read_header(path: Path) -> ImageHeader:
                 count += 1
             file.geterror()
         turned = _TURNS.get(spec.get_int_attribute("Orientation", 1), _TURNS[1])[0]
-        size = (spec.height, spec.width) if turned else (spec.width, spec.height)
-        return ImageHeader(size, count, _rate(spec), _timecode(spec), _focal(spec))
+        size = (height, width) if turned else (width, height)
+        aspect = _pixel_aspect(spec)
+        aspect = 1.0 / aspect if turned else aspect
+        return ImageHeader(size, count, _rate(spec), _timecode(spec), _focal(spec), aspect)
     finally:
         file.close()
+
+
+def _pixel_aspect(spec: Any) -> float:
+    aspect = float(spec.get_float_attribute("PixelAspectRatio", 1.0))
+    return aspect if 0.01 < aspect < 100 else 1.0
 
 
 def _rate(spec: Any) -> float:
@@ -202,29 +221,71 @@ def read_image(path: Path, subimage: int = 0, exposure: float = 1.0) -> NDArray[
     InputError
         If it cannot be read, or is too large.
     """
+    with open_image(path) as read:
+        return read(subimage, exposure)
+
+
+@contextmanager
+def open_image(path: Path) -> Iterator[ReadSubimage]:
+    """Open a file to read its images by `read_image`, one after the other.
+
+    Each one of a GIF needs those before it: a film of them is read from one open file.
+    """
     file = _open(path)
     try:
-        if subimage and not file.seek_subimage(subimage, 0):
-            raise InputError(f"{path} has no image {subimage}: {_fault(file)}", "FILE_CUT_OFF")
-        spec = file.spec()
-        _checked(path, spec)
-        kind = _kind(spec)
-        count = min(spec.nchannels, 3)
-        pixels = file.read_image(subimage, 0, 0, count, kind)
-        fault = file.geterror()
-        if pixels is None or fault:
-            raise InputError(f"{path} is not readable: {_first_line(fault)}", "FILE_UNREADABLE")
-        transfer = str(spec.getattribute("dpx:Transfer") or "")
-        log = transfer in _LOG or file.format_name() == "cineon"
-        space = "log" if log else str(spec.getattribute("oiio:ColorSpace") or "")
-        turns = _TURNS.get(spec.get_int_attribute("Orientation", 1), _TURNS[1])
+        yield partial(_read_subimage, path, file)
     finally:
         file.close()
-    pixels = pixels.reshape(spec.height, spec.width, -1)
+
+
+def _read_subimage(
+    path: Path, file: Any, subimage: int = 0, exposure: float = 1.0
+) -> NDArray[np.uint8]:
+    if subimage and not file.seek_subimage(subimage, 0):
+        raise InputError(f"{path} has no image {subimage}: {_fault(file)}", "FILE_CUT_OFF")
+    spec = file.spec()
+    _checked(path, file)
+    kind = _kind(spec)
+    count = min(spec.nchannels, 3)
+    pixels = file.read_image(subimage, 0, 0, count, kind)
+    fault = file.geterror()
+    if pixels is None or fault:
+        raise InputError(f"{path} is not readable: {_first_line(fault)}", "FILE_UNREADABLE")
+    transfer = str(spec.getattribute("dpx:Transfer") or "")
+    log = transfer in _LOG or file.format_name() == "cineon"
+    space = "log" if log else str(spec.getattribute("oiio:ColorSpace") or "")
+    turns = _TURNS.get(spec.get_int_attribute("Orientation", 1), _TURNS[1])
+    pixels = _shown(pixels.reshape(spec.height, spec.width, -1), _window(file))
     coded = _for_display(pixels, space, exposure)
     if coded.shape[2] < 3:
         coded = np.repeat(coded[..., :1], 3, axis=2)
     return _upright(coded, turns)
+
+
+def _window(file: Any) -> tuple[int, int, int, int]:
+    """Return the window that is shown: left and top from the first pixel, width, height.
+
+    Of EXR; in other formats a position is that on a page or a canvas, not in the camera's image.
+    """
+    spec = file.spec()
+    if file.format_name() != "openexr":
+        return 0, 0, spec.width, spec.height
+    return spec.full_x - spec.x, spec.full_y - spec.y, spec.full_width, spec.full_height
+
+
+def _shown(pixels: NDArray[Any], window: tuple[int, int, int, int]) -> NDArray[Any]:
+    """Return the pixels in the display window; those that the file does not have are black."""
+    height, width = pixels.shape[:2]
+    if window == (0, 0, width, height):
+        return pixels
+    left, top, across, down = window
+    shown = np.zeros((down, across, pixels.shape[2]), pixels.dtype)
+    rows = slice(max(top, 0), max(min(top + down, height), 0))
+    columns = slice(max(left, 0), max(min(left + across, width), 0))
+    part = pixels[rows, columns]
+    y, x = max(-top, 0), max(-left, 0)
+    shown[y : y + part.shape[0], x : x + part.shape[1]] = part
+    return shown
 
 
 def _kind(spec: Any) -> Any:
@@ -278,7 +339,7 @@ def exposure_of(path: Path, subimage: int = 0) -> float:
         spec = file.spec()
         if spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
             return 1.0
-        _checked(path, spec)
+        _checked(path, file)
         pixels = file.read_image(subimage, 0, 0, min(spec.nchannels, 3), oiio.FLOAT)
         if pixels is None:
             raise InputError(f"{path} is not readable: {_fault(file)}", "FILE_UNREADABLE")

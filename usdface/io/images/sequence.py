@@ -74,7 +74,8 @@ def find_images(path: Path) -> tuple[ImageFile, ...]:
     Raises
     ------
     InputError
-        If there is no such image, a folder holds several sequences, or numbers are far apart.
+        If there is no such image, a folder holds several sequences, numbers are far apart, or two
+        images have the same.
     """
     if path.is_dir():
         return _of_folder(path)
@@ -84,11 +85,11 @@ def find_images(path: Path) -> tuple[ImageFile, ...]:
         return (ImageFile(0, path),)
     head, tail = _PATTERN.split(path.name, maxsplit=1)
     named = re.compile(rf"{re.escape(head)}(\d+){re.escape(tail)}")
-    found = {}
+    found: dict[int, Path] = {}
     for name in _names(path.parent):
         match = named.fullmatch(name)
         if match:
-            found[int(match[1])] = path.parent / name
+            _add(found, int(match[1]), path.parent / name)
     if not found:
         raise InputError(
             f"no image is named like {path}; a # or %04d stands for the number of the frame",
@@ -107,7 +108,7 @@ def _of_folder(folder: Path) -> tuple[ImageFile, ...]:
         match = _NUMBER.search(stem)
         if match:
             kind = stem[: match.start()], stem[match.end() :] + suffix
-            sequences.setdefault(kind, {})[int(match[1])] = folder / name
+            _add(sequences.setdefault(kind, {}), int(match[1]), folder / name)
     if not sequences:
         raise InputError(f"{folder} has no numbered images, like face.0001.png", "FILE_UNREADABLE")
     if len(sequences) > 1:
@@ -117,6 +118,16 @@ def _of_folder(folder: Path) -> tuple[ImageFile, ...]:
             "FILE_KIND_UNKNOWN",
         )
     return _without_gaps(folder, next(iter(sequences.values())))
+
+
+def _add(found: dict[int, Path], number: int, path: Path) -> None:
+    """Add the image of a frame; refuse a second one, such as f.7.png beside f.0007.png."""
+    if number in found:
+        raise InputError(
+            f"{found[number]} and {path.name} are both frame {number}; keep one of them",
+            "NAME_REPEATED",
+        )
+    found[number] = path
 
 
 def _names(folder: Path) -> list[str]:

@@ -57,7 +57,7 @@ def read_after_effects(
         places=table.numbers[:, 1:] * np.array([aspect, 1.0]),
         origin="top",
         first_frame=0,
-        image_size=image_size(path, options, width * aspect, height),
+        image_size=image_size(path, options, width, height, aspect),
         lines=table.lines,
         rate=positive(head.get("units per second", "")),
     )

@@ -45,6 +45,7 @@ _NAMES = {
     "rotation": ("r", "rvec", "rotation", "rotationmatrix", "rotationvector"),
     "translation": ("t", "tvec", "translation", "translationvector"),
 }
+_PLACED = ("rotation", "translation")
 
 
 def read_calibration(path: Path) -> tuple[Camera, ...]:
@@ -65,13 +66,12 @@ def read_calibration(path: Path) -> tuple[Camera, ...]:
     pair = [_numbered(document, n) for n in (1, 2)]
     if all(_find(each, "matrix") is not None for each in pair):
         still = {"r": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "t": [0, 0, 0]}
-        shared = {
-            name: value for name, value in _plain(document).items() if name.startswith("image")
-        }
-        entries = [
-            ("camera 1", shared | still | pair[0]),
-            ("camera 2", shared | _plain(document) | pair[1]),
-        ]
+        plain = _plain(document)
+        shared = {name: value for name, value in plain.items() if name.startswith("image")}
+        if all(_find(plain, name) is not None for name in _PLACED):
+            # Beside R and T, those with a number rectify the images.
+            pair = [{k: v for k, v in each.items() if k not in ("r", "t")} for each in pair]
+        entries = [("camera 1", shared | still | pair[0]), ("camera 2", shared | plain | pair[1])]
     else:
         entries = _entries(document)
     if len(entries) < 2:
@@ -148,6 +148,13 @@ def _camera(path: Path, name: str, entry: Mapping[str, Any]) -> Camera:
     missing = [field for field in ("matrix", "rotation", "translation") if given[field] is None]
     if missing:
         raise InputError(f"{path}: {name!r} has no {missing[0]}", "SCHEMA_BROKEN")
+    written = any(entry.get(key) is not None for key in _NAMES["distortion"])
+    if given["distortion"] is None and written:
+        raise InputError(
+            f"{path}: the distortion of {name!r} is no list of numbers; expected up to "
+            f"{len(COEFFICIENTS)}: {' '.join(COEFFICIENTS)}",
+            "SCHEMA_BROKEN",
+        )
     distortion = given["distortion"] if given["distortion"] is not None else np.zeros(0)
     tail = distortion[len(COEFFICIENTS) :]
     if np.any(tail != 0):

@@ -136,9 +136,11 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
 
 
 def image_size(
-    path: Path, options: TakeOptions, width: float = 0.0, height: float = 0.0
+    path: Path, options: TakeOptions, width: float = 0.0, height: float = 0.0, aspect: float = 1.0
 ) -> tuple[int, int] | None:
     """Return the size of the image [px]: that of the options, else of the file, else None.
+
+    Its width is in square pixels, where the `aspect` of those in the image is another.
 
     Raises
     ------
@@ -149,6 +151,7 @@ def image_size(
         width, height = options.image_size
     elif not (width or height):
         return None
+    width *= aspect
     if not (1 <= width <= _LARGEST_SIDE and 1 <= height <= _LARGEST_SIDE):
         raise InputError(
             f"{path}: an image of {width:g} x {height:g} pixels; expected 1 to {_LARGEST_SIDE}",

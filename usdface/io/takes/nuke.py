@@ -32,6 +32,7 @@ Words: TypeAlias = list[Any]  # words and lists of them
 
 _WORD = re.compile(r'[{}]|"(?:[^"\\]|\\.)*"|(?:[^\s{}\\]|\\.)+', re.DOTALL)
 _FRAME = re.compile(r"x(-?[0-9]+(?:\.[0-9]*)?)")
+_WHOLE = re.compile(r"-?[0-9]{1,9}")
 _DEEPEST = 64
 _POINTS = ("track1", "track2", "track3", "track4")
 
@@ -54,7 +55,7 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
             sized_by_root = kind == "Root" and bool(size[0])
         if kind == "Root":
             rate = positive(str(node.get("fps", "")))
-            first = int(positive(str(node.get("first_frame", ""))) or 1)
+            first = _first_frame(node.get("first_frame"))
         elif kind == "Tracker3":
             found = [(each, _curves(node[each])) for each in _POINTS if each in node]
             animated = [(point, curves) for point, curves in found if curves]
@@ -73,7 +74,7 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
             f"{path}: there is no animated track in a node Tracker3 or Tracker4", "TAKE_EMPTY"
         )
     table = read_blocks(path, blocks, 3)
-    shown = image_size(path, options, size[0] * size[2], size[1])
+    shown = image_size(path, options, *size)
     tracks = ImageTracks(
         path=path,
         labels=table.labels,
@@ -123,6 +124,12 @@ def _nodes(script: Words) -> Iterator[tuple[str, dict[str, Any]]]:
             continue
         if kind in ("Root", "Tracker3", "Tracker4") or "format" in body:
             yield kind, {k: v for k, v in pairwise(body) if isinstance(k, str)}
+
+
+def _first_frame(value: Any) -> int:
+    """Return the frame that a script begins at, which may be 0 or less; 1 if it does not say."""
+    text = str(value)
+    return int(text) if _WHOLE.fullmatch(text) else 1
 
 
 def _format(value: Any) -> tuple[float, float, float] | None:
