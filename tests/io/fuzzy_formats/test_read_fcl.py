@@ -209,8 +209,13 @@ def test_an_output_without_a_range_reaches_as_far_as_its_points_and_its_default(
     for value, points in (("-100", "(0, 1) (5, 1) (10, 0)"), ("0", "(8, 0) (9, 1) (10, 0)")):
         text = text.replace(f":= {value};\n    TERM", f":= {points};\n    TERM", 1)
     text = text.replace(":= 100;", ":= (10, 0) (15, 1) (22, 1);")
-    assert read_fcl(file(text))[0].fuzzy.outputs[0].range == (-9, 22)
-    assert read_fcl(file(text.replace("-9", "3")))[0].fuzzy.outputs[0].range == (0, 22)
+    system, findings = read_fcl(file(text))
+    assert system.fuzzy.outputs[0].range == (-9, 22)
+    (message,) = differences(findings)
+    assert message.startswith("valve has no range; with its default it is -9 to 22")
+    system, findings = read_fcl(file(text.replace("-9", "3")))
+    assert system.fuzzy.outputs[0].range == (0, 22)
+    assert not differences(findings)
 
 
 def test_a_function_of_the_inputs_has_no_counterpart(file):

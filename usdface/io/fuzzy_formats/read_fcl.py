@@ -196,6 +196,18 @@ class _Parser:
                 where = f"{self._name}: {name}"
                 message = "{variable} has no default; where nothing fires it is {default:g}"
                 findings.append(finding("MEANING_DIFFERS", where, message, name, default))
+            terms_end = _span(terms, parts.places, None)
+            if (
+                not parts.range
+                and span != terms_end
+                and self._settings.get("inference") == "mamdani"
+            ):
+                where = f"{self._name}: {name}"
+                message = (
+                    "{variable} has no range; with its default it is {low:g} to {high:g}, beyond "
+                    "its terms, and terms that stay at 1 reach to its ends"
+                )
+                findings.append(finding("MEANING_DIFFERS", where, message, name, *span))
             bounds = None if span == (0.0, 1.0) else span
             return Variable(name, "output", terms=terms, range=bounds, default=default)
         except InputError as error:
