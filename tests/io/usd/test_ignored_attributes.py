@@ -37,6 +37,18 @@ def said(tmp_path: Path, where: str, text: str) -> dict[str, str]:
             ".usdface:ease",
             "one value for the take",
         ),
+        (
+            "Shot/Fuzzy/rule_01",
+            "float usdface:weight.timeSamples = {\n0: 0,\n9: 1,\n}",
+            ".usdface:weight",
+            "one value for the take",
+        ),
+        (
+            "Shot/Fuzzy/rule_01",
+            "bool usdface:enabled.timeSamples = {\n0: 0,\n}",
+            ".usdface:enabled",
+            "one value for the take",
+        ),
         ("Shot/Fuzzy/rule_07", "float usdface:weight = 0", "", "no layer defines it"),
         ("Shot/Expressions/joyy", "float usdface:gain = 0", "", "did you mean joy?"),
         ("Shot/Fuzzy", 'def "rule_07" {\n}', "/rule_07", "write def UsdFaceFuzzyRule"),
