@@ -45,6 +45,12 @@ def said(tmp_path: Path, where: str, text: str) -> dict[str, str]:
         ),
         (
             "Shot/Fuzzy/rule_01",
+            "float usdface:weight.spline = {\n0: 0; post linear,\n9: 1; post linear,\n}",
+            ".usdface:weight",
+            "one value for the take",
+        ),
+        (
+            "Shot/Fuzzy/rule_01",
             "bool usdface:enabled.timeSamples = {\n0: 0,\n}",
             ".usdface:enabled",
             "one value for the take",

@@ -68,7 +68,10 @@ def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
 
 def _has_samples(prim: Usd.Prim, name: str) -> bool:
     attribute = prim.GetAttribute(name)
-    return bool(attribute) and int(attribute.GetNumTimeSamples()) > 0
+    # A spline varies without samples.
+    return bool(attribute) and bool(
+        attribute.GetNumTimeSamples() or attribute.ValueMightBeTimeVarying()
+    )
 
 
 def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
