@@ -323,3 +323,11 @@ def test_smooth_terms_are_bit_equal_frame_by_frame(kind, monkeypatch):
     whole = evaluate(system, inputs).outputs
     single = [evaluate(system, inputs[f : f + 1]).outputs for f in range(0, 5003, 37)]
     np.testing.assert_array_equal(whole[::37], np.concatenate(single))
+
+
+@pytest.mark.parametrize("inference", ["sugeno", "mamdani"])
+def test_a_system_without_outputs_has_no_outputs(inference):
+    variables = (Variable("a", "input", terms=(IDENTITY,)),)
+    for else_rule in (False, True):
+        system = FuzzySystem(variables, (), inference=inference, else_rule=else_rule)
+        assert evaluate(system, np.zeros((3, 1))).outputs.shape == (3, 0)

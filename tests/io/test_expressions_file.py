@@ -52,6 +52,7 @@ def test_action_units_and_what_is_left_out(tmp_path):
         ({"joy": {"units": {"12": 1.5}}}, r"json: expression 'joy': AU12 is 1.5"),
         ('{"joy": {"shapes": {"a": 1}}, "joy": {"shapes": {"b": 1}}}', "'joy' occurs twice"),
         ('{"joy": {"shapes": {"a": 1, "a": 0.5}}}', "'a' occurs twice"),
+        ({"joy": {"units": {"12": 0.5, "AU12": 0.7}}}, "an action unit occurs twice in 12, AU12"),
         ({"bliss": None}, "'bliss' is null"),
         ({"joy": {"shapes": {"a": "1"}}}, "a is '1'"),
         ({"joy": {"shapes": {"a": True}}}, "a is True"),

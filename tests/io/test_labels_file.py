@@ -97,6 +97,12 @@ def test_columns_are_checked(tmp_path, header, said):
         read_labels(write(tmp_path, header + "\na,1,2,joy\n"))
 
 
+def test_a_key_that_occurs_twice_is_refused(tmp_path):
+    text = '[{"take": "a.trc", "start_s": 1, "end_s": 2, "emotion": "joy", "emotion": "anger"}]'
+    with pytest.raises(InputError, match="'emotion' occurs twice"):
+        read_labels(write(tmp_path, text, "labels.json"))
+
+
 @pytest.mark.parametrize("text", ["{", "{}", "[1]", "[" * 100_000, "[]"])
 def test_json_of_another_form_is_refused(tmp_path, text):
     with pytest.raises(InputError):

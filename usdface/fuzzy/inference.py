@@ -216,7 +216,7 @@ def _sugeno(
         _weighted_sum(levels, values[i], product)
         if not joint:
             _sum([strength for strength, _ in conclusion], totals[i])
-    default = np.array([[output.default] for output in system.outputs])
+    default = np.reshape([output.default for output in system.outputs], (-1, 1))
     if system.normalisation != "weighted_sum":
         if system.else_rule:
             else_strength = 1.0 - firing.max(axis=0, initial=0.0)

@@ -89,7 +89,10 @@ def _expression(path: Path, name: str, value: object) -> Expression | ActionPose
     pose = {key: _number(where, key, number) for key, number in value[kind].items()}
     try:
         if kind == "units":
-            return ActionPose(name, {action_unit(key): w for key, w in pose.items()}, gain)
+            units = {action_unit(key): weight for key, weight in pose.items()}
+            if len(units) < len(pose):
+                raise InputError(f"an action unit occurs twice in {', '.join(pose)}; remove one")
+            return ActionPose(name, units, gain)
         return Expression(name, tuple(pose), np.array(list(pose.values())), gain)
     except InputError as error:
         problem = str(error).removeprefix(f"expression {name!r}: ")

@@ -4,6 +4,7 @@ import pytest
 from usdface.errors import InputError
 from usdface.fuzzy.inference import evaluate
 from usdface.io.fuzzy_formats.read_fcl import read_fcl
+from usdface.io.fuzzy_formats.write_fcl import fcl_text
 
 # In the manner of the examples of IEC 61131-7, annex C: one output, singletons, a comment.
 FAN = """FUNCTION_BLOCK Fan (* a comment
@@ -61,6 +62,38 @@ def test_singletons_by_hand(file):
     expected = np.dot(fired, [100, 0, 0, -100]) / sum(fired)
     np.testing.assert_allclose(found.outputs[0, 0], expected, atol=1e-12)
     assert system.fuzzy.or_ == "max"
+
+
+def differences(findings):
+    return [each.message for each in findings if each.code == "MEANING_DIFFERS"]
+
+
+def test_rules_of_one_singleton_add_up_and_that_other_programs_join_them_is_said(file):
+    _, findings = read_fcl(file(FAN))  # jFuzzyLogic takes the larger of the rules 2 and 3
+    (message,) = differences(findings)
+    assert message.startswith("several rules conclude with the same value of valve")
+    assert not differences(read_fcl(file(FAN.replace("ACCU : MAX", "ACCU : SUM")))[1])
+    alone = FAN.replace(
+        "    RULE 3 : IF temp IS hot AND pressure IS low THEN valve IS closed;\n", ""
+    )
+    assert not differences(read_fcl(file(alone))[1])
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (":= 100;", ":= Linear 2 3 1;"),
+        ("    ACCU", "    RANGE := (-10 .. 10);\n    ACCU"),
+    ],
+)
+def test_conclusions_that_leave_the_range_are_said_to_be_clipped(file, old, new):
+    system, findings = read_fcl(file(FAN.replace("ACCU : MAX", "ACCU : SUM").replace(old, new)))
+    low, high = system.fuzzy.outputs[0].span
+    assert differences(findings) == [
+        f"the outputs of valve are clipped to its range, {low:g} to {high:g}"
+    ]
+    _, written = fcl_text(system, "fan")
+    assert any("clipped" in message for message in differences(written))
 
 
 def test_a_mamdani_block_and_points(file):
@@ -176,8 +209,13 @@ def test_an_output_without_a_range_reaches_as_far_as_its_points_and_its_default(
     for value, points in (("-100", "(0, 1) (5, 1) (10, 0)"), ("0", "(8, 0) (9, 1) (10, 0)")):
         text = text.replace(f":= {value};\n    TERM", f":= {points};\n    TERM", 1)
     text = text.replace(":= 100;", ":= (10, 0) (15, 1) (22, 1);")
-    assert read_fcl(file(text))[0].fuzzy.outputs[0].range == (-9, 22)
-    assert read_fcl(file(text.replace("-9", "3")))[0].fuzzy.outputs[0].range == (0, 22)
+    system, findings = read_fcl(file(text))
+    assert system.fuzzy.outputs[0].range == (-9, 22)
+    (message,) = differences(findings)
+    assert message.startswith("valve has no range; with its default it is -9 to 22")
+    system, findings = read_fcl(file(text.replace("-9", "3")))
+    assert system.fuzzy.outputs[0].range == (0, 22)
+    assert not differences(findings)
 
 
 def test_a_function_of_the_inputs_has_no_counterpart(file):

@@ -188,3 +188,15 @@ def test_a_height_of_1_is_none(tmp_path):
     path = tmp_path / "a.fll"
     path.write_text(GOOD.replace("Triangle -1.0 -0.5 0.25", "Triangle -1 -0.5 0.25 1.0"))
     assert read_fll(path)[0] == sugeno("min", "max")
+
+
+def test_an_aggregation_of_a_sugeno_output_is_said_to_differ_between_versions_of_fuzzylite(
+    tmp_path,
+):
+    text, _ = fll_text(sugeno("min", "max"), "judged")
+    path = tmp_path / "judged.fll"
+    path.write_text(text)
+    assert not [each for each in read_fll(path)[1] if "same value" in each.message]
+    path.write_text(text.replace("aggregation: none", "aggregation: Maximum"))
+    (found,) = [each for each in read_fll(path)[1] if "same value" in each.message]
+    assert (found.code, found.where) == ("MEANING_DIFFERS", "judged.fll: out")

@@ -69,6 +69,19 @@ def test_what_fits_nothing_is_said_and_left_out(samples: dict[str, object], said
 # Through the files
 
 
+def test_a_spline_is_said_to_pin_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "pins.usda"
+    path.write_text(
+        '#usda 1.0\ndef UsdFaceRetarget "R"\n{\n float usdface:pin:jawOpen = 0.5\n'
+        " float usdface:pin:jawOpen.spline = {\n10: 0.2; post linear,\n"
+        "18: 0.8; post linear,\n}\n}\n"
+    )
+    stage = Usd.Stage.Open(str(path))
+    pins, findings = read_pins(stage.GetPrimAtPath("/R"), NAMES, CODES)
+    assert pins == ()
+    assert [f.code for f in findings] == ["PIN_IGNORED"] and "spline" in findings[0].message
+
+
 @pytest.fixture(scope="module")
 def world() -> World:
     return make_world()

@@ -10,7 +10,14 @@ from usdface.fuzzy.rules import Combined, Condition
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Variable
 
-__all__ = ["check_names", "check_no_group_negated", "check_no_most_of", "differs", "kept_in_range"]
+__all__ = [
+    "added_up",
+    "check_names",
+    "check_no_group_negated",
+    "check_no_most_of",
+    "differs",
+    "kept_in_range",
+]
 
 
 def check_names(system: FuzzySystem, suffix: str) -> None:
@@ -122,4 +129,30 @@ def kept_in_range(
             findings.append(
                 finding("MEANING_DIFFERS", f"{where}: {v.name}", message, v.name, low, high)
             )
+    return findings
+
+
+def added_up(where: str, system: FuzzySystem) -> list[Finding]:
+    """Return a MEANING_DIFFERS for each output of a Sugeno system that rules give a value twice.
+
+    Their firing strengths are added here; IEC 61131-7, jFuzzyLogic and fuzzylite from version 8 on
+    first join them to one by the aggregation.
+    """
+    if system.inference != "sugeno" or system.aggregation == "sum":
+        return []
+    findings = []
+    for v in system.outputs:
+        values = [
+            v.term(value).parameters if isinstance(value, str) else (value,)
+            for rule in system.rules
+            if rule.enabled and rule.weight
+            for name, value in rule.consequents
+            if name == v.name
+        ]
+        if len(set(values)) < len(values):
+            message = (
+                "several rules conclude with the same value of {variable}; their firing strengths "
+                "are added, while other programs join them by the aggregation, mostly the largest"
+            )
+            findings.append(finding("MEANING_DIFFERS", f"{where}: {v.name}", message, v.name))
     return findings

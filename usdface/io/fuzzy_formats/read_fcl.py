@@ -23,6 +23,7 @@ from usdface.io.fuzzy_formats.fcl_keywords import (
 )
 from usdface.io.fuzzy_formats.fcl_statements import BARE, NAMED, Statement, statements
 from usdface.io.fuzzy_formats.fcl_terms import known, number, read_term
+from usdface.io.fuzzy_formats.format_limits import added_up, kept_in_range
 from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
 
 __all__ = ["read_fcl"]
@@ -48,7 +49,12 @@ def read_fcl(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
             parser.take(statement)
         except InputError as error:
             raise InputError(f"{path.name}, line {statement.line}: {error}") from error
-    return finish(path, parser.draft(notes))
+    system, findings = finish(path, parser.draft(notes))
+    if not notes:  # files of usdface got them when written
+        fuzzy = system.fuzzy
+        clipped = kept_in_range(path.name, fuzzy.outputs) if fuzzy.inference == "sugeno" else []
+        findings = [*findings, *clipped, *added_up(path.name, fuzzy)]
+    return system, findings
 
 
 @dataclass(slots=True)
@@ -190,6 +196,18 @@ class _Parser:
                 where = f"{self._name}: {name}"
                 message = "{variable} has no default; where nothing fires it is {default:g}"
                 findings.append(finding("MEANING_DIFFERS", where, message, name, default))
+            terms_end = _span(terms, parts.places, None)
+            if (
+                not parts.range
+                and span != terms_end
+                and self._settings.get("inference") == "mamdani"
+            ):
+                where = f"{self._name}: {name}"
+                message = (
+                    "{variable} has no range; with its default it is {low:g} to {high:g}, beyond "
+                    "its terms, and terms that stay at 1 reach to its ends"
+                )
+                findings.append(finding("MEANING_DIFFERS", where, message, name, *span))
             bounds = None if span == (0.0, 1.0) else span
             return Variable(name, "output", terms=terms, range=bounds, default=default)
         except InputError as error:

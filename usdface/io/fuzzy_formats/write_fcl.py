@@ -12,7 +12,13 @@ from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.variables import Term
 from usdface.io.fuzzy_formats.fcl_keywords import ACCU, AND, METHODS, OR, SMOOTH
 from usdface.io.fuzzy_formats.fll_keywords import FLL_KINDS
-from usdface.io.fuzzy_formats.format_limits import check_names, check_no_most_of, differs
+from usdface.io.fuzzy_formats.format_limits import (
+    added_up,
+    check_names,
+    check_no_most_of,
+    differs,
+    kept_in_range,
+)
 from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, condition_text, output_terms
 
@@ -62,7 +68,10 @@ def fcl_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding
     lines += [f"    ACT : {AND[system.implication]};"] if mamdani else []
     lines += [f"    RULE {i + 1} : {_rule(rule)};" for i, rule in enumerate(system.rules)]
     lines += ["END_RULEBLOCK", "", "END_FUNCTION_BLOCK"]
-    return "\n".join(lines) + "\n", differs(expression, ".fcl", beyond, words)
+    findings = differs(expression, ".fcl", beyond, words)
+    if not mamdani:
+        findings += kept_in_range(".fcl", system.outputs)
+    return "\n".join(lines) + "\n", findings + added_up(".fcl", system)
 
 
 def _term(term: Term) -> str:

@@ -15,6 +15,8 @@ __all__ = ["ignored_attributes"]
 _OURS = "usdface:"
 # Attributes that carry the name of a shape, an emotion or a region.
 _NAMED = (tokens.PIN_PREFIX, tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX)
+# May vary by the schema, but the rule base is that of the whole take.
+_OF_RULES = (tokens.RULE_WEIGHT, tokens.ENABLED)
 
 
 def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
@@ -57,11 +59,19 @@ def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
                 "{attribute} is uniform: one value for the take; its time samples are ignored",
                 written,
             )
+        elif written in _OF_RULES and _has_samples(prim, written):
+            message = (
+                "{attribute} of a rule has one value for the take; its time samples are ignored"
+            )
+            yield where, message, written
 
 
 def _has_samples(prim: Usd.Prim, name: str) -> bool:
     attribute = prim.GetAttribute(name)
-    return bool(attribute) and int(attribute.GetNumTimeSamples()) > 0
+    # A spline varies without samples.
+    return bool(attribute) and bool(
+        attribute.GetNumTimeSamples() or attribute.ValueMightBeTimeVarying()
+    )
 
 
 def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:

@@ -37,7 +37,8 @@ def read_pins(
     -------
     tuple of Pin
     list of Finding
-        PIN_IGNORED for a pin of an unknown blend shape, between two frames, or outside [0, 1].
+        PIN_IGNORED for a pin of an unknown blend shape, between two frames, outside [0, 1], or by a
+        spline.
     """
     legal = dict(zip(prim_names(names), names, strict=True))
     pins: dict[str, Pin] = {}
@@ -54,6 +55,9 @@ def read_pins(
             findings.append(finding("PIN_IGNORED", where, message, display_name or suffix))
         elif name in pins:
             message = "{shape!r} is pinned by another attribute too"
+            findings.append(finding("PIN_IGNORED", where, message, name))
+        elif not attribute.GetTimeSamples() and attribute.ValueMightBeTimeVarying():
+            message = "{shape!r} is pinned by a spline; author a sample at each frame to keep"
             findings.append(finding("PIN_IGNORED", where, message, name))
         else:
             frames, weights, problems = _pinned(attribute, codes)
