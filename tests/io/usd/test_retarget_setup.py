@@ -126,6 +126,16 @@ def test_nonsense_names_the_prim(name: str, value: object) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize("name", ["usdface:head:apply", "usdface:clean:swaps"])
+def test_text_is_no_switch(name: str) -> None:
+    """Authored by hand, without the schema's type: "false" is not true."""
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/Shot/Retarget")
+    prim.CreateAttribute(name, Sdf.ValueTypeNames.String).Set("false")
+    with pytest.raises(InputError, match=f"</Shot/Retarget>: {name} is 'false'; expected true"):
+        read_setup(prim)
+
+
 def test_expressions_survive_usd() -> None:
     stage = Usd.Stage.CreateInMemory()
     expressions = (

@@ -146,7 +146,7 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
             Binding(markers, points, str(mesh[0]) if mesh else "", sure if sure.size else None),
             head=head,
             head_markers=_strings(prim, tokens.HEAD_MARKERS),
-            move_head=bool(_value(prim, tokens.HEAD_APPLY, True)),
+            move_head=_switch(prim, tokens.HEAD_APPLY, True),
             head_joint=str(_value(prim, tokens.HEAD_JOINT, "")),
             neutral=None if neutral == "rig" else (int(start), int(end)),
             neutral_weights=dict(zip(shown, weights.tolist(), strict=True)),
@@ -199,9 +199,20 @@ def _choice(prim: Usd.Prim, name: str, choices: Sequence[str]) -> Any:
     return value
 
 
+def _switch(prim: Usd.Prim, name: str, default: bool | None) -> Any:
+    """Return a boolean; text that says "false" would count as true."""
+    value = _value(prim, name, default)
+    if value is not None and not isinstance(value, bool):
+        raise InputError(f"{name} is {value!r}; expected true or false", "SETTING_WRONG")
+    return value
+
+
 def _fields(prim: Usd.Prim, table: dict[str, tuple[str, Any]]) -> dict[str, Any]:
     """Read the settings that are authored, under the names of their options."""
-    authored = {field: _value(prim, name, None) for name, (field, _) in table.items()}
+    authored = {
+        field: (_switch if kind == _NAMES.Bool else _value)(prim, name, None)
+        for name, (field, kind) in table.items()
+    }
     return {field: value for field, value in authored.items() if value is not None}
 
 
