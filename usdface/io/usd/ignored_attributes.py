@@ -68,10 +68,7 @@ def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
 
 def _has_samples(prim: Usd.Prim, name: str) -> bool:
     attribute = prim.GetAttribute(name)
-    # A spline varies without samples.
-    return bool(attribute) and bool(
-        attribute.GetNumTimeSamples() or attribute.ValueMightBeTimeVarying()
-    )
+    return bool(attribute) and bool(attribute.GetNumTimeSamples() or attribute.HasSpline())
 
 
 def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:

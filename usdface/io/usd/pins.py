@@ -44,7 +44,9 @@ def read_pins(
     pins: dict[str, Pin] = {}
     findings: list[Finding] = []
     for attribute in prim.GetAttributes():
-        if not attribute.GetName().startswith(tokens.PIN_PREFIX) or not attribute.HasValue():
+        is_pin = attribute.GetName().startswith(tokens.PIN_PREFIX)
+        # USD 25.02 reads splines, but gives them no value.
+        if not is_pin or not (attribute.HasValue() or attribute.HasSpline()):
             continue
         suffix = attribute.GetName().removeprefix(tokens.PIN_PREFIX)
         display_name = attribute.GetDisplayName()
@@ -56,7 +58,7 @@ def read_pins(
         elif name in pins:
             message = "{shape!r} is pinned by another attribute too"
             findings.append(finding("PIN_IGNORED", where, message, name))
-        elif not attribute.GetTimeSamples() and attribute.ValueMightBeTimeVarying():
+        elif not attribute.GetTimeSamples() and attribute.HasSpline():
             message = "{shape!r} is pinned by a spline; author a sample at each frame to keep"
             findings.append(finding("PIN_IGNORED", where, message, name))
         else:
