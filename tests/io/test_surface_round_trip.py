@@ -300,8 +300,8 @@ def test_a_tile_takes_no_other_materials_name(tmp_path: Path) -> None:
     skin, other = Material("m", base_color_texture=texture), Material("m_1001", (1.0, 0.0, 0.0))
     rig = Rig("r", (sheet("m"), sheet("m_1001")), None, (skin, other))
     tiled, _ = untiled(rig)
-    assert [m.name for m in tiled.materials] == ["m_1001", "m_1001_", "m_1002"]
-    assert [s.material for s in tiled.meshes[0].subsets] == ["m_1001_", "m_1002"]
+    assert [m.name for m in tiled.materials] == ["m_1001", "m_1001_1", "m_1002"]
+    assert [s.material for s in tiled.meshes[0].subsets] == ["m_1001_1", "m_1002"]
     assert tiled.meshes[1].material == "m_1001"
 
 

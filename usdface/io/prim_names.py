@@ -4,6 +4,8 @@ from collections.abc import Iterable
 
 from pxr import Sdf
 
+from usdface.io.unused_name import unused_name
+
 __all__ = ["prim_names"]
 
 
@@ -20,17 +22,9 @@ def prim_names(originals: Iterable[str], taken: Iterable[str] = ()) -> tuple[str
     used = set(taken)
     result = [""] * len(names)
     for place in sorted(range(len(names)), key=lambda p: not Sdf.Path.IsValidIdentifier(names[p])):
-        result[place] = _unused(_legal(names[place]), used)
+        result[place] = unused_name(_legal(names[place]), used)
+        used.add(result[place])
     return tuple(result)
-
-
-def _unused(name: str, used: set[str]) -> str:
-    candidate, number = name, 0
-    while candidate in used:
-        number += 1
-        candidate = f"{name}_{number}"
-    used.add(candidate)
-    return candidate
 
 
 def _legal(name: str) -> str:

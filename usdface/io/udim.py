@@ -12,6 +12,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
+from usdface.io.unused_name import unused_name
 from usdface.materials import Material, Texture
 from usdface.rigs import MaterialSubset, Mesh, Rig
 
@@ -97,20 +98,14 @@ def _split(
         tiles = _tiles(mesh, faces, uvs)
         for tile in np.unique(tiles).tolist():
             if (name, tile) not in made:
-                made[name, tile] = _unused(f"{name}_{tile}", names)
+                made[name, tile] = unused_name(f"{name}_{tile}", names)
+                names.add(made[name, tile])
             subsets.append(MaterialSubset(made[name, tile], faces[tiles == tile]))
     if all(s.material == mesh.material for s in subsets) and mesh.material not in tiled:
         return mesh
     kept = "" if mesh.material in tiled else mesh.material
     shown = [s for s in subsets if s.material != kept and len(s.faces)]
     return replace(mesh, material=kept, subsets=tuple(shown))
-
-
-def _unused(name: str, taken: set[str]) -> str:
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name
 
 
 def _tiles(mesh: Mesh, faces: IntArray, uvs: FloatArray | None) -> IntArray:
