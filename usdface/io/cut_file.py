@@ -8,6 +8,7 @@ from typing import Any
 
 from usdface.errors import InputError, PluginError
 from usdface.findings import Finding, finding
+from usdface.io.drop_frame import dropped_labels
 
 __all__ = ["CutEvent", "read_cut", "timecode_seconds"]
 
@@ -146,7 +147,7 @@ def timecode_seconds(text: str, rate: float, where: str) -> float:
         ) from error
     nominal = round(rate)
     total = 60 * hours + minutes
-    skipped = round(nominal / 15) * (total - total // 10) if dropped else 0
+    skipped = dropped_labels(total, nominal) if dropped else 0
     return (60 * total + seconds) + (frame - skipped) / nominal
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.drop_frame import dropped_labels
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
 from usdface.io.takes.timing import take_times
@@ -118,9 +119,8 @@ def _seconds(path: Path, rows: list[Row]) -> tuple[FloatArray, list[Finding]]:
     dropping = base % 30 == 0 and all(";" in cells[0] for _, cells in rows)
     if not dropping:
         return clock + fields[:, 3] / base, findings
-    minutes = clock // 60
-    left_out = base // 15 * (minutes - minutes // 10)
-    return (clock + (fields[:, 3] - left_out) / base) * _NTSC, findings
+    skipped = dropped_labels(clock // 60, base)
+    return (clock + (fields[:, 3] - skipped) / base) * _NTSC, findings
 
 
 def _timecode_base(path: Path, clock: IntArray, frames: FloatArray) -> tuple[int, list[Finding]]:
