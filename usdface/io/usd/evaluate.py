@@ -13,15 +13,16 @@ from usdface.certificate.vertex_offsets import VertexOffsets, moved_part
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
-from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix, world_transform
+from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix
 from usdface.io.usd.shown_meshes import (
     outside_meshes,
+    placed_meshes,
+    placed_roots,
     shown_meshes,
-    standing_meshes,
-    standing_roots,
 )
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import points_move
+from usdface.io.usd.world_transforms import world_transform
 
 __all__ = ["UsdMesh", "evaluate_usd", "has_keys", "stage_keys"]
 
@@ -205,9 +206,9 @@ def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdM
         cache = UsdSkel.Cache()
         bound: dict[Usd.Prim, UsdSkin] = {}
         prims: dict[Usd.Prim, None] = {}
-        for root in standing_roots(stage.GetPseudoRoot()):
+        for root in placed_roots(stage.GetPseudoRoot()):
             cache.Populate(UsdSkel.Root(root), _ALL)
-            prims |= dict.fromkeys(standing_meshes(root))
+            prims |= dict.fromkeys(placed_meshes(root))
             for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
                 query = cache.GetSkelQuery(binding.GetSkeleton())
                 bound |= {t.GetPrim(): UsdSkin(t, query) for t in binding.GetSkinningTargets()}
@@ -263,7 +264,7 @@ def has_keys(stage: Usd.Stage) -> bool:
 def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
     cache = UsdSkel.Cache()
     name, keys = "", set[float]()
-    for root in standing_roots(stage.GetPseudoRoot()):
+    for root in placed_roots(stage.GetPseudoRoot()):
         cache.Populate(UsdSkel.Root(root), _ALL)
         for prim in (*_ancestors(root), *Usd.PrimRange(root, _ALL)):
             keys |= _own_keys(prim)

@@ -3,12 +3,13 @@
 from dataclasses import dataclass
 
 import numpy as np
-from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, UsdSkel, Vt
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.joint_motion import JointMotion
+from usdface.io.usd.world_transforms import world_transform
 
-__all__ = ["UsdSkin", "normal_matrix", "world_transform"]
+__all__ = ["UsdSkin", "normal_matrix"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,11 +89,6 @@ class UsdSkin:
             np.concatenate([indices, space_itself], 1),
             np.concatenate([values, np.ones((len(used), 1))], 1),
         )
-
-
-def world_transform(prim: Usd.Prim, code: float) -> FloatArray:
-    """Return the transform (4, 4) of a prim to the world, for row vectors."""
-    return np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(prim), np.float64)
 
 
 def normal_matrix(matrix: FloatArray) -> FloatArray:

@@ -20,10 +20,10 @@ from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.scene import read_scene
 from usdface.io.usd.shown_meshes import (
     outside_meshes,
+    placed_meshes,
+    placed_roots,
     report_unconverted,
     shown_meshes,
-    standing_meshes,
-    standing_roots,
 )
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
@@ -197,7 +197,7 @@ def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
         above = UsdSkel.Root.Find(top)
         if above:
             return [above.GetPrim()]
-    roots = standing_roots(top)
+    roots = placed_roots(top)
     if not roots:
         raise InputError(
             f"no SkelRoot{f' under {root}' if root else ''}; "
@@ -208,7 +208,7 @@ def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
 
 
 def _meshes_of(roots: Sequence[Usd.Prim]) -> list[Usd.Prim]:
-    return list(dict.fromkeys(prim for root in roots for prim in standing_meshes(root)))
+    return list(dict.fromkeys(prim for root in roots for prim in placed_meshes(root)))
 
 
 def _bindings(

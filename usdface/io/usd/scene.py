@@ -22,6 +22,7 @@ from usdface.io.prim_names import prim_names
 from usdface.io.transforms import rigid
 from usdface.io.usd.conversion_metadata import read_metadata, write_metadata
 from usdface.io.usd.extras import read_extras, write_extras
+from usdface.io.usd.world_transforms import moves_in_world
 from usdface.scene import Camera, Light
 
 __all__ = ["read_scene", "write_scene"]
@@ -70,14 +71,14 @@ def read_scene(
                 )
             )
             continue
-        if _moves(prim):
+        if moves_in_world(prim):
             message = "it stands still: its animation is not kept"
             found.append(finding("ANIMATION_DROPPED", where, message))
         thing = _light(prim, matrix, found) if shines else _camera(prim, rigid(matrix), si)
         if thing is None:
             continue
-        if not _makes_sense(thing):
-            message = "numbers of a {type} make no sense; it is left out"
+        if not _is_allowed(thing):
+            message = "a {type} with numbers that glTF does not allow; it is left out"
             kind = "light" if shines else "camera"
             found.append(finding("FEATURE_DROPPED", where, message, kind, feature=kind))
             continue
@@ -90,20 +91,12 @@ def read_scene(
     return tuple(cameras), tuple(lights), found
 
 
-def _makes_sense(thing: Camera | Light) -> bool:
-    """Return whether the numbers are within what glTF allows; NaN is not."""
+def _is_allowed(thing: Camera | Light) -> bool:
+    """Return whether glTF allows the numbers (2.0, 5.12 to 5.14, KHR_lights_punctual); NaN no."""
     if isinstance(thing, Light):
         return 0 <= thing.intensity < math.inf
     widest = math.pi if thing.perspective else math.inf
     return 0 < thing.height < widest and 0 <= thing.near < thing.far
-
-
-def _moves(prim: Usd.Prim) -> bool:
-    while prim and not prim.IsPseudoRoot():
-        if prim.IsA(UsdGeom.Xformable) and UsdGeom.Xformable(prim).TransformMightBeTimeVarying():
-            return True
-        prim = prim.GetParent()
-    return False
 
 
 def _name(prim: Usd.Prim) -> str:

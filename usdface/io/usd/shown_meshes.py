@@ -8,10 +8,10 @@ from usdface.findings import Finding, finding
 
 __all__ = [
     "outside_meshes",
+    "placed_meshes",
+    "placed_roots",
     "report_unconverted",
     "shown_meshes",
-    "standing_meshes",
-    "standing_roots",
 ]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
@@ -59,16 +59,16 @@ def shown_meshes(
     return shown, found
 
 
-def standing_roots(top: Usd.Prim) -> list[Usd.Prim]:
-    """Return the SkelRoots under a prim that stand where they are.
+def placed_roots(top: Usd.Prim) -> list[Usd.Prim]:
+    """Return the SkelRoots under a prim that are shown where they are.
 
-    Prototypes of instancers do not; where there are only these, all are returned.
+    Prototypes of instancers are not; where there are only these, all are returned.
     """
     roots = [prim for prim in Usd.PrimRange(top, _ALL) if prim.IsA(UsdSkel.Root)]
     return [root for root in roots if not _is_prototype(root)] or roots
 
 
-def standing_meshes(root: Usd.Prim) -> list[Usd.Prim]:
+def placed_meshes(root: Usd.Prim) -> list[Usd.Prim]:
     """Return the meshes under a SkelRoot without prototypes of instancers."""
     found = []
     prims = iter(Usd.PrimRange(root, _ALL))

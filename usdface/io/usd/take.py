@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdSkel, Vt
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
@@ -22,6 +22,7 @@ from usdface.io.usd.stage import (
     to_si,
     vec3f_array,
 )
+from usdface.io.usd.world_transforms import moves_in_world, world_transform
 from usdface.plain_text import plain
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import MarkerTake, WeightsTake, check_range
@@ -246,15 +247,8 @@ def _world(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
 
     Programs author what stands still as one sample, too, which has no value without a time.
     """
-    above = (prim.GetStage().GetPrimAtPath(path) for path in prim.GetPath().GetPrefixes())
-    placed = (UsdGeom.Xformable(p) for p in above if p.IsA(UsdGeom.Xformable))
-    moves = any(place.TransformMightBeTimeVarying() for place in placed)
-    cache = UsdGeom.XformCache()
-    worlds = []
-    for code in codes.tolist() if moves else codes[:1].tolist():
-        cache.SetTime(code)
-        worlds.append(np.array(cache.GetLocalToWorldTransform(prim)))
-    return np.array(worlds)
+    moments = codes if moves_in_world(prim) else codes[:1]
+    return np.stack([world_transform(prim, code) for code in moments.tolist()])
 
 
 def _diameters(prim: Usd.Prim, unit: float) -> FloatArray | None:

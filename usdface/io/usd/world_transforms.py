@@ -1,0 +1,22 @@
+"""Transforms of prims to the world."""
+
+import numpy as np
+from pxr import Usd, UsdGeom
+
+from usdface.arrays import FloatArray
+
+__all__ = ["moves_in_world", "world_transform"]
+
+
+def world_transform(prim: Usd.Prim, code: float) -> FloatArray:
+    """Return the transform (4, 4) of a prim to the world, for row vectors."""
+    return np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(prim), np.float64)
+
+
+def moves_in_world(prim: Usd.Prim) -> bool:
+    """Return whether the transform of a prim, or of one above it, may vary over time."""
+    while prim and not prim.IsPseudoRoot():
+        if prim.IsA(UsdGeom.Xformable) and UsdGeom.Xformable(prim).TransformMightBeTimeVarying():
+            return True
+        prim = prim.GetParent()
+    return False
