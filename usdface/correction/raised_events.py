@@ -114,17 +114,17 @@ def judged_events(
         Whether frames follow one another; otherwise each is an event of its own.
     """
     events = (events_of if whole_take else frame_events)(output, response[0])
+    ruled = np.minimum(by_rules, output)
     if whole_take:
-        mean, jitter = _at_peaks(events, output, weights)
+        mean, jitter, confirmed = _at_peaks(events, output, ruled, weights)
         most = 1.0 - _HEADROOM * np.sqrt(jitter)
     else:
-        mean = events.peaks(weights)
+        mean, confirmed = events.peaks(weights), ruled[events.frames] / output[events.frames]
         most = np.ones(mean.shape)
     regions = evidence.shown(mean, pose)
     shown = np.ones(len(mean))
     for share in regions.values():
         shown = np.minimum(shown, share)
-    confirmed = _confirmed(events, output, by_rules)
     taking = evidence.takes_part(mean, pose, events.size, confirmed) * shown[:, None]
     level = np.maximum(
         respond(confirmed * events.size, response),
@@ -133,26 +133,23 @@ def judged_events(
     return JudgedEvents(events, level, mean, most, regions, taking)
 
 
-def _confirmed(events: Events, output: FloatArray, by_rules: FloatArray) -> FloatArray:
-    """Return the share of the output at the peak that is of the rules, not of likeness: (N,)."""
-    ruled, whole = events.peaks(np.stack([np.minimum(by_rules, output), output], axis=1)).T
-    return np.asarray(ruled / np.maximum(whole, 1e-12))
-
-
 def _at_peaks(
-    events: Events, output: FloatArray, weights: FloatArray
-) -> tuple[FloatArray, FloatArray]:
+    events: Events, output: FloatArray, ruled: FloatArray, weights: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return mean and variance of each weight (F, T) at the peak of each frame's event: (N, T).
 
-    The variance excludes the part that is linear in the output: that is the performance.
+    And the share (N,) of the output there that is `ruled` (F,), of the rules, not of likeness. The
+    variance excludes the part that is linear in the output: that is the performance.
     """
     column = output[:, None]
-    values = np.concatenate([weights, weights**2, column * weights, column, column**2], axis=1)
+    moments = [weights, weights**2, column * weights, column, column**2, ruled[:, None]]
     # Together, as each call goes through all events.
-    *moments, output_mean, output_square = np.split(
-        events.peaks(values), np.cumsum([weights.shape[1]] * 3 + [1]), axis=1
+    mean, square, product, output_mean, output_square, ruled_mean = np.split(
+        events.peaks(np.concatenate(moments, axis=1)),
+        np.cumsum([each.shape[1] for each in moments[:-1]]),
+        axis=1,
     )
-    mean, square, product = moments
     output_variance = output_square - output_mean**2
     shared = (product - mean * output_mean) ** 2 / np.maximum(output_variance, 1e-12)
-    return mean, np.asarray(np.maximum(square - mean**2 - shared, 0.0))
+    jitter = np.maximum(square - mean**2 - shared, 0.0)
+    return mean, np.asarray(jitter), np.asarray(ruled_mean / output_mean)[:, 0]
