@@ -126,6 +126,8 @@ class BoundFace:
         For random draws over blend shapes, which then do not depend on the order in a file.
         """
         shapes = tuple(sorted(self.mesh.shapes, key=lambda shape: shape.name))
+        if shapes == self.mesh.shapes:
+            return self  # with all that it has computed
         return replace(self, mesh=replace(self.mesh, shapes=shapes))
 
     def with_layout(self, expressions: Sequence[Expression]) -> "BoundFace":

@@ -9,7 +9,7 @@ from usdface.retarget.neutral import on_plane
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
-__all__ = ["first_pose", "head_markers_few"]
+__all__ = ["first_pose", "head_markers_few", "in_posed_frames"]
 
 
 def first_pose(
@@ -39,6 +39,11 @@ def first_pose(
         return rigid_fit(on_plane(neutral), on_plane(positions))
     rigid = take.select(setup.head_markers)
     return rigid_fit(on_plane(head_neutral), on_plane(rigid))
+
+
+def in_posed_frames(positions: FloatArray, posed: BoolArray) -> FloatArray:
+    """Return markers (F, M, D), NaN in frames (F,) that do not determine the head's pose."""
+    return positions if posed.all() else np.where(posed[:, None, None], positions, np.nan)
 
 
 def head_markers_few(usable: BoolArray, source: str) -> list[Finding]:

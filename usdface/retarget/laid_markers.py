@@ -13,7 +13,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.face_fit import FaceFit, fit_face
 from usdface.retarget.film.unobservable_shapes import unobservable_shapes, without_shapes
-from usdface.retarget.first_pose import first_pose, head_markers_few
+from usdface.retarget.first_pose import first_pose, head_markers_few, in_posed_frames
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
@@ -119,7 +119,7 @@ def lay_markers(
     if setup.head == "markers":
         head_neutral = neutral_markers(take.select(setup.head_markers), setup.neutral or (0, 0))
     pose, posed = first_pose(take, positions, neutral, setup, head_neutral)
-    positions = np.where(posed[:, None, None], positions, np.nan)
+    positions = in_posed_frames(positions, posed)
     laid = LaidMarkers(
         names, positions, neutral, frames, points, model, around, matched, pose, head_neutral,
         _least_noise(take, neutral, points),

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.errors import SolveError
-from usdface.retarget.first_pose import first_pose
+from usdface.retarget.first_pose import first_pose, in_posed_frames
 from usdface.retarget.pose_and_weights import (
     PoseAndWeights,
     reach_of_ends,
@@ -72,7 +72,7 @@ def _solved(
     setup = replace(setup, head=estimates.head)
     positions = take.select(estimates.markers)
     pose, posed = first_pose(take, positions, estimates.neutral, setup, estimates.head_neutral)
-    positions = np.where(posed[:, None, None], positions, np.nan)
+    positions = in_posed_frames(positions, posed)
     known = estimates.regularisation(setup.solve, shape_names)
     if not exactly:
         known = replace(known, options=setup.solve)

@@ -85,17 +85,16 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     layout, findings = _layout(path, len(data), header)
     findings += _unread_frames(path, data, layout)
     up_axis, axis_findings = _up_axis(path, parameters, options)
-    labels = _labels(parameters, layout.markers)
-    computed = {label for key in _COMPUTED for label in _texts(parameters, key) if label}
-    kept = [i for i, label in enumerate(labels) if label not in computed]
-    if len(kept) < len(labels):
+    labels, positions = _labels(parameters, layout.markers), _points(data, layout)
+    if computed := _computed(parameters, labels):
         message = "computed points, such as angles and forces: {channels}"
-        left_out = [label for label in labels if label in computed]
-        findings.append(finding("CHANNEL_IGNORED", str(path), message, left_out))
+        findings.append(finding("CHANNEL_IGNORED", str(path), message, computed))
+        kept = [i for i, label in enumerate(labels) if label not in computed]
+        labels, positions = tuple(labels[i] for i in kept), positions[:, kept]
     raw = RawTake(
         path=path,
-        labels=tuple(labels[i] for i in kept),
-        positions=_points(data, layout)[:, kept],
+        labels=labels,
+        positions=positions,
         rate=layout.rate,
         unit=METERS_PER_UNIT.get(_text(parameters, "POINT:UNITS").lower()),
         up_axis=up_axis,
@@ -234,6 +233,12 @@ def _labels(parameters: Parameters, markers: int) -> tuple[str, ...]:
             break
         labels += value
     return tuple((labels + [""] * markers)[:markers])
+
+
+def _computed(parameters: Parameters, labels: tuple[str, ...]) -> list[str]:
+    """Return the labels of points that are no places, but angles, forces and the like."""
+    computed = {label for key in _COMPUTED for label in _texts(parameters, key) if label}
+    return [label for label in labels if label in computed]
 
 
 def _timecode(parameters: Parameters) -> str:
