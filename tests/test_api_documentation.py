@@ -52,6 +52,7 @@ def test_its_example_runs(name: str, beside_the_examples: Path) -> None:
 INTERNAL = [path for path in sorted((ROOT / "usdface").rglob("*.py")) if ">>> " in path.read_text()]
 
 
+@pytest.mark.slow
 def test_examples_of_names_that_are_not_public_run_too() -> None:
     """Of functions and of modules; those of public names are run above."""
     run, wrong = 0, list[str]()

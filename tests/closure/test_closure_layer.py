@@ -84,8 +84,20 @@ def test_a_squint_stays_open() -> None:
     assert not closure_of(shot).eyes[TIMES > 3.1].any()
 
 
-@pytest.mark.parametrize("first, last", [(1.0, 0.2), (0.2, 0.2), (0.2, 3.0)])
-@pytest.mark.parametrize("of_weights", [False, True])
+_slow = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "of_weights"),
+    [
+        (0.2, 3.0, False),
+        (1.0, 0.2, True),
+        pytest.param(0.2, 0.2, False, marks=_slow),
+        pytest.param(1.0, 0.2, False, marks=_slow),
+        pytest.param(0.2, 0.2, True, marks=_slow),
+        pytest.param(0.2, 3.0, True, marks=_slow),
+    ],
+)
 def test_blinks_close_eyes_that_are_exaggerated(
     first: float, last: float, of_weights: bool
 ) -> None:
