@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["add_sequence"]
 
 # Options that have no effect beside another.
-_APART = {
+_EXCLUSIVE = {
     "openjd": frozenset(
         ("index", "workers", "time_limit", "table", "watch", "cache", "no_cache", "gather")
     ),
@@ -103,7 +103,7 @@ def _sequence(parsed: argparse.Namespace) -> int:
 def _check_together(parsed: argparse.Namespace) -> None:
     """Refuse options that another one would leave without effect."""
     given = {name for name, value in vars(parsed).items() if value not in (None, "", False)}
-    for one, without in _APART.items():
+    for one, without in _EXCLUSIVE.items():
         if one in given and (idle := sorted(given & without)):
             names = ", ".join(f"--{name.replace('_', '-')}" for name in idle)
             raise InputError(f"--{one} takes no {names}", "SETTING_WRONG")

@@ -35,7 +35,7 @@ import numpy as np
 from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.io.json_values import unique_names, whole_number
+from usdface.io.json_values import checked_object, whole_number
 from usdface.options import (
     EXAGGERATION_PARTS,
     CleanOptions,
@@ -95,7 +95,7 @@ def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
                 f"{path} is larger than any binding file; expected a small JSON file", "TOO_LARGE"
             )
         text = path.read_text(encoding="utf-8-sig")
-        document = json.loads(text, object_pairs_hook=unique_names, parse_int=whole_number)
+        document = json.loads(text, object_pairs_hook=checked_object, parse_int=whole_number)
     except OSError as error:
         raise InputError(
             f"cannot read the binding {path}: {error.strerror}", "FILE_UNREADABLE"

@@ -24,7 +24,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.io.json_values import unique_names, whole_number
+from usdface.io.json_values import checked_object, whole_number
 from usdface.io.takes.text_table import read_text
 from usdface.performer_face import PerformerFace
 from usdface.retarget_setup import Calibration
@@ -51,7 +51,7 @@ def read_calibration_file(path: Path) -> Calibration:
         )
     try:
         document = json.loads(
-            read_text(path), object_pairs_hook=unique_names, parse_int=whole_number
+            read_text(path), object_pairs_hook=checked_object, parse_int=whole_number
         )
     except (ValueError, RecursionError) as error:
         raise InputError(

@@ -19,7 +19,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.face.expression_poses import EMOTIONS, ActionPose
 from usdface.face.facs_names import action_unit
-from usdface.io.json_values import unique_names
+from usdface.io.json_values import checked_object
 from usdface.io.takes.text_table import read_text
 from usdface.io.usd.retarget_setup import read_expressions
 from usdface.io.usd.stage import open_stage
@@ -47,7 +47,7 @@ def read_expressions_file(path: Path) -> dict[str, Expression | ActionPose | Non
     if path.is_file() and path.stat().st_size > _LARGEST:
         raise InputError(f"{path} is larger than any file of expressions; expected a small one")
     try:
-        document = json.loads(read_text(path), object_pairs_hook=unique_names)
+        document = json.loads(read_text(path), object_pairs_hook=checked_object)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is no JSON that can be read: {error}") from error
     if not isinstance(document, dict) or not document:

@@ -1,11 +1,11 @@
 """Names and numbers in JSON files that people write."""
 
-__all__ = ["unique_names", "whole_number"]
+__all__ = ["checked_object", "whole_number"]
 
 _DIGITS = 20  # of a whole number; those of 64 bits have 19
 
 
-def unique_names(pairs: list[tuple[str, object]]) -> dict[str, object]:
+def checked_object(pairs: list[tuple[str, object]]) -> dict[str, object]:
     """Return an object of JSON; of a name that occurs twice JSON keeps the last without a word.
 
     To pass to `json.loads` as `object_pairs_hook`.

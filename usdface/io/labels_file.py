@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from usdface.errors import InputError
-from usdface.io.json_values import unique_names
+from usdface.io.json_values import checked_object
 from usdface.io.takes.text_table import read_rows, read_text
 from usdface.rule_learning.labels import Label
 
@@ -65,7 +65,7 @@ def _of_csv(path: Path, text: str) -> list[tuple[str, Mapping[str, Any]]]:
 
 def _of_json(path: Path, text: str) -> list[tuple[str, Mapping[str, Any]]]:
     try:
-        document = json.loads(text, object_pairs_hook=unique_names)
+        document = json.loads(text, object_pairs_hook=checked_object)
     except (ValueError, RecursionError) as error:
         raise InputError(f"{path} is no JSON that can be read: {error}") from error
     if not isinstance(document, list) or not all(isinstance(e, dict) for e in document):

@@ -11,12 +11,12 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Variable
 
 __all__ = [
-    "added_up",
     "check_names",
     "check_no_group_negated",
     "check_no_most_of",
     "differs",
     "kept_in_range",
+    "repeated_singletons",
 ]
 
 
@@ -132,7 +132,7 @@ def kept_in_range(
     return findings
 
 
-def added_up(where: str, system: FuzzySystem) -> list[Finding]:
+def repeated_singletons(where: str, system: FuzzySystem) -> list[Finding]:
     """Return a MEANING_DIFFERS for each output of a Sugeno system that rules give a value twice.
 
     Their firing strengths are added here; IEC 61131-7, jFuzzyLogic and fuzzylite from version 8 on

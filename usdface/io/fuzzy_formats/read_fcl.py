@@ -23,7 +23,7 @@ from usdface.io.fuzzy_formats.fcl_keywords import (
 )
 from usdface.io.fuzzy_formats.fcl_statements import BARE, NAMED, Statement, statements
 from usdface.io.fuzzy_formats.fcl_terms import known, number, read_term
-from usdface.io.fuzzy_formats.format_limits import added_up, kept_in_range
+from usdface.io.fuzzy_formats.format_limits import kept_in_range, repeated_singletons
 from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
 
 __all__ = ["read_fcl"]
@@ -53,7 +53,7 @@ def read_fcl(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     if not notes:  # files of usdface got them when written
         fuzzy = system.fuzzy
         clipped = kept_in_range(path.name, fuzzy.outputs) if fuzzy.inference == "sugeno" else []
-        findings = [*findings, *clipped, *added_up(path.name, fuzzy)]
+        findings = [*findings, *clipped, *repeated_singletons(path.name, fuzzy)]
     return system, findings
 
 

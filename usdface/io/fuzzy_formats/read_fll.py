@@ -12,7 +12,7 @@ from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, SAMPLES, T_NORMS
-from usdface.io.fuzzy_formats.format_limits import added_up
+from usdface.io.fuzzy_formats.format_limits import repeated_singletons
 from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
 
 __all__ = ["read_fll"]
@@ -37,7 +37,7 @@ def read_fll(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     draft = parser.draft()
     system, findings = finish(path, draft)
     if "aggregation" in draft.settings:  # without one, every version adds up
-        findings = [*findings, *added_up(path.name, system.fuzzy)]
+        findings = [*findings, *repeated_singletons(path.name, system.fuzzy)]
     return system, findings
 
 

@@ -13,11 +13,11 @@ from usdface.fuzzy.variables import Term
 from usdface.io.fuzzy_formats.fcl_keywords import ACCU, AND, METHODS, OR, SMOOTH
 from usdface.io.fuzzy_formats.fll_keywords import FLL_KINDS
 from usdface.io.fuzzy_formats.format_limits import (
-    added_up,
     check_names,
     check_no_most_of,
     differs,
     kept_in_range,
+    repeated_singletons,
 )
 from usdface.io.fuzzy_formats.metadata_comments import FACE_SETTINGS, notes_of
 from usdface.io.fuzzy_formats.rule_text import as_ramp, conclusions, condition_text, output_terms
@@ -71,7 +71,7 @@ def fcl_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding
     findings = differs(expression, ".fcl", beyond, words)
     if not mamdani:
         findings += kept_in_range(".fcl", system.outputs)
-    return "\n".join(lines) + "\n", findings + added_up(".fcl", system)
+    return "\n".join(lines) + "\n", findings + repeated_singletons(".fcl", system)
 
 
 def _term(term: Term) -> str:

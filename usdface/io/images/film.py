@@ -26,7 +26,7 @@ from usdface.io.images.sequence import MOVIE_SUFFIXES, ImageFile, find_images
 __all__ = ["Film", "open_film"]
 
 _FILMS = (".gif", ".webp", ".tif", ".tiff")  # whose images are one after the other in time
-_MEASURED = 9  # images whose exposure is measured
+_MEASURED = 9  # images whose exposure is measured: a few bright or black ones decide nothing
 
 
 @dataclass(slots=True)

@@ -13,7 +13,7 @@ from typing import get_args
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.json_values import unique_names
+from usdface.io.json_values import checked_object
 from usdface.rigs import Combination, CombinationRule, Rig
 
 __all__ = ["combinations_file", "read_combinations"]
@@ -41,7 +41,9 @@ def read_combinations(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
     if path.stat().st_size > _LARGEST:
         raise InputError(f"{path} is larger than any list of combinations", "TOO_LARGE")
     try:
-        document = json.loads(path.read_text(encoding="utf-8-sig"), object_pairs_hook=unique_names)
+        document = json.loads(
+            path.read_text(encoding="utf-8-sig"), object_pairs_hook=checked_object
+        )
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(
             f"{path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
