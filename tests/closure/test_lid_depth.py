@@ -1,11 +1,14 @@
 """Depth of pulses: deep ones are blinks, shallow ones and those of other shapes are not."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_depth import (
     as_deep_as_others,
+    closed_as_solved,
     has_closed_level,
     lid_depth,
     pulses_that_close,
@@ -64,6 +67,23 @@ def test_a_solve_that_hardly_shows_blinks_is_not_asked() -> None:
     assert as_deep_as_others(lid_depth(curve, STEP), PEAKS).all()
     # Nor where it has the lids a little wider than at rest.
     assert as_deep_as_others(lid_depth(curve - 0.01, STEP), PEAKS).all()
+
+
+def test_where_all_pulses_are_squints_only_those_solved_as_closed_eyes_close() -> None:
+    solved = lid_depth(pulses([0.6, 0.55, 0.8, 0.6]), STEP)
+    assert as_deep_as_others(solved, PEAKS).all()  # squints are as deep as each other
+    assert closed_as_solved(solved, PEAKS, [BLINK] * 4).tolist() == [False, False, True, False]
+    # Lids that the solve hardly shows, or opens, are no evidence; nor are those of no eye.
+    for curve in (0.3 * solved.gone, -0.1 * solved.gone, np.full(solved.gone.shape, np.nan)):
+        assert closed_as_solved(lid_depth(curve, STEP), PEAKS, [BLINK] * 4).all()
+
+
+def test_both_eyes_of_a_blink_are_solved_as_closed_and_the_one_of_a_wink() -> None:
+    curve = pulses([0.8, 0.8, 0.8, 0.8])
+    curve[:, 1] *= 0.6
+    wink = replace(BLINK, eyes=(0,))
+    found = closed_as_solved(lid_depth(curve, STEP), PEAKS, [BLINK, wink, BLINK, wink])
+    assert found.tolist() == [False, True, False, True]
 
 
 def test_the_eye_that_closes_further_counts() -> None:

@@ -17,6 +17,7 @@ from usdface.closure.held_eyes import find_held_eyes
 from usdface.closure.lid_depth import (
     LidDepth,
     as_deep_as_others,
+    closed_as_solved,
     has_closed_level,
     lid_depth,
     pulses_that_close,
@@ -71,7 +72,7 @@ def find_closings(
     solved : SolvedLids, optional
         Pulses that are solved less deep than the take's other blinks are dropped
         (`as_deep_as_others`); those solved as squints or glances give no level of a closed eye
-        (`has_closed_level`).
+        (`has_closed_level`), and without it they are dropped, too (`closed_as_solved`).
 
     Returns
     -------
@@ -95,8 +96,11 @@ def find_closings(
     closed[closed] = as_deep_as_others(as_solved, peaks[closed])
     blinks = [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
     peaks = peaks[closed]
-    if not blinks or not has_closed_level(depth, as_solved, by_closer, peaks):
-        return blinks
+    if not blinks:
+        return []
+    if not has_closed_level(depth, as_solved, by_closer, peaks):
+        closed = closed_as_solved(as_solved, peaks, blinks)
+        return [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
     # The level of a closed eye is that of its own blinks: their height above rest, at least.
     own_peaks = _eyes_that_blink(pulses, scale, blinks, peaks, step)
     level = np.maximum(_level(smooth[peaks], own_peaks), scale)
