@@ -17,6 +17,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.face.surface_graph import surface_graph
 from usdface.geometry.stray_points import stray_points
+from usdface.geometry.triangulation import triangle_fans
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import Mesh
 
@@ -109,7 +110,8 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     InputError
         If the blend shapes move no visible surface.
     """
-    triangles, graph = _triangles(mesh), surface_graph(mesh)
+    triangles = mesh.face_indices[triangle_fans(mesh.face_counts)[0]]
+    graph = surface_graph(mesh)
     strength = np.zeros(len(mesh.points))
     for shape in mesh.shapes:
         size = np.linalg.norm(shape.offsets, axis=1)
@@ -159,16 +161,6 @@ def _torn(strength: FloatArray, graph: csr_array) -> BoolArray:
     usual = float(strength[strength <= _TORN * others].max(initial=0.0))
     torn: BoolArray = strength > _TORN * np.maximum(others, usual)
     return torn if usual > 0.0 else np.zeros_like(torn)
-
-
-def _triangles(mesh: Mesh) -> IntArray:
-    """Return the fans of the mesh's faces: (T, 3)."""
-    counts = mesh.face_counts
-    first = np.repeat(np.cumsum(counts) - counts, np.maximum(counts - 2, 0))
-    fans = np.maximum(counts - 2, 0)
-    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    corners = np.stack([first, first + step + 1, first + step + 2], axis=1)
-    return np.asarray(mesh.face_indices[corners])
 
 
 def _seen(

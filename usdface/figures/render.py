@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
 
-__all__ = ["View", "openness", "render", "triangulated", "vertex_normals"]
+__all__ = ["View", "openness", "render", "vertex_normals"]
 
 # Direction towards each light [camera space: x right, y up, z to the viewer], colour, wrap.
 # A wrapped light reaches a little behind the terminator, which reads as soft skin.
@@ -47,15 +47,6 @@ class View:
     size: tuple[int, int] = (400, 400)
     background: tuple[float, float, float] = (0.80, 0.83, 0.86)
     samples: int = 2
-
-
-def triangulated(counts: IntArray, indices: IntArray) -> tuple[IntArray, IntArray]:
-    """Split polygons into fans: triangles (T, 3) and the polygon of each (T,)."""
-    starts = np.cumsum(counts) - counts
-    polygon = np.repeat(np.arange(len(counts)), counts - 2)
-    step = np.arange(len(polygon)) - np.repeat(np.cumsum(counts - 2) - (counts - 2), counts - 2)
-    first = starts[polygon]
-    return indices[np.stack([first, first + step + 1, first + step + 2], axis=1)], polygon
 
 
 def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
