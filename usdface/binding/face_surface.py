@@ -19,6 +19,7 @@ from usdface.face.surface_graph import surface_graph
 from usdface.geometry.stray_points import stray_points
 from usdface.geometry.triangulation import triangle_fans
 from usdface.geometry.vertex_normals import vertex_normals
+from usdface.geometry.view_rotation import view_rotation
 from usdface.rigs import Mesh
 
 __all__ = ["MOVING_SHARE", "FaceSurface", "face_surface"]
@@ -170,7 +171,7 @@ def _seen(
     seen = np.zeros((len(_VIEWS), len(points)), dtype=bool)
     if not (inside.any() and cell > 0):
         return seen
-    turns = [_view(yaw, pitch) for yaw, pitch in _VIEWS]
+    turns = [view_rotation(yaw, pitch) for yaw, pitch in _VIEWS]
     here = [turn @ points[inside].T for turn in turns]
     # The images end where the face does: points beyond hide nothing of it.
     lows = [one[:2].min(axis=1, keepdims=True) for one in here]
@@ -195,14 +196,6 @@ def _seen(
 def _cells(points: FloatArray, low: FloatArray, cell: float) -> IntArray:
     """Return the cell (2, N) of an image in which each of some points (3, N) is."""
     return np.asarray((points[:2] - low) / cell, dtype=np.int64)
-
-
-def _view(yaw: float, pitch: float) -> FloatArray:
-    """Return the rotation into a view whose z axis points at the camera."""
-    a, b = np.radians([yaw, pitch])
-    around = np.array([[np.cos(a), 0, -np.sin(a)], [0, 1, 0], [np.sin(a), 0, np.cos(a)]])
-    up = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
-    return np.asarray(up @ around)
 
 
 def _samples(corners: FloatArray, cell: float) -> Iterator[FloatArray]:
