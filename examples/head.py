@@ -10,7 +10,8 @@ from examples.shapes import ARKIT_NAMES, eye_turns, head_shapes, jaw_moves
 from examples.skin import smooth
 from examples.topology import FLIP
 from usdface.arrays import FloatArray
-from usdface.figures.render import triangulated, vertex_normals
+from usdface.figures.render import vertex_normals
+from usdface.geometry.triangulation import triangle_fans
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
 
 __all__ = ["MATERIALS", "build_head"]
@@ -41,7 +42,7 @@ def _mesh(
 ) -> Mesh:
     counts = np.array([len(face) for face in faces])
     indices = np.concatenate([np.array(face) for face in faces])
-    triangles, _ = triangulated(counts, indices)
+    triangles = indices[triangle_fans(counts)[0]]
     names = np.array(materials)
     main = max(sorted(set(materials)), key=materials.count)
     subsets = tuple(

@@ -6,7 +6,6 @@ from usdface.clips import Clip
 from usdface.findings import Finding
 from usdface.io.gltf.read import read_gltf
 from usdface.io.usd.clips import clips_of_stage
-from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.stage import Stage
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
@@ -28,4 +27,4 @@ def read_one(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
 
 
 def weights_of_stage(stage: Stage) -> WeightsTake | None:
-    return weights_in(clips_of_stage(stage, rig_of_stage(stage)[0])[0])
+    return weights_in(clips_of_stage(stage)[0])

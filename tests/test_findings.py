@@ -1,6 +1,6 @@
 import ast
 import re
-from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
 from string import Formatter
 from typing import get_args
@@ -80,11 +80,14 @@ def test_an_unknown_code_is_a_mistake_of_the_program() -> None:
         finding("NONSENSE", "here")
 
 
-def _calls() -> Iterator[tuple[str, ast.Call]]:
-    for path in SOURCES:
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "finding":
-                yield path.relative_to(PACKAGE).as_posix(), node
+@lru_cache(maxsize=1)
+def _calls() -> tuple[tuple[str, ast.Call], ...]:
+    return tuple(
+        (path.relative_to(PACKAGE).as_posix(), node)
+        for path in SOURCES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "finding"
+    )
 
 
 def test_no_call_puts_a_value_into_its_words() -> None:

@@ -45,10 +45,11 @@ def test_an_interrupted_run_says_so(
 
 
 def test_no_traceback_without_it(place: Place) -> None:
-    command = [sys.executable, "-m", "usdface", "process", str(place / "none.usda")]
+    given = ["take", str(place / "none.trc"), "-o", str(place / "new.usda")]
+    command = [sys.executable, "-m", "usdface", *given]
     plain = subprocess.run(command, capture_output=True, text=True)
     assert plain.returncode == 1
     assert plain.stderr.startswith("usdface: ") and plain.stderr.count("\n") == 1
     debug = subprocess.run([*command, "--debug"], capture_output=True, text=True)
     assert debug.returncode == 1
-    assert "Traceback" in debug.stderr and "none.usda" in debug.stderr
+    assert "Traceback" in debug.stderr and "none.trc" in debug.stderr

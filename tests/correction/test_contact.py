@@ -31,13 +31,6 @@ def raised(solved: np.ndarray, **shapes: float) -> np.ndarray:
     return np.maximum(solved, weights(**shapes))
 
 
-def lip_gap(w: np.ndarray) -> np.ndarray:
-    """The gap of each pair of lip vertices on the deformed mesh: (P,) [m]."""
-    points = deformed(FACE, w[0])
-    upper, lower = points[PARTS.lips].swapaxes(0, 1)
-    return upper[:, 1] - lower[:, 1]
-
-
 def lid_gap(w: np.ndarray) -> np.ndarray:
     upper, lower = deformed(FACE, w[0])[PARTS.lids].swapaxes(0, 1)
     return upper[:, 1] - lower[:, 1]

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from usdface.geometry.triangulation import triangulated
+from usdface.geometry.triangulation import triangle_fans, triangulated
 
 
 def areas(points: np.ndarray, indices: np.ndarray, corners: np.ndarray) -> np.ndarray:
@@ -56,3 +56,10 @@ def test_what_crosses_itself_or_has_no_area_is_a_fan() -> None:
     for points in (bow, np.zeros((4, 3))):
         corners, _ = triangulated(np.array([4]), np.arange(4), points)
         assert len(corners) == 2
+
+
+def test_faces_become_fans_of_their_first_corner() -> None:
+    indices = np.array([0, 1, 2, 4, 3, 2, 1, 0, 1, 2, 3, 4])
+    corners, faces = triangle_fans(np.array([3, 4, 5]))
+    expected = [[0, 1, 2], [4, 3, 2], [4, 2, 1], [0, 1, 2], [0, 2, 3], [0, 3, 4]]
+    assert indices[corners].tolist() == expected and faces.tolist() == [0, 1, 1, 2, 2, 2]

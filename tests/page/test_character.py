@@ -5,17 +5,10 @@ from curved_world import make_curved_world
 from worlds import make_world
 
 from usdface.blend_shape_evaluator import evaluator_of
+from usdface.geometry.triangulation import triangle_fans
 from usdface.materials import Material, Placement, Texture
-from usdface.page.character import character_data, shown_meshes, triangles_of
+from usdface.page.character import character_data, shown_meshes
 from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
-
-
-def test_polygons_become_fans_of_their_first_corner() -> None:
-    mesh = Mesh("m", np.eye(5, 3), [3, 4, 5], [0, 1, 2, 4, 3, 2, 1, 0, 1, 2, 3, 4])
-    corners, face = triangles_of(mesh)
-    triangles = mesh.face_indices[corners]
-    expected = [[0, 1, 2], [4, 3, 2], [4, 2, 1], [0, 1, 2], [0, 2, 3], [0, 3, 4]]
-    assert triangles.tolist() == expected and face.tolist() == [0, 1, 1, 2, 2, 2]
 
 
 def test_triangles_are_grouped_by_material() -> None:
@@ -98,7 +91,7 @@ def test_vertices_are_parted_where_texture_coordinates_differ() -> None:
     data = character_data(rig, rig.meshes, {"skin": "data:image/png;base64,"})["meshes"][0]
     texture = data["texture"]
     assert sorted(texture["source"].tolist()) == [0, 1, 1, 2, 3, 4, 4, 5]
-    corners, _ = triangles_of(mesh)
+    corners, _ = triangle_fans(mesh.face_counts)
     np.testing.assert_array_equal(
         texture["source"][texture["triangles"]], mesh.face_indices[corners]
     )

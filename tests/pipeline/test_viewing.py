@@ -3,10 +3,8 @@ import re
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import OpenImageIO as oiio
 import pytest
-from painted import paint
 from processed import Done, run
 from worlds import camera_pixels, make_world, write_live_link
 
@@ -103,7 +101,7 @@ def test_recorded_weights_have_a_page_without_markers(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def filmed_shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A shot of three images of 1280 x 960 pixels."""
+    """A shot of three images of 1280 x 960 pixels, black: its dots are those of the take."""
     folder = tmp_path_factory.mktemp("filmed")
     world = make_world()
     world.write(folder)
@@ -117,8 +115,6 @@ def filmed_shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     for frame in range(3):
         image = oiio.ImageBuf(oiio.ImageSpec(1280, 960, 3, "uint8"))
-        pixels = paint(some.positions[frame] * (1, -1), size=(1280, 960), seed=frame)
-        image.set_pixels(image.roi, np.ascontiguousarray(pixels))
         assert image.write(str(folder / f"face.{frame:04d}.png"))
     return folder
 

@@ -17,7 +17,9 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.face.surface_graph import surface_graph
 from usdface.geometry.stray_points import stray_points
+from usdface.geometry.triangulation import triangle_fans
 from usdface.geometry.vertex_normals import vertex_normals
+from usdface.geometry.view_rotation import view_rotation
 from usdface.rigs import Mesh
 
 __all__ = ["MOVING_SHARE", "FaceSurface", "face_surface"]
@@ -109,7 +111,8 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     InputError
         If the blend shapes move no visible surface.
     """
-    triangles, graph = _triangles(mesh), surface_graph(mesh)
+    triangles = mesh.face_indices[triangle_fans(mesh.face_counts)[0]]
+    graph = surface_graph(mesh)
     strength = np.zeros(len(mesh.points))
     for shape in mesh.shapes:
         size = np.linalg.norm(shape.offsets, axis=1)
@@ -161,16 +164,6 @@ def _torn(strength: FloatArray, graph: csr_array) -> BoolArray:
     return torn if usual > 0.0 else np.zeros_like(torn)
 
 
-def _triangles(mesh: Mesh) -> IntArray:
-    """Return the fans of the mesh's faces: (T, 3)."""
-    counts = mesh.face_counts
-    first = np.repeat(np.cumsum(counts) - counts, np.maximum(counts - 2, 0))
-    fans = np.maximum(counts - 2, 0)
-    step = np.arange(fans.sum()) - np.repeat(np.cumsum(fans) - fans, fans)
-    corners = np.stack([first, first + step + 1, first + step + 2], axis=1)
-    return np.asarray(mesh.face_indices[corners])
-
-
 def _seen(
     points: FloatArray, triangles: IntArray, normals: FloatArray, inside: BoolArray, cell: float
 ) -> BoolArray:
@@ -178,7 +171,7 @@ def _seen(
     seen = np.zeros((len(_VIEWS), len(points)), dtype=bool)
     if not (inside.any() and cell > 0):
         return seen
-    turns = [_view(yaw, pitch) for yaw, pitch in _VIEWS]
+    turns = [view_rotation(yaw, pitch) for yaw, pitch in _VIEWS]
     here = [turn @ points[inside].T for turn in turns]
     # The images end where the face does: points beyond hide nothing of it.
     lows = [one[:2].min(axis=1, keepdims=True) for one in here]
@@ -203,14 +196,6 @@ def _seen(
 def _cells(points: FloatArray, low: FloatArray, cell: float) -> IntArray:
     """Return the cell (2, N) of an image in which each of some points (3, N) is."""
     return np.asarray((points[:2] - low) / cell, dtype=np.int64)
-
-
-def _view(yaw: float, pitch: float) -> FloatArray:
-    """Return the rotation into a view whose z axis points at the camera."""
-    a, b = np.radians([yaw, pitch])
-    around = np.array([[np.cos(a), 0, -np.sin(a)], [0, 1, 0], [np.sin(a), 0, np.cos(a)]])
-    up = np.array([[1, 0, 0], [0, np.cos(b), -np.sin(b)], [0, np.sin(b), np.cos(b)]])
-    return np.asarray(up @ around)
 
 
 def _samples(corners: FloatArray, cell: float) -> Iterator[FloatArray]:

@@ -1,6 +1,7 @@
 """Observations of the markers of a take: neutral, displacements in peak frames, named heights."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -18,7 +19,7 @@ _FEWEST_MOVING = 6
 _CENTRAL = 3.0
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Observations:
     """Observations of M markers in K peak frames, the head held still.
 
@@ -44,19 +45,19 @@ class Observations:
     heights: FloatArray
     named: NamePriors | None = None
 
-    @property
+    @cached_property
     def anchored(self) -> BoolArray:
         """(M,) bool: markers whose vertex is given."""
         return np.asarray(self.anchors >= 0)
 
-    @property
+    @cached_property
     def central(self) -> BoolArray:
         """(M,) bool: markers that are not far from all others, as on the chest."""
         away = np.linalg.norm(self.neutral - np.median(self.neutral, axis=0), axis=1)
         near: BoolArray = np.asarray(away < _CENTRAL * np.median(away))
         return near
 
-    @property
+    @cached_property
     def moving(self) -> BoolArray:
         """(M,) bool: markers that move much, by the criterion of `FaceSurface.moving`.
 
@@ -69,7 +70,7 @@ class Observations:
         much: BoolArray = np.asarray(far > MOVING_SHARE * np.sort(far)[-2:].min(initial=np.inf))
         return much if much.sum() >= _FEWEST_MOVING else self.central
 
-    @property
+    @cached_property
     def spread(self) -> float:
         """RMS radius of the moving markers [m]."""
         return rms_radius(self.neutral[self.moving])

@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.geometry.view_rotation import view_rotation
 
-__all__ = ["View", "openness", "render", "triangulated", "vertex_normals"]
+__all__ = ["View", "openness", "render", "vertex_normals"]
 
 # Direction towards each light [camera space: x right, y up, z to the viewer], colour, wrap.
 # A wrapped light reaches a little behind the terminator, which reads as soft skin.
@@ -49,15 +50,6 @@ class View:
     samples: int = 2
 
 
-def triangulated(counts: IntArray, indices: IntArray) -> tuple[IntArray, IntArray]:
-    """Split polygons into fans: triangles (T, 3) and the polygon of each (T,)."""
-    starts = np.cumsum(counts) - counts
-    polygon = np.repeat(np.arange(len(counts)), counts - 2)
-    step = np.arange(len(polygon)) - np.repeat(np.cumsum(counts - 2) - (counts - 2), counts - 2)
-    first = starts[polygon]
-    return indices[np.stack([first, first + step + 1, first + step + 2], axis=1)], polygon
-
-
 def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
     """Return unit vertex normals (V, 3), faces weighted by their area."""
     a, b, c = (points[triangles[:, k]] for k in range(3))
@@ -67,14 +59,6 @@ def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
         [np.bincount(flat, np.repeat(face[:, k], 3), len(points)) for k in range(3)], axis=1
     )
     return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30))
-
-
-def _camera(yaw: float, pitch: float) -> FloatArray:
-    """Return the rotation (3, 3) from world to camera space, for column vectors."""
-    y, p = np.radians([yaw, pitch])
-    turn = np.array([[np.cos(y), 0, -np.sin(y)], [0, 1, 0], [np.sin(y), 0, np.cos(y)]])
-    tilt = np.array([[1, 0, 0], [0, np.cos(p), -np.sin(p)], [0, np.sin(p), np.cos(p)]])
-    return np.asarray(tilt @ turn)
 
 
 def _rasterise(
@@ -129,7 +113,7 @@ def openness(points: FloatArray, triangles: IntArray) -> FloatArray:
     scale = (AMBIENT_PIXELS / 2 - 2) / np.linalg.norm(points - centre, axis=1).max()
     seen, possible = np.zeros(len(points)), np.full(len(points), 1e-9)
     for yaw, pitch in zip(around, polar, strict=True):
-        camera = _camera(yaw, pitch)
+        camera = view_rotation(yaw, pitch)
         local = (points - centre) @ camera.T * scale
         screen = local * (1, -1, 1) + (AMBIENT_PIXELS / 2, AMBIENT_PIXELS / 2, 0)
         buffer = _rasterise(screen, triangles, AMBIENT_PIXELS, AMBIENT_PIXELS)[2]
@@ -177,7 +161,7 @@ def render(
     width, height = (n * view.samples for n in view.size)
     normals = vertex_normals(points, triangles)
     open_to_sky = openness(points, triangles) if sky is None else sky
-    camera = _camera(view.yaw, view.pitch)
+    camera = view_rotation(view.yaw, view.pitch)
     local = (points - view.centre) @ camera.T
     distance = 3.0 * view.height  # a portrait lens
     scale = height / view.height * distance / (distance - local[:, 2:])

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import evaluator_of
-from usdface.figures.render import View, openness, render, triangulated
+from usdface.figures.render import View, openness, render
+from usdface.geometry.triangulation import triangle_fans
 from usdface.materials import Material
 from usdface.rigs import Mesh, Rig
 
@@ -62,11 +63,11 @@ def rig_triangles(rig: Rig, names: Sequence[str], weights: FloatArray) -> RigTri
                 own[:, number] = weights[:, columns[name]]
         evaluator, _ = evaluator_of(mesh, np.arange(len(mesh.points)))
         moved = evaluator.displacements(evaluator.combined(own))
-        corners, polygon = triangulated(mesh.face_counts, mesh.face_indices)
+        corners, polygon = triangle_fans(mesh.face_counts)
         used = [materials.get(name) for name in _material_names(mesh)[polygon]]
         shown = np.array([surface is None or surface.opacity >= _CLEAR for surface in used])
         points.append(mesh.points + moved.reshape(len(weights), -1, 3))
-        triangles.append(corners[shown] + start)
+        triangles.append(mesh.face_indices[corners[shown]] + start)
         colours.append(np.array([_colour(surface) for surface in used]).reshape(-1, 3)[shown])
         gloss.append(np.array([_gloss(surface) for surface in used])[shown])
         start += len(mesh.points)

@@ -92,7 +92,7 @@ def track_dots(
     cuts = tuple(sorted([at + c for c in forward.cuts] + [at - c + 1 for c in backward.cuts]))
     places = _places(frames, table)
     table, agreed = join_tracks(table, agreed, places)
-    kept = _markers(table, len(start))
+    kept = _markers(table)
     left_out = int((((table >= 0).sum(axis=0) >= _LEAST_FRAMES) & ~kept).sum())
     table, agreed = table[:, kept], agreed[:, kept]
     names, unmatched = name_tracks(_places(frames, table), named, face, at)
@@ -156,7 +156,7 @@ def _last_places(places: FloatArray) -> FloatArray:
     return np.asarray(np.nan_to_num(places[last, np.arange(places.shape[1])], nan=-1e6))
 
 
-def _markers(table: IntArray, count: int) -> BoolArray:
+def _markers(table: IntArray) -> BoolArray:
     seen = (table >= 0).sum(axis=0)
     least = max(min(_LEAST_FRAMES, len(table)), _LEAST_SHARE * len(table))
     return np.asarray(seen >= least)

@@ -1,4 +1,4 @@
-"""Polygons cut into triangles, concave ones along diagonals that lie inside.
+"""Polygons cut into triangles: as fans, or concave ones along diagonals that lie inside.
 
 Source: G. H. Meisters, "Polygons have ears", American Mathematical Monthly 82 (1975).
 """
@@ -7,9 +7,30 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 
-__all__ = ["triangulated"]
+__all__ = ["triangle_fans", "triangulated"]
 
 _LEVEL = 1e-9  # of a polygon's area: a triangle that is thinner turns no way
+
+
+def triangle_fans(face_counts: IntArray) -> tuple[IntArray, IntArray]:
+    """Cut faces into fans around their first corners, concave ones, too.
+
+    Parameters
+    ----------
+    face_counts : (P,) int64
+
+    Returns
+    -------
+    corners : (T, 3) int64
+        Face corners of each triangle.
+    faces : (T,) int64
+        Face that it was cut from.
+    """
+    counts = np.maximum(face_counts - 2, 0)
+    faces = np.repeat(np.arange(len(face_counts)), counts)
+    starts = (np.cumsum(face_counts) - face_counts)[faces]
+    step = np.arange(len(faces)) - (np.cumsum(counts) - counts)[faces]
+    return np.stack([starts, starts + step + 1, starts + step + 2], axis=1), faces
 
 
 def triangulated(
@@ -32,14 +53,11 @@ def triangulated(
     faces : (T,) int64
         Face that it was cut from.
     """
+    corners, faces = triangle_fans(face_counts)
     counts = np.maximum(face_counts - 2, 0)
-    faces = np.repeat(np.arange(len(face_counts)), counts)
-    starts = (np.cumsum(face_counts) - face_counts)[faces]
-    step = np.arange(len(faces)) - (np.cumsum(counts) - counts)[faces]
-    corners = np.stack([starts, starts + step + 1, starts + step + 2], 1)
-    first = np.cumsum(counts) - counts
+    first, starts = np.cumsum(counts) - counts, np.cumsum(face_counts) - face_counts
     for face in _with_triangles_outside(corners, faces, face_indices, points).tolist():
-        start, size = int(starts[first[face]]), int(face_counts[face])
+        start, size = int(starts[face]), int(face_counts[face])
         polygon = points[face_indices[start : start + size]]
         corners[first[face] : first[face] + counts[face]] = start + _ears(polygon)
     return corners, faces

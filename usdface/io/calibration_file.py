@@ -65,13 +65,13 @@ def read_calibration_file(path: Path) -> Calibration:
     gains = [_number(path, name, entry, "gain", 1.0) for name, entry in shapes.items()]
     offsets = [_number(path, name, entry, "offset", 0.0) for name, entry in shapes.items()]
     try:
-        face = _face(path, document["face"]) if document.get("face") is not None else None
+        face = _face(document["face"]) if document.get("face") is not None else None
         return Calibration(tuple(shapes), np.array(gains), np.array(offsets), face)
     except InputError as error:
         raise InputError(f"{path}: {error}", error.code) from error
 
 
-def _face(path: Path, entry: object) -> PerformerFace:
+def _face(entry: object) -> PerformerFace:
     """Return the performer's face; its arrays are checked where it is made."""
     try:
         assert isinstance(entry, dict)

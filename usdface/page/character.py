@@ -8,12 +8,13 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shapes import BlendShape
+from usdface.geometry.triangulation import triangle_fans
 from usdface.inbetween_path import distinct_inbetweens, inbetween_path
 from usdface.materials import Material, Placement
 from usdface.page.packed_data import Quantized
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
-__all__ = ["JOINTS_SHOWN", "character_data", "shown_meshes", "triangles_of"]
+__all__ = ["JOINTS_SHOWN", "character_data", "shown_meshes"]
 
 # Joints of a point that a page's renderer reads.
 JOINTS_SHOWN = 4
@@ -51,16 +52,6 @@ def character_data(
     }
 
 
-def triangles_of(mesh: Mesh) -> tuple[IntArray, IntArray]:
-    """Return the corners (T, 3) of the faces' triangles, as fans, and the face of each (T,)."""
-    sizes = np.maximum(mesh.face_counts - 2, 0)
-    first = np.cumsum(mesh.face_counts) - mesh.face_counts
-    face = np.repeat(np.arange(len(sizes)), sizes)
-    number = np.arange(len(face)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
-    corners = np.stack([first[face], first[face] + number + 1, first[face] + number + 2], 1)
-    return corners.reshape(-1, 3), face
-
-
 def _materials(rig: Rig, meshes: tuple[Mesh, ...]) -> list[Material]:
     used = {m.material for m in meshes} | {s.material for m in meshes for s in m.subsets}
     return [Material(""), *(m for m in rig.materials if m.name in used)]
@@ -89,7 +80,7 @@ def _mesh(
     mesh: Mesh, place: dict[str, int], materials: list[Material], images: Mapping[str, str]
 ) -> dict[str, Any]:
     number = {material.name: i for i, material in enumerate(materials)}
-    corners, face = triangles_of(mesh)
+    corners, face = triangle_fans(mesh.face_counts)
     own = np.full(len(mesh.face_counts), number.get(mesh.material, 0))
     for subset in mesh.subsets:
         own[subset.faces] = number.get(subset.material, 0)

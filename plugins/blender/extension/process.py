@@ -138,7 +138,7 @@ class _Job:
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
         running = self._worker.poll()
-        _show(context, self._worker)
+        _show(context)
         if running:
             return {"PASS_THROUGH"}
         context.window_manager.event_timer_remove(self._timer)
@@ -182,7 +182,7 @@ class _Job:
         return {"CANCELLED"} if self._worker.error else {"FINISHED"}
 
 
-def _show(context: bpy.types.Context, worker: Worker) -> None:
+def _show(context: bpy.types.Context) -> None:
     for window in context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "VIEW_3D":

@@ -173,8 +173,10 @@ def test_the_first_image_may_be_spoilt_but_not_all(copied: Path) -> None:
 
 
 def test_pixels_that_are_not_square_are_announced(copied: Path) -> None:
-    assert "PIXELS_NOT_SQUARE" not in codes(copied)[1]
-    for path in copied.iterdir():
+    first, *others = sorted(copied.iterdir())
+    for path in others[3:]:
+        path.unlink()
+    for path in (first, *others[:3]):
         image = oiio.ImageBuf(str(path))
         image.specmod().attribute("PixelAspectRatio", 1.5)
         assert image.write(str(path))

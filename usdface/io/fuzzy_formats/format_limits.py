@@ -1,7 +1,7 @@
 """Limits of the file formats, and differences in evaluation by other programs."""
 
 import re
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 
 from usdface.errors import OutputError
 from usdface.expression_system import ExpressionSystem
@@ -111,12 +111,10 @@ def differs(
     return findings
 
 
-def kept_in_range(
-    where: str, outputs: Iterable[Variable], cut: Container[str] = ()
-) -> list[Finding]:
+def kept_in_range(where: str, outputs: Iterable[Variable]) -> list[Finding]:
     """Return a MEANING_DIFFERS for each output whose terms may leave its range.
 
-    Ours are kept in it; those of the other program only where their name is in `cut`.
+    Ours are kept in it, those of the other program are not.
     """
     findings = []
     for v in outputs:
@@ -124,7 +122,7 @@ def kept_in_range(
         free = any(t.kind == "linear" for t in v.terms) or any(
             not low <= t.parameters[0] <= high for t in v.terms if t.kind == "constant"
         )
-        if free and v.name not in cut:
+        if free:
             message = "the outputs of {variable} are clipped to its range, {low:g} to {high:g}"
             findings.append(
                 finding("MEANING_DIFFERS", f"{where}: {v.name}", message, v.name, low, high)

@@ -37,6 +37,7 @@ __all__ = [
     "guessed_feature",
     "notes_of",
     "read_text",
+    "set_once",
 ]
 
 # Settings that no format has a place for.
@@ -100,6 +101,21 @@ class Draft:
     settings: dict[str, Any]
     notes: tuple[tuple[int, str], ...] = ()
     findings: tuple[Finding, ...] = field(default=())
+
+
+def set_once(settings: dict[str, Any], name: str, value: object) -> None:
+    """Set a field of a `Draft`'s settings, which all blocks of a file must give alike.
+
+    Raises
+    ------
+    InputError
+        If it has another value already.
+    """
+    if settings.setdefault(name, value) != value:
+        raise InputError(
+            f"{name.strip('_')} is {value} here and {settings[name]} before; a system "
+            "has one; split the file into one for each"
+        )
 
 
 def read_text(path: Path) -> str:

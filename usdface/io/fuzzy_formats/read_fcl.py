@@ -24,7 +24,7 @@ from usdface.io.fuzzy_formats.fcl_keywords import (
 from usdface.io.fuzzy_formats.fcl_statements import BARE, NAMED, Statement, statements
 from usdface.io.fuzzy_formats.fcl_terms import known, number, read_term
 from usdface.io.fuzzy_formats.format_limits import kept_in_range, repeated_singletons
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
+from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text, set_once
 
 __all__ = ["read_fcl"]
 
@@ -133,16 +133,20 @@ class _Parser:
         elif statement.first == "METHOD" and len(words) == 3:
             self._method(words[2].upper())
         elif statement.first == "ACCU" and len(words) == 3:
-            self._set("aggregation", known(words[2], ACCU, "ACCU", JFUZZY_NORMS["aggregation"]))
+            set_once(
+                self._settings,
+                "aggregation",
+                known(words[2], ACCU, "ACCU", JFUZZY_NORMS["aggregation"]),
+            )
         else:
             raise InputError(f"{str(statement)[:60]!r} has no counterpart")
 
     def _method(self, method: str) -> None:
         if method == "COGS":
-            self._set("inference", "sugeno")
+            set_once(self._settings, "inference", "sugeno")
         else:
-            self._set("inference", "mamdani")
-            self._set("defuzzifier", known(method, METHODS, "METHOD"))
+            set_once(self._settings, "inference", "mamdani")
+            set_once(self._settings, "defuzzifier", known(method, METHODS, "METHOD"))
 
     def _rule_block(self, statement: Statement) -> None:
         words = statement.words
@@ -160,14 +164,7 @@ class _Parser:
             raise InputError(f"{str(statement)[:60]!r} has no counterpart")
         setting, table = tables[statement.first]
         more = JFUZZY_NORMS.get(setting, {})
-        self._set(setting, known(words[2], table, statement.first, more))
-
-    def _set(self, name: str, value: object) -> None:
-        if self._settings.setdefault(name, value) != value:
-            raise InputError(
-                f"{name.strip('_')} is {value} here and {self._settings[name]} before; a system "
-                "has one; split the file into one for each"
-            )
+        set_once(self._settings, setting, known(words[2], table, statement.first, more))
 
     def draft(self, notes: tuple[tuple[int, str], ...]) -> Draft:
         if not self._variables:

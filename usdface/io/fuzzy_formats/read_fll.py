@@ -13,7 +13,7 @@ from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, SAMPLES, T_NORMS
 from usdface.io.fuzzy_formats.format_limits import repeated_singletons
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
+from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text, set_once
 
 __all__ = ["read_fll"]
 
@@ -101,7 +101,7 @@ class _Parser:
             (current["default"],) = _numbers(value, 1)
         elif key == "aggregation":
             if value != "none":
-                self._set("aggregation", _known(value, S_NORMS, "aggregation"))
+                set_once(self._settings, "aggregation", _known(value, S_NORMS, "aggregation"))
         elif key == "defuzzifier":
             self._defuzzifier(value)
         elif (key, value) in (("enabled", "false"), ("lock-previous", "true")):
@@ -118,16 +118,16 @@ class _Parser:
         if name in ("WeightedAverage", "WeightedSum"):
             if rest and rest[0] not in ("TakagiSugeno", "Automatic"):
                 raise InputError(f"the defuzzifier {value!r} has no counterpart; use TakagiSugeno")
-            self._set("inference", "sugeno")
+            set_once(self._settings, "inference", "sugeno")
             average = name == "WeightedAverage"
-            self._set("normalisation", "per_output" if average else "weighted_sum")
+            set_once(self._settings, "normalisation", "per_output" if average else "weighted_sum")
             return
-        self._set("defuzzifier", _known(name, DEFUZZIFIERS, "defuzzifier"))
-        self._set("inference", "mamdani")
+        set_once(self._settings, "defuzzifier", _known(name, DEFUZZIFIERS, "defuzzifier"))
+        set_once(self._settings, "inference", "mamdani")
         samples = _numbers(rest[0], 1)[0] if rest else SAMPLES
         if not samples == samples // 1 < inf:
             raise InputError(f"{name} has {samples:g} samples; expected a whole number")
-        self._set("samples", int(samples))
+        set_once(self._settings, "samples", int(samples))
 
     def _rule_block(self, line: int, key: str, value: str) -> None:
         if key == "rule":
@@ -136,23 +136,20 @@ class _Parser:
         elif key == "enabled":
             self._enabled = value == "true"
         elif key == "conjunction" and value != "none":
-            self._set("and_", _known(value, T_NORMS, "conjunction"))
+            set_once(self._settings, "and_", _known(value, T_NORMS, "conjunction"))
         elif key == "disjunction" and value != "none":
-            self._set("or_", _known(value, {k: v for k, v in S_NORMS.items() if k != "sum"}, key))
+            set_once(
+                self._settings,
+                "or_",
+                _known(value, {k: v for k, v in S_NORMS.items() if k != "sum"}, key),
+            )
         elif key == "implication" and value != "none":
-            self._set("implication", _known(value, T_NORMS, "implication"))
+            set_once(self._settings, "implication", _known(value, T_NORMS, "implication"))
         elif key == "activation":
             if value not in ("General", "none"):
                 raise InputError(f"the activation {value!r} has no counterpart; use General")
         elif key not in ("conjunction", "disjunction", "implication"):
             raise InputError(f"a rule block has no {key!r}")
-
-    def _set(self, name: str, value: object) -> None:
-        if self._settings.setdefault(name, value) != value:
-            raise InputError(
-                f"{name.strip('_')} is {value} here and {self._settings[name]} before; a system "
-                "has one; split the file into one for each"
-            )
 
     def _lacks(self, line: int, subject: str) -> None:
         message = "{subject!r} has no counterpart and is left out"

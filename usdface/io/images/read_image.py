@@ -326,7 +326,7 @@ def _table(dtype: str, encoding: str, exposure: float) -> NDArray[np.uint8]:
     return np.rint(255.0 * values.clip(0.0, 1.0)).astype(np.uint8)
 
 
-def exposure_of(path: Path, subimage: int = 0) -> float:
+def exposure_of(path: Path) -> float:
     """Return the factor that brings linear light to a display; 1 where it is light enough.
 
     Raises
@@ -340,7 +340,7 @@ def exposure_of(path: Path, subimage: int = 0) -> float:
         if spec.format.basetype not in (oiio.HALF, oiio.FLOAT, oiio.DOUBLE):
             return 1.0
         _checked(path, file)
-        pixels = file.read_image(subimage, 0, 0, min(spec.nchannels, 3), oiio.FLOAT)
+        pixels = file.read_image(0, 0, 0, min(spec.nchannels, 3), oiio.FLOAT)
         if pixels is None:
             raise InputError(f"{path} is not readable: {_fault(file)}", "FILE_UNREADABLE")
     finally:

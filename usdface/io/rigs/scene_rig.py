@@ -41,7 +41,7 @@ def read_usd_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
 
     rig, findings = read_rig(path, asset_folder(options.asset_root))
     try:
-        return rig, findings + _dropped(clips_of_stage(open_stage(path), rig)[0])
+        return rig, findings + _dropped(clips_of_stage(open_stage(path))[0])
     except InputError as error:  # an animation that is left out anyhow
         message = "left out, as it cannot be read: {error}"
         return rig, [*findings, finding("ANIMATION_DROPPED", "", message, error)]

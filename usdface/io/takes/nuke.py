@@ -175,11 +175,11 @@ def _table(node: dict[str, Any]) -> Iterator[tuple[str, tuple[Words, Words] | No
 
 def _samples(path: Path, x: Words, y: Words) -> list[Row]:
     """Return the frames in which both curves have a key."""
-    xs, ys = _keys(path, x), _keys(path, y)
+    xs, ys = _keys(x), _keys(y)
     return [(0, [frame, xs[frame], ys[frame]]) for frame in xs if frame in ys]
 
 
-def _keys(path: Path, curve: Words) -> dict[str, str]:
+def _keys(curve: Words) -> dict[str, str]:
     """Return frame -> value of a curve, as text."""
     keys: dict[str, str] = {}
     frame, step, given = 0.0, 1.0, True

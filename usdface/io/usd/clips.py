@@ -64,7 +64,7 @@ def animated_rig(
         found += _report_skinning_method(stage, rig)
         caches, new_findings = find_vertex_caches(stage, rig, spaces_of_meshes(stage))
         rig, found = add_cache_shapes(rig, caches), found + new_findings
-    clips, new_findings = clips_of_stage(stage, rig, motions=motions, names=names, caches=caches)
+    clips, new_findings = clips_of_stage(stage, motions=motions, names=names, caches=caches)
     return add_rigid_joints(rig, motions, skeletons), clips, found + new_findings
 
 
@@ -83,7 +83,6 @@ def _report_skinning_method(stage: Usd.Stage, rig: Rig) -> list[Finding]:
 
 def clips_of_stage(
     stage: Usd.Stage,
-    rig: Rig,
     root: str = "",
     motions: Sequence[RigidMotion] = (),
     names: ShapeNames = _OWN_NAMES,
@@ -98,8 +97,6 @@ def clips_of_stage(
     Parameters
     ----------
     stage : Usd.Stage
-    rig : Rig
-        As `usdface.io.usd.rig.rig_of_stage` reads it off the stage.
     root : str
         Path of a prim that the SkelRoots are under; "" = the whole stage.
     motions : sequence of RigidMotion
