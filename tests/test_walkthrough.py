@@ -56,6 +56,7 @@ def test_the_recipes_are_true(from_docs: None, tmp_path: Path) -> None:
 
     make_recipe_files(tmp_path)
     follow(ROOT / "docs" / "recipes.md", tmp_path, lambda name: None)
+    assert "gain" in (tmp_path / "anna.json").read_text()  # no later recipe wrote over it
 
 
 @pytest.mark.slow

@@ -129,10 +129,19 @@ def test_markers_keep_a_width_apart_and_from_those_that_are_there() -> None:
     assert np.sort(apart, axis=1)[:, 1].min() >= free.room > 0.003
 
 
-@pytest.mark.parametrize("count", [0, -3, 10**6])
-def test_a_number_of_markers_that_cannot_be(count: int) -> None:
-    with pytest.raises(InputError, match="expected 1 to"):
+@pytest.mark.parametrize(
+    ("count", "expected"), [(0, "1 or more"), (-3, "1 or more"), (10**6, "1 to")]
+)
+def test_a_number_of_markers_that_cannot_be(count: int, expected: str) -> None:
+    with pytest.raises(InputError, match=f"expected {expected}"):
         marker_places(MESH, NONE, count=count, noise=3e-4)
+
+
+def test_the_number_of_markers_that_is_named_as_possible_is() -> None:
+    with pytest.raises(InputError, match="expected 1 to") as caught:
+        marker_places(MESH, NONE, count=10**6, noise=3e-4)
+    most = int(str(caught.value).split()[-1])
+    assert len(marker_places(MESH, NONE, count=most, noise=3e-4).vertices) == most
 
 
 def test_the_command_writes_a_binding_and_draws_it(tmp_path: Path) -> None:

@@ -40,6 +40,21 @@ def test_text_says_every_figure_file_and_kind_of_finding_once(
     assert "[bold]0[/bold], " in said and "and 2 more" in said
 
 
+def test_names_are_printed_as_they_are_and_keys_as_labels(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """Blend shapes may be called eye_L or tear_mm; only keys of the report are ours."""
+    summary = {
+        "least_certain": {"eye_L": 0.5, "tear_mm": 0.25},
+        "new_markers": {"dot_1": {"shapes_hardly_seen": 3}},
+    }
+    print_result(Result(None, (), (), summary), "text")
+    assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
+        "least certain eye_L 0.5, tear_mm 0.25",
+        "new markers dot_1 shapes hardly seen 3",
+    ]
+
+
 def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[str]) -> None:
     hidden = [finding("MARKER_OCCLUDED", m, f"hidden in {k} of 9") for k, m in enumerate("abcdef")]
     print_result(Result(None, (), tuple(hidden)), "text")

@@ -26,3 +26,8 @@ def test_other_files_and_none_are_refused(tmp_path):
     (tmp_path / "notes.txt").write_text("")
     with pytest.raises(InputError, match="cannot be checked"):
         check_file(tmp_path / "notes.txt")
+
+
+def test_a_folder_is_not_called_missing(tmp_path):
+    with pytest.raises(InputError, match="is a folder"):
+        check_file(tmp_path)

@@ -64,6 +64,15 @@ def test_wrong_settings_are_refused(tmp_path: Path, words: list[str]) -> None:
     assert not (tmp_path / "job").exists()
 
 
+def test_a_chunk_without_a_job_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shot = make_shot(tmp_path)
+    assert main(["process", str(shot), "--chunk", "4"]) == 1
+    assert "--openjd DIR" in capsys.readouterr().err
+    assert not shot.with_name("shot.usdface.usda").exists()
+
+
 @pytest.mark.slow
 def test_a_run_of_the_bundle_gives_the_same_bytes(tmp_path: Path) -> None:
     """Two pieces, as the sizes are: 20,000 frames of a small world."""

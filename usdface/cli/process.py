@@ -117,7 +117,7 @@ def _add_pieces(command: argparse.ArgumentParser) -> None:
         help="solve nothing: write the pieces as a job of Open Job Description",
     )
     group.add_argument(
-        "--chunk", type=int, default=1, metavar="N", help="pieces in a task of that job"
+        "--chunk", type=int, metavar="N", help="pieces in a task of that job (default: 1)"
     )
 
 
@@ -150,6 +150,10 @@ def _process(parsed: argparse.Namespace) -> int:
         raise InputError(f"--piece {parsed.piece} needs a folder: --pieces DIR", "SETTING_WRONG")
     if parsed.openjd and not parsed.pieces:
         raise InputError(f"--openjd {parsed.openjd} needs a folder: --pieces DIR", "SETTING_WRONG")
+    if parsed.chunk is not None and not parsed.openjd:
+        raise InputError(
+            f"--chunk {parsed.chunk} is of a farm's job: --openjd DIR", "SETTING_WRONG"
+        )
     if parsed.workers is not None and not parsed.pieces:
         raise InputError(
             f"--workers {parsed.workers} are for the pieces of a long take: --pieces DIR",
@@ -219,7 +223,7 @@ def _write_job(parsed: argparse.Namespace) -> int:
             parsed.shot,
             parsed.pieces,
             parsed.openjd,
-            chunk=parsed.chunk,
+            chunk=1 if parsed.chunk is None else parsed.chunk,
             words=_words(parsed, _OF_STEPS),
             last=_words(parsed, _OF_LAST),
             asset_root=parsed.asset_root,

@@ -81,12 +81,19 @@ def _text(value: Any) -> str:
     if isinstance(value, Mapping) and value.keys() == _PLACE:
         return str(Place(**value))
     if isinstance(value, Mapping):
-        return ", ".join(f"{_label(str(name))} {_text(part)}" for name, part in value.items())
+        return ", ".join(f"{name} {_fields(part)}" for name, part in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(map(_text, value)) or "none"
     if value is None:
         return "not determined"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _fields(value: Any) -> str:
+    """Return the value of a name as text; the keys of a record are ours, so they get labels."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{_label(key)} {_text(part)}" for key, part in value.items())
+    return _text(value)
 
 
 def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:

@@ -28,6 +28,8 @@ def check_file(path: Path) -> list[Finding]:
         If the file is neither USD nor glTF or cannot be read.
     """
     kind = path.suffix.lower()
+    if path.is_dir():
+        raise InputError(f"{path} is a folder; name the files in it to check", "FILE_UNREADABLE")
     if not path.is_file():
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
     if kind in _USD:
