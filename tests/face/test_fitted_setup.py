@@ -1,5 +1,7 @@
 """A setup fitted to a mesh and a take."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from worlds import World, make_world
@@ -50,3 +52,21 @@ def test_a_setup_must_fit_rig_and_take(world: World, changes: dict[str, object],
         setup = world.setup(**changes) if setup else RetargetSetup(**changes)  # type: ignore[arg-type]
         fit_setup(setup, world.rig.meshes[0], world.take)
     assert said in str(caught.value)
+
+
+def test_an_assumed_neutral_is_a_frame_that_shows_the_markers(world: World) -> None:
+    """Where the labels begin late; one late marker is no reason to take a later frame."""
+    mesh = world.rig.meshes[0]
+    positions = world.take.positions.copy()
+    positions[:, 3] = np.nan
+    positions[:2], positions[2, 4:] = np.nan, np.nan
+    late = replace(world.take, positions=positions)
+    fitted, (found, _) = fit_setup(world.setup(neutral_assumed=True), mesh, late)
+    assert fitted.neutral == (3, 3)
+    assert found.code == "NEUTRAL_ASSUMED" and "frame 3 is taken" in found.message
+    one = world.take.positions.copy()
+    one[:30, 5] = np.nan
+    fitted, (found, _) = fit_setup(
+        world.setup(neutral=(0, 0), neutral_assumed=True), mesh, replace(world.take, positions=one)
+    )
+    assert fitted.neutral == (0, 0) and "the first frame is taken" in found.message

@@ -10,7 +10,7 @@ from usdface.face.named_places import names_nose_tip
 from usdface.findings import Finding, finding
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
-from usdface.takes import MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["check_vertices", "fit_setup"]
 
@@ -32,7 +32,8 @@ def fit_setup(
         check_mesh(setup.origin, mesh)
     setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path or mesh.name))
     binding = setup.binding
-    findings = [*_neutral_assumed(setup, take), *_uncalibrated(setup, mesh)]
+    setup, findings = _with_assumed_neutral(setup, take)
+    findings += _uncalibrated(setup, mesh)
     if not binding.markers:
         return setup, findings
     check_vertices(binding, mesh)
@@ -98,11 +99,33 @@ def _check_nose_tip(setup: RetargetSetup, take: MarkerTake | WeightsTake | None)
         take.select((setup.nose_tip,))
 
 
-def _neutral_assumed(setup: RetargetSetup, take: MarkerTake | WeightsTake | None) -> list[Finding]:
+def _with_assumed_neutral(
+    setup: RetargetSetup, take: MarkerTake | WeightsTake | None
+) -> tuple[RetargetSetup, list[Finding]]:
+    """Return the setup with the neutral frame that is assumed where none is named.
+
+    The first frame, unless it shows fewer than half the markers of a typical one: labels often
+    begin late. One marker that comes later is left out rather than a later frame taken, in which
+    the face may move.
+    """
     if not setup.neutral_assumed:
-        return []
-    message = "no neutral frames are named; the first frame is taken"
-    return [finding("NEUTRAL_ASSUMED", take.source if take else setup.binding.mesh, message)]
+        return setup, []
+    frame, message = 0, "no neutral frames are named; the first frame is taken"
+    if isinstance(take, MarkerTake):
+        bound = np.isin(take.names, setup.binding.markers)
+        count = visible(take.positions[:, bound]).sum(axis=1)
+        shown = count[count > 0]
+        if len(shown):
+            frame = int(np.argmax(2 * count >= np.median(shown)))
+    where = take.source if take else setup.binding.mesh
+    if not frame:
+        return setup, [finding("NEUTRAL_ASSUMED", where, message)]
+    message = (
+        "no neutral frames are named; frame {frame} is taken, the first that shows at least half "
+        "the markers"
+    )
+    setup = replace(setup, neutral=(frame, frame))
+    return setup, [finding("NEUTRAL_ASSUMED", where, message, frame)]
 
 
 def _uncalibrated(setup: RetargetSetup, mesh: Mesh) -> list[Finding]:

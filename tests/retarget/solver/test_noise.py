@@ -114,3 +114,24 @@ def test_blend_shapes_that_differ_by_the_rounding_of_a_file_are_one() -> None:
         found.append((rest.basis.shape[1], noise, rest.misfit(observed, noise)))
     assert {size for size, _, _ in found} == {54}
     np.testing.assert_allclose([(a, b) for _, a, b in found], [found[0][1:]] * 4, rtol=0.05)
+
+
+def test_noise_of_few_markers_is_that_of_their_displacements() -> None:
+    """Weights and pose explain all that eight markers can do; what trembles is noise."""
+    rng = np.random.default_rng(14)
+    motion = 5e-3 * np.sin(np.arange(600)[:, None] * rng.uniform(0.02, 0.1, 24))
+    observed = motion + 3e-4 * rng.normal(size=(600, 24))
+    part = Unexplained.of(rng.normal(size=(53, 24)), all_seen(observed))
+    assert part.noise(observed) == pytest.approx(3e-4, rel=0.1)
+
+
+def test_noise_is_found_where_gaps_leave_nothing_unexplained() -> None:
+    """One coordinate more than unknowns, and in each frame one that is occluded."""
+    rng = np.random.default_rng(15)
+    observed = 3e-4 * rng.normal(size=(600, 25))
+    seen = np.ones((600, 25), dtype=bool)
+    for frame in range(600):
+        seen[frame, frame // 30] = False
+    observed[~seen] = 5.0
+    part = Unexplained.of(rng.normal(size=(24, 25)), seen)
+    assert part.noise(observed) == pytest.approx(3e-4, rel=0.1)

@@ -115,10 +115,17 @@ class Unexplained:
     def noise(self, observed: FloatArray) -> float:
         """Estimate the white noise of marker coordinates: standard deviation [m].
 
-        0 if there are too few frames or markers to tell. `observed` as in `squares`.
+        Of few markers, whose displacements weights and pose explain all, it is that of the
+        displacements themselves: their slow motion is dropped like misfit. 0 if there are too few
+        frames to tell. `observed` as in `squares`.
         """
-        if self.basis.shape[1] == 0 or len(observed) < 4:
+        if len(observed) < 4:
             return 0.0
+        found = self._unexplained_noise(observed) if self.basis.shape[1] else None
+        return white_noise(np.where(self.seen, observed, np.nan)) if found is None else found
+
+    def _unexplained_noise(self, observed: FloatArray) -> float | None:
+        """Return the noise of the unexplained part; None where gaps leave nothing of it."""
         rest = observed @ self.basis
         if self.seen.all():
             return white_noise(rest)
@@ -131,7 +138,8 @@ class Unexplained:
             (differences[frames] @ _complement(hidden)).ravel()
             for frames, hidden in _alike(self.basis, windows[first])
         ]
-        return typical_deviation(np.concatenate(found)) if found else 0.0
+        left = np.concatenate(found) if found else np.zeros(0)
+        return typical_deviation(left) if left.size else None
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
         """Estimate by how much face and rig differ.
