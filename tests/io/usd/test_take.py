@@ -2,7 +2,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.errors import InputError
 from usdface.io.usd.stage import metrics_of
@@ -90,6 +90,26 @@ def test_an_occluded_marker_keeps_its_last_place_in_a_viewer(tmp_path: Path) -> 
     drawn = np.array([prim.GetAttribute("points").Get(code) for code in range(12)])
     np.testing.assert_allclose(drawn[3:6, 1], drawn[[2, 2, 2], 1])
     np.testing.assert_allclose(drawn[0, 1], take.positions[1, 1], atol=1e-7)
+
+
+@pytest.mark.parametrize(("rate", "offset"), [(25.0, 1001.0), (29.97, 100.0), (48.0, 1.0 / 3.0)])
+def test_occlusion_is_the_same_through_a_layer_offset(
+    tmp_path: Path, rate: float, offset: float
+) -> None:
+    frames = np.arange(300)
+    positions = np.zeros((len(frames), 1, 3))
+    positions[frames % 2 == 1] = np.nan
+    take = MarkerTake(("chin",), frames / 60.0, positions, rate=60.0)
+    write_take(take, tmp_path / "take.usdc")
+    shot = Usd.Stage.CreateInMemory()
+    shot.SetTimeCodesPerSecond(rate)
+    path = str(tmp_path / "take.usdc")
+    prim = shot.DefinePrim("/Take")
+    prim.GetReferences().AddReference(path, "/Take", Sdf.LayerOffset(offset))
+    back, codes = read_take_prim(prim)
+    assert isinstance(back, MarkerTake)
+    assert codes[0] == offset
+    assert np.array_equal(back.visible, take.visible)
 
 
 def test_a_viewer_without_usdface_sees_points_in_their_units(tmp_path: Path) -> None:

@@ -316,7 +316,9 @@ def _visibility(prim: Usd.Prim, codes: FloatArray, count: int) -> BoolArray:
     changes = np.array(attribute.GetTimeSamples() or [codes[0]])
     place = np.maximum(np.searchsorted(changes, codes, side="right") - 1, 0)
     needed, place = np.unique(place, return_inverse=True)
-    values = [attribute.Get(code) for code in changes[needed].tolist()]
+    # Between changes: at the very code of one, layer offsets may round to the value before it.
+    held_at = (changes + np.append(changes[1:], changes[-1] + 1.0)) / 2.0
+    values = [attribute.Get(code) for code in held_at[needed].tolist()]
     if any(value is None or len(value) != count for value in values):
         raise InputError(
             f"{_where(prim)}: {tokens.MARKERS_VISIBLE} must have {count} values", "VALUES_WRONG"
