@@ -47,6 +47,26 @@ def test_names_that_no_attribute_may_have() -> None:
     assert {p.shape for p in read_pins(prim, NAMES, CODES)[0]} == {"mouth open", "日 本"}
 
 
+@pytest.mark.parametrize(("rate", "offset"), [(60.0, 0.0), (25.0, 1001.0), (48.0, 1.0 / 3.0)])
+def test_blocked_samples_are_none_through_a_layer_offset(rate: float, offset: float) -> None:
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.timeCodesPerSecond = 60.0
+    spec = Sdf.CreatePrimInLayer(layer, "/R")
+    pin = Sdf.AttributeSpec(spec, tokens.PIN_PREFIX + "jawOpen", Sdf.ValueTypeNames.Float)
+    for code in range(300):
+        value = 0.25 if code % 2 == 0 else Sdf.ValueBlock()
+        layer.SetTimeSample(pin.path, float(code), value)
+    stage = Usd.Stage.CreateInMemory()
+    stage.SetTimeCodesPerSecond(rate)
+    stage.GetRootLayer().subLayerPaths.append(layer.identifier)
+    stage.GetRootLayer().subLayerOffsets[0] = Sdf.LayerOffset(offset)
+    codes = offset + np.arange(300) * rate / 60.0
+    (found,), findings = read_pins(stage.GetPrimAtPath("/R"), NAMES, codes)
+    assert found.frames.tolist() == list(range(0, 300, 2))
+    assert found.weights.tolist() == [0.25] * 150
+    assert findings == []
+
+
 @pytest.mark.parametrize(
     ("samples", "said"),
     [

@@ -77,7 +77,7 @@ def _pinned(
     found: dict[int, float] = {}
     problems: list[tuple[str, object]] = []
     for code, frame in _samples(attribute, codes):
-        value = attribute.Get(code)
+        value = _value_at(attribute, code, step)
         moment = f"at time code {code:g}" if isinstance(code, float) else "throughout"
         if value is None:  # blocked
             continue
@@ -91,6 +91,19 @@ def _pinned(
             found = dict.fromkeys(range(len(codes)), float(value))
     frames = sorted(found)
     return frames, [found[frame] for frame in frames], problems
+
+
+def _value_at(attribute: Usd.Attribute, code: float | Usd.TimeCode, step: float) -> object:
+    """Return the value of the sample at a time code; None where it is blocked.
+
+    Layer offsets may round the code to just before the sample, where a value or a block that ends
+    there still holds. Just after it none does.
+    """
+    value = attribute.Get(code)
+    if isinstance(code, float):
+        after = attribute.Get(code + 1e-3 * _ON_FRAME * step)
+        value = after if after is None or value is None else value
+    return value
 
 
 def _samples(
