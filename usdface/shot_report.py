@@ -13,6 +13,7 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import gain_region
 from usdface.findings import Finding, finding
+from usdface.retarget.exaggeration import Exaggeration
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
@@ -100,7 +101,11 @@ def report_of(result: ShotResult) -> ShotReport:
 def _verdict(result: ShotResult, summary: dict[str, Any], details: dict[str, Any]) -> Verdict:
     """Return the verdict on a result by its measures and those of its report."""
     travels = details.get("travel_by_part", {})
-    ratios = {part: t["ratio"] for part, t in travels.items() if t["ratio"] is not None}
+    ratios = {
+        part: t["ratio"]
+        for part, t in travels.items()
+        if t["ratio"] is not None and _reduction(result.shot.factors, part) > 0.0
+    }
     return judge(shot_measures(result, ratios, summary.get("weight_deviation_median", np.nan)))
 
 
@@ -189,9 +194,9 @@ def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> S
     }
     exaggeration = result.shot.factors
     muted = [
-        _muted(region, travel, exaggeration.mean_of(region))
+        _muted(region, travel, exaggeration)
         for region, travel in merged.items()
-        if travel.ratio < _MUTED
+        if travel.ratio < _MUTED and _reduction(exaggeration, region) > 0.0
     ]
     return ShotReport({"travel_ratio_by_region": ratios}, details, (*failed, *muted))
 
@@ -212,15 +217,20 @@ def _travel_details(travel: Travel) -> dict[str, Any]:
     }
 
 
-def _muted(region: str, travel: Travel, present: float) -> Finding:
+def _reduction(exaggeration: Exaggeration, region: str) -> float:
+    """Return the factor that a region is played smaller by; 1 if it is not, 0 if held still."""
+    return min(exaggeration.mean_of("face") * exaggeration.mean_of(region), 1.0)
+
+
+def _muted(region: str, travel: Travel, exaggeration: Exaggeration) -> Finding:
     """Return the finding on a region that moves too little, and the remedy.
 
-    `present` is the factor of its exaggeration now.
+    A factor that only undoes the present exaggeration is no reason to doubt the places.
     """
     message = "the skin travels {travel_ratio:.2f} of the performer's markers"
     low, high = _REMEDIES
-    factor = present * travel.best_factor
-    if low <= travel.best_factor <= high:
+    factor = exaggeration.mean_of(region) * travel.best_factor
+    if low <= travel.best_factor <= high / _reduction(exaggeration, region):
         message += "; --exaggeration {region}={best_factor:.1f} comes nearest to them"
         return finding("REGION_MUTED", region, message, travel.ratio, region, factor)
     why = f"only a factor of {factor:.1f} would do" if factor > high else "and hardly follows them"

@@ -150,6 +150,18 @@ def test_a_muted_region_is_reported_with_the_factor_that_makes_up_for_it(tmp_pat
     assert "REGION_MUTED" not in {found["code"] for found in written["findings"]}
 
 
+def test_a_face_that_is_played_smaller_on_purpose_is_not_doubted(shot: Shot) -> None:
+    smaller = ProcessOptions(express=False, exaggeration={"face": 0.4})
+    report = report_of(usdface.retarget(shot, options=smaller))
+    messages = [f.message for f in report.findings if f.code == "REGION_MUTED"]
+    assert messages and not any("check the places" in message for message in messages)
+    still = ProcessOptions(express=False, exaggeration={"face": 0.0})
+    report = report_of(usdface.retarget(shot, options=still))
+    assert "REGION_MUTED" not in {found.code for found in report.findings}
+    assert report.verdict is not None
+    assert "REGION_FLAT" not in {reason.criterion.code for reason in report.verdict.reasons}
+
+
 def test_a_face_that_does_not_follow_is_not_to_be_exaggerated(shot: Shot) -> None:
     result = usdface.retarget(shot, options=ProcessOptions(express=False))
     shuffled = np.random.default_rng(5).permutation(result.solved.weights)
