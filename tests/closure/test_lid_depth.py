@@ -71,18 +71,23 @@ def test_a_solve_that_hardly_shows_blinks_is_not_asked() -> None:
 
 def test_where_all_pulses_are_squints_only_those_solved_as_closed_eyes_close() -> None:
     solved = lid_depth(pulses([0.6, 0.55, 0.8, 0.6]), STEP)
+    squints, blinks = (lid_depth(share * solved.gone, STEP) for share in (0.5, 0.8))
     assert as_deep_as_others(solved, PEAKS).all()  # squints are as deep as each other
-    assert closed_as_solved(solved, PEAKS, [BLINK] * 4).tolist() == [False, False, True, False]
+    found = closed_as_solved(solved, squints, PEAKS, [BLINK] * 4)
+    assert found.tolist() == [False, False, True, False]
+    assert closed_as_solved(solved, blinks, PEAKS, [BLINK] * 4).all()  # lids that move less
     # Lids that the solve hardly shows, or opens, are no evidence; nor are those of no eye.
     for curve in (0.3 * solved.gone, -0.1 * solved.gone, np.full(solved.gone.shape, np.nan)):
-        assert closed_as_solved(lid_depth(curve, STEP), PEAKS, [BLINK] * 4).all()
+        assert closed_as_solved(lid_depth(curve, STEP), squints, PEAKS, [BLINK] * 4).all()
 
 
 def test_both_eyes_of_a_blink_are_solved_as_closed_and_the_one_of_a_wink() -> None:
     curve = pulses([0.8, 0.8, 0.8, 0.8])
     curve[:, 1] *= 0.6
     wink = replace(BLINK, eyes=(0,))
-    found = closed_as_solved(lid_depth(curve, STEP), PEAKS, [BLINK, wink, BLINK, wink])
+    found = closed_as_solved(
+        lid_depth(curve, STEP), lid_depth(0.5 * curve, STEP), PEAKS, [BLINK, wink, BLINK, wink]
+    )
     assert found.tolist() == [False, True, False, True]
 
 

@@ -99,7 +99,7 @@ def find_closings(
     if not blinks:
         return []
     if not has_closed_level(depth, as_solved, by_closer, peaks):
-        closed = closed_as_solved(as_solved, peaks, blinks)
+        closed = closed_as_solved(as_solved, by_closer, peaks, blinks)
         return [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
     # The level of a closed eye is that of its own blinks: their height above rest, at least.
     own_peaks = _eyes_that_blink(pulses, scale, blinks, peaks, step)
