@@ -38,6 +38,18 @@ def test_the_noise_is_found_under_motion_and_misfit() -> None:
     assert part.noise(observed) == pytest.approx(1e-3, rel=0.15)
 
 
+@pytest.mark.parametrize("gaps", [False, True])
+def test_the_noise_does_not_depend_on_the_order_of_shapes_and_coordinates(gaps: bool) -> None:
+    explained, observed, seen = a_take_with_gaps()
+    observed += 0.01 * np.sin(np.arange(600)[:, None] * 0.3) ** 3  # a misfit
+    seen = seen if gaps else all_seen(observed)
+    noise = Unexplained.of(explained, seen).noise(observed)
+    assert Unexplained.of(explained[::-1], seen).noise(observed) == pytest.approx(noise, rel=1e-9)
+    others = np.random.default_rng(5).permutation(40)
+    part = Unexplained.of(explained[:, others], seen[:, others])
+    assert part.noise(observed[:, others]) == pytest.approx(noise, rel=1e-9)
+
+
 def test_noise_cannot_be_told_from_too_little() -> None:
     short, explained = np.zeros((3, 4)), np.zeros((9, 2))
     assert Unexplained.of(np.zeros((1, 4)), all_seen(short)).noise(short) == 0.0

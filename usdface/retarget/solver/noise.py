@@ -125,21 +125,28 @@ class Unexplained:
         return white_noise(np.where(self.seen, observed, np.nan)) if found is None else found
 
     def _unexplained_noise(self, observed: FloatArray) -> float | None:
-        """Return the noise of the unexplained part; None where gaps leave nothing of it."""
-        rest = observed @ self.basis
-        if self.seen.all():
-            return white_noise(rest)
+        """Return the noise of the unexplained part; None where gaps leave nothing of it.
+
+        As `white_noise`, by the median length of third differences: unlike the median of their
+        coordinates it is the same in every basis, whatever the order of markers and blend shapes.
+        """
+        differences = np.diff(observed @ self.basis, 3, axis=0)
         four = np.lib.stride_tricks.sliding_window_view(self.seen, 4, axis=0)
         windows: BoolArray = np.asarray(four.all(axis=-1))
         first = self.frames[self.frames < len(windows)]
         first = first[windows[first].any(axis=1)]
-        differences = np.diff(rest, 3, axis=0)[first]
-        found = [
-            (differences[frames] @ _complement(hidden)).ravel()
-            for frames, hidden in _alike(self.basis, windows[first])
-        ]
-        left = np.concatenate(found) if found else np.zeros(0)
-        return typical_deviation(left) if left.size else None
+        differences, windows = differences[first], windows[first]
+        sums = (differences**2).sum(axis=1)
+        count = np.full(len(first), self.basis.shape[1])
+        for frames, hidden in [] if windows.all() else _alike(self.basis, windows):
+            sums[frames] -= ((differences[frames] @ hidden) ** 2).sum(axis=1)
+            count[frames] -= hidden.shape[1]
+        enough = count > 0
+        if not enough.any():
+            return None
+        # The median of a sum of squares of as many normal numbers.
+        variances = sums[enough].clip(min=0.0) / chdtri(count[enough], 0.5)
+        return float(np.sqrt(np.median(variances) / _THIRD))
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
         """Estimate by how much face and rig differ.
@@ -173,7 +180,3 @@ def _alike(basis: FloatArray, seen: BoolArray) -> list[tuple[IntArray, FloatArra
         (np.flatnonzero(which == k), np.linalg.qr(basis[~pattern].T)[0])
         for k, pattern in enumerate(patterns)
     ]
-
-
-def _complement(hidden: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.qr(hidden, "complete")[0][:, hidden.shape[1] :])
