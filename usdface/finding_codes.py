@@ -543,6 +543,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_unit",
         "the face is far larger or smaller than a human one",
     ),
+    "CHARACTER_TURNED": (
+        "info",
+        "nothing",
+        "the character looks to the side; it is solved as if it looked along +z",
+    ),
     "NEUTRAL_FOUND": ("info", "look_at_frames", "neutral frames were detected"),
     # retarget
     "NEUTRAL_ASSUMED": (

@@ -1,5 +1,6 @@
 """The head's motion on the stage, on the SkelRoot or on the joint that carries the face."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 from scipy.spatial.transform import Rotation
-from worlds import World, make_world, restaged
+from worlds import World, animation_of, make_world, restaged
 
 from usdface.cli import main
 from usdface.geometry.rigid_fit import similarity_fit
@@ -17,6 +18,7 @@ from usdface.pipeline import apply
 from usdface.rigs import Skeleton, Skin
 
 _OP = "xformOp:transform:usdfaceHead"
+FEATURES = "usdface:featurePoints"
 
 
 def processed(
@@ -25,6 +27,7 @@ def processed(
     world: World | None = None,
     unit: tuple[float, str] = (1.0, "Y"),
     skinned: bool = True,
+    turned: float = 0.0,
     status: int = 0,
     **bind: object,
 ) -> Usd.Stage | None:
@@ -33,6 +36,10 @@ def processed(
         restaged(folder / "rig.usda", *unit)
     if not skinned:
         unskinned(folder / "rig.usda")
+    if turned:
+        rig = Usd.Stage.Open(str(folder / "rig.usda"))
+        UsdGeom.Xformable(skel_root(rig)).AddRotateYOp().Set(turned)
+        rig.Save()
     names = {name: str(folder / f"{name}.usda") for name in ("rig", "take", "shot")}
     shot = ["--rig", names["rig"], "--take", names["take"], "--bind", str(folder / "bind.json")]
     assert main(["shot", *shot, "-o", names["shot"]]) == 0
@@ -68,7 +75,7 @@ def test_the_character_moves_with_the_markers(tmp_path: Path, unit: tuple[float,
     rest = np.linalg.inv(to_world(root, Usd.TimeCode.Default()))
     furthest = 0.0
     for code in take.GetAttribute("points").GetTimeSamples():
-        face = np.array(solved.GetAttribute("usdface:featurePoints").Get(code))
+        face = np.array(solved.GetAttribute(FEATURES).Get(code))
         moved = face @ rest[:3, :3] + rest[3, :3]
         there = to_world(root, code)
         moved = moved @ there[:3, :3] + there[3, :3]
@@ -92,6 +99,31 @@ def test_a_character_that_stands_elsewhere_keeps_its_own_transform(tmp_path: Pat
     order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get()
     assert list(order) == ["xformOp:translate", _OP]
     np.testing.assert_allclose(to_world(root, 0.0)[3, :3], [1.0, 2.0, 3.0], atol=1e-4)
+
+
+@pytest.mark.parametrize("degrees", [40.0, 180.0])
+def test_a_character_that_is_turned_moves_in_its_own_space(tmp_path: Path, degrees: float) -> None:
+    """Weights as if it looked ahead; the head nods where the character looks."""
+    ahead = processed(tmp_path / "ahead", skinned=False)
+    report = tmp_path / "report.json"
+    flags = ("--report", str(report))
+    turned = processed(tmp_path / "turned", *flags, skinned=False, turned=degrees)
+    found = json.loads(report.read_text())["findings"]
+    (said,) = (each for each in found if each["code"] == "CHARACTER_TURNED")
+    assert said["values"] == {"turned_degrees": pytest.approx(degrees)}
+    matrix = Rotation.from_euler("y", degrees, degrees=True).as_matrix().T
+    codes = ahead.GetPrimAtPath("/Shot/Capture/Take").GetAttribute("points").GetTimeSamples()
+    for code in codes[::5]:
+        placed, turned_back = to_world(skel_root(ahead), code), to_world(skel_root(turned), code)
+        np.testing.assert_allclose(turned_back[:3, :3], placed[:3, :3] @ matrix, atol=1e-5)
+        np.testing.assert_allclose(turned_back[3, :3], placed[3, :3] @ matrix, atol=1e-5)
+        points = [
+            np.array(stage.GetPrimAtPath("/Shot/Retarget").GetAttribute(FEATURES).Get(code))
+            for stage in (ahead, turned)
+        ]
+        np.testing.assert_allclose(points[1], points[0] @ matrix, atol=1e-5)
+    weights = [animation_of(stage).weights for stage in (ahead, turned)]
+    np.testing.assert_allclose(*weights, atol=1e-5)
 
 
 def test_muted_it_stands_still_again(tmp_path: Path) -> None:

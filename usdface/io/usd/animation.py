@@ -337,13 +337,13 @@ def _author_solution(
         name = tokens.RESIDUAL_PREFIX + region
         _attribute(prim, name, Sdf.ValueTypeNames.Float)
         _samples(layer, prim, name, codes, _floats(curve / unit))
-    to_stage = np.linalg.inv(to_si(shot.metrics))
     pose = matrices_of(solution.pose)
     if solution.posed_in_space:
-        pose = to_si(shot.metrics) @ pose @ to_stage
+        pose = to_si(shot.metrics) @ pose @ np.linalg.inv(to_si(shot.metrics))
     _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
     _samples(layer, prim, tokens.HEAD_TRANSFORM, codes, matrices(pose))
     _attribute(prim, tokens.FEATURE_POINTS, Sdf.ValueTypeNames.Point3fArray)
+    to_stage = np.linalg.inv(shot.to_rig)
     for frames in frame_blocks(len(codes)):
         features = solution.feature_points[frames] @ to_stage[:3, :3]
         _array_samples(layer, prim, tokens.FEATURE_POINTS, shot.codes[frames], features)

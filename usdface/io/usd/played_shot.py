@@ -115,7 +115,7 @@ def _weights(stage: Usd.Stage, staged: StagedShot) -> WeightsTake:
 
 
 def _with_solution(played: PlayedShot, prim: Usd.Prim, staged: StagedShot) -> PlayedShot:
-    codes, si = staged.codes.tolist(), to_si(staged.metrics)
+    codes = staged.codes.tolist()
     metre = staged.metrics.meters_per_unit
     markers = tuple(prim.GetAttribute(tokens.SOLVED_MARKERS).Get() or ())
     shapes = prim.GetAttribute(tokens.SOLVED_SHAPES).Get() or ()
@@ -135,7 +135,7 @@ def _with_solution(played: PlayedShot, prim: Usd.Prim, staged: StagedShot) -> Pl
     return replace(
         played,
         markers=markers if len(points) else (),
-        feature_points=points @ si[:3, :3],
+        feature_points=points @ staged.to_rig[:3, :3],
         distances=distances * metre,
         residual=residual * metre,
         regions={name: curve * metre for name, curve in regions.items() if len(curve)},

@@ -72,6 +72,7 @@ def rig_of_stage(
     asset_root: Path | None = None,
     caches: bool = False,
     purposes: Collection[str] = (),
+    turn: FloatArray | None = None,
 ) -> tuple[Rig, list[Finding]]:
     """Return all meshes of an open stage that has SkelRoots as one rig.
 
@@ -96,6 +97,8 @@ def rig_of_stage(
         they stay as at the first time is a finding.
     purposes : collection of str
         Also return meshes of these purposes, which a render does not show.
+    turn : (4, 4) float64, optional
+        A turn of the whole rig, after all others.
 
     Raises
     ------
@@ -108,7 +111,8 @@ def rig_of_stage(
     `UsdSkel.BakeSkinning` in 26.11 where they are silent.
     """
     with usd_errors(_source(stage)):
-        rig, findings = _rig(stage, root, joints, asset_root, purposes)
+        si = to_si(metrics_of(stage)) @ (np.eye(4) if turn is None else turn)
+        rig, findings = _rig(stage, root, joints, asset_root, purposes, si)
     for mesh in () if caches else rig.meshes:
         if points_move(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path))):
             message = "its points change over time; they stay as at the first"
@@ -126,10 +130,10 @@ def _rig(
     joints: bool,
     asset_root: Path | None,
     purposes: Collection[str],
+    si: FloatArray,
 ) -> tuple[Rig, list[Finding]]:
     roots = skel_roots(stage, root)
     bound, skeletons = _bindings(roots)
-    si = to_si(metrics_of(stage))
     xforms = UsdGeom.XformCache(_START)
     given, findings = _read_skeletons(skeletons, xforms, si, joints, single=bool(root))
     skeleton, staged = join_skeletons(given)

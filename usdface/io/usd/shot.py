@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.arrays import FloatArray, IntArray
 from usdface.binding_origin import check_mesh
 from usdface.errors import InputError
+from usdface.face.facing import facing, turn_about_up, turn_to_front, yaw_of
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.face_layout import read_exaggeration, read_gains, read_layout
@@ -20,7 +21,7 @@ from usdface.io.usd.retarget_setup import (
     read_expressions,
     read_setup,
 )
-from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.rig import rig_of_stage, spaces_of_meshes
 from usdface.io.usd.stage import (
     Metrics,
     check_clocks,
@@ -29,11 +30,16 @@ from usdface.io.usd.stage import (
     to_si,
 )
 from usdface.io.usd.take import count_frames, read_take_prim
+from usdface.retarget_setup import RetargetSetup
+from usdface.rigs import Rig
 from usdface.schemas import tokens
 from usdface.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["ShotPrims", "StagedShot", "base_weights", "read_shot", "shot_frames"]
+
+# A face that is turned aside by less [degrees] looks ahead: rounding of transforms.
+_AHEAD = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,12 +72,15 @@ class StagedShot:
         Time codes of the take's frames on the stage.
     metrics : Metrics
         Of the stage.
+    to_rig : (4, 4) float64
+        From stage space to that of the rig, which looks along +z.
     """
 
     shot: Shot
     prims: ShotPrims
     codes: FloatArray
     metrics: Metrics
+    to_rig: FloatArray
 
 
 def read_shot(
@@ -115,7 +124,8 @@ def _read(
     take_prim = _target(stage, prim, tokens.TAKE, where)
     take, codes = read_take_prim(take_prim, frames)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
-    rig, findings = rig_of_stage(stage, str(scope[0]) if scope else "", True, asset_root)
+    root = str(scope[0]) if scope else ""
+    rig, turn, findings = _facing_front(stage, root, setup, asset_root)
     pins, pin_findings = read_pins(prim, rig.shape_names, codes)
     setup, findings = replace(setup, pins=pins), findings + pin_findings + missing_metrics(stage)
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
@@ -133,7 +143,8 @@ def _read(
         check_mesh(setup.origin, mesh)
     prims = _prims_of(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)
     prims_of_head = stage.GetPrimAtPath(prims.skeleton), stage.GetPrimAtPath(prims.skel_root)
-    head = find_carrier(mesh, rig.skeleton, setup, *prims_of_head, to_si(metrics))
+    to_rig = to_si(metrics) @ turn
+    head = find_carrier(mesh, rig.skeleton, setup, *prims_of_head, to_rig)
     if not prims.animation:
         findings.append(finding("ANIMATION_CREATED", prims.skeleton))
     prims = replace(prims, head=head)
@@ -143,7 +154,28 @@ def _read(
     base = base_weights(stage, prims, take, codes)
     exaggeration = read_exaggeration(prim, codes)
     shot = Shot(rig, take, setup, system, expressions, layout, gains, base, exaggeration)
-    return StagedShot(shot, prims, codes, metrics), findings
+    return StagedShot(shot, prims, codes, metrics, to_rig), findings
+
+
+def _facing_front(
+    stage: Usd.Stage, root: str, setup: RetargetSetup, asset_root: Path | None
+) -> tuple[Rig, FloatArray, list[Finding]]:
+    """Return the rig, turned for its face to look along +z, and the turn (4, 4)."""
+    rig, findings = rig_of_stage(stage, root, True, asset_root)
+    mesh, points = rig.mesh(setup.binding.mesh), setup.binding.points
+    looks = facing(mesh, points[(points >= 0) & (points < len(mesh.points))])
+    if looks is None:
+        return rig, np.eye(4), findings
+    degrees = turn_to_front(looks, yaw_of(spaces_of_meshes(stage)[mesh.path]))
+    if abs(degrees) < _AHEAD:
+        return rig, np.eye(4), findings
+    turn = turn_about_up(degrees)
+    rig, findings = rig_of_stage(stage, root, True, asset_root, turn=turn)
+    message = (
+        "the face looks {turned_degrees:.0f} degrees to the side; it is solved, and written as "
+        "glTF, as if it looked along +z"
+    )
+    return rig, turn, [*findings, finding("CHARACTER_TURNED", mesh.path, message, abs(degrees))]
 
 
 def _retarget_prim(stage: Usd.Stage, where: str) -> Usd.Prim:

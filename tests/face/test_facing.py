@@ -1,0 +1,62 @@
+"""The side that a face looks to, and the turn that lets it look to the front."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from worlds import make_world
+
+from usdface.face.facing import facing, turn_about_up, turn_to_front, yaw_of
+
+
+@pytest.mark.parametrize("degrees", [-170.0, -90.0, -20.0, 0.0, 15.0, 90.0, 135.0])
+def test_a_face_looks_where_its_skin_does(degrees: float) -> None:
+    world = make_world()
+    mesh, bound = world.rig.meshes[0], np.arange(0, len(world.rig.meshes[0].points), 3)
+    ahead = facing(mesh, bound)
+    assert ahead == pytest.approx(0.0, abs=5.0)
+    turned = replace(mesh, points=mesh.points @ turn_about_up(degrees)[:3, :3])
+    assert facing(turned, bound) == pytest.approx(ahead + degrees, abs=1e-6)
+
+
+def test_a_face_without_faces_or_markers_looks_nowhere() -> None:
+    mesh = make_world().rig.meshes[0]
+    none = np.zeros(0, np.int64)
+    assert facing(mesh, none) is None
+    assert facing(replace(mesh, face_counts=none, face_indices=none), np.array([0])) is None
+    up = mesh.points @ Rotation.from_euler("x", 90, degrees=True).as_matrix()
+    assert facing(replace(mesh, points=up), np.arange(len(up))) is None
+
+
+@pytest.mark.parametrize("scale", [0.01, 1.0, -2.0])
+@pytest.mark.parametrize("up", [0.0, -90.0])
+def test_the_yaw_of_a_transform_is_that_about_the_up_axis(up: float, scale: float) -> None:
+    """Whatever the unit, the axis that was up, and the side that a mirrored mesh is made of."""
+    axes = Rotation.from_euler("x", up, degrees=True).as_matrix().T
+    matrix = turn_about_up(40.0)
+    matrix[:3, :3] = scale * axes @ matrix[:3, :3]
+    matrix[3, :3] = 1.0, 2.0, 3.0
+    assert yaw_of(matrix) == pytest.approx(40.0)
+
+
+@pytest.mark.parametrize(
+    ("looks", "yaw", "expected"),
+    [
+        (3.0, 0.0, 0.0),  # markers that are not symmetric
+        (38.0, 0.0, 0.0),  # those of one half of the face
+        (43.0, 40.0, -40.0),
+        (75.0, 40.0, -40.0),
+        (-178.0, 180.0, -180.0),
+        (2.0, 1.0, -1.0),
+        (1.0, -2.0, 2.0),
+        (4.0, 90.0, 0.0),  # modelled along x, put right by the stage
+        (91.0, 0.0, -90.0),  # modelled along x
+        (-85.0, 0.0, 90.0),
+        (179.0, 0.0, 0.0),  # faces that are inside out
+    ],
+)
+def test_a_face_is_turned_back_by_exactly_what_turned_it(
+    looks: float, yaw: float, expected: float
+) -> None:
+    assert turn_to_front(looks, yaw) == pytest.approx(expected)

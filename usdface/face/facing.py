@@ -1,0 +1,79 @@
+"""The side that a character's face looks to, and the turn that lets it look to the front.
+
+Features, lids and regions are those of a face that looks along +z, as glTF's models do; one that
+is turned in a shot, or modelled along another axis, is solved as if it did.
+"""
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from usdface.arrays import FloatArray, IntArray
+from usdface.geometry.vertex_normals import NormalsNear
+from usdface.rigs import Mesh
+
+__all__ = ["facing", "turn_about_up", "turn_to_front", "yaw_of"]
+
+# Markers cover a face unevenly, one half of it in the extreme: their normals are off by so much at
+# most [degrees].
+_UNEVEN = 45.0
+# A stage that turns a character by less [degrees] means it; a model that is off by so little is not
+# told from one whose markers are uneven.
+_SLIGHT = 15.0
+# A face looks along x, as modelled, if they are within this of it [degrees].
+_ALONG_X = 30.0
+# Shorter mean normals have no direction to the side: the face looks up, or markers are all around.
+_LEVEL = 0.3
+
+
+def facing(mesh: Mesh, bound: IntArray) -> float | None:
+    """Return where a face looks: the mean normal at vertices `bound` (B,) about y [degrees].
+
+    0 is +z, 90 is +x; None where that is not known.
+    """
+    if not len(bound) or not len(mesh.face_counts):
+        return None
+    near = NormalsNear(mesh.face_counts, mesh.face_indices, len(mesh.points))
+    x, _, z = near.at(mesh.points, np.unique(bound)).mean(axis=0)
+    return float(np.degrees(np.arctan2(x, z))) if np.hypot(x, z) > _LEVEL else None
+
+
+def yaw_of(to_rig: FloatArray) -> float:
+    """Return by how much a transform (4, 4), for row vectors, turns about y [degrees].
+
+    Of its rotation the twist about that axis, so that another up axis turns nothing.
+    """
+    left, _, right = np.linalg.svd(to_rig[:3, :3])
+    rotation = (left @ right).T
+    if np.linalg.det(rotation) < 0.0:
+        rotation = -rotation
+    _, y, _, w = Rotation.from_matrix(rotation).as_quat()
+    return _wrapped(2.0 * float(np.degrees(np.arctan2(y, w))))
+
+
+def turn_to_front(looks: float, yaw: float) -> float:
+    """Return by how much to turn a character about y for its face to look along +z [degrees].
+
+    Parameters
+    ----------
+    looks : float [degrees]
+        As `facing`: right but for the markers' distribution.
+    yaw : float [degrees]
+        That the stage turns the character by: exact, but it may only put right the model's axes.
+    """
+    turned = yaw if abs(_wrapped(looks - yaw)) <= max(abs(looks), _SLIGHT) else 0.0
+    if abs(_wrapped(looks - turned)) <= _UNEVEN:
+        return -turned
+    along_x = float(np.copysign(90.0, looks))
+    return -along_x if abs(looks - along_x) <= _ALONG_X else 0.0
+
+
+def turn_about_up(degrees: float) -> FloatArray:
+    """Return the transform (4, 4) of a turn about y, for row vectors."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler("y", degrees, degrees=True).as_matrix().T
+    return matrix
+
+
+def _wrapped(degrees: float) -> float:
+    """Return an angle within half a turn of 0."""
+    return (degrees + 180.0) % 360.0 - 180.0
