@@ -603,7 +603,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "SHAPE_UNSURE": (
         "info",
         "add_markers",
-        "the markers hardly determine a blend shape; one at this vertex would",
+        "the markers hardly determine a blend shape; one more may",
     ),
     "PIN_IGNORED": (
         "warning",

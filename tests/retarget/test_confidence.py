@@ -219,6 +219,13 @@ def test_a_marker_at_the_named_place_shows_the_shape() -> None:
     assert not said.unseen and said.deviations.max() < 0.1
 
 
+def test_no_place_is_named_where_one_marker_would_not_determine_the_shape() -> None:
+    """Of three shapes that move alike a marker sees the sum."""
+    alike = np.concatenate([SHAPES, SHAPES[[2, 2]]])
+    said = confidence_of(PLACES, alike, np.array([0, 3, 9, 12]), 3, False, STEP, USUAL)
+    assert said.unseen == {2: None, 5: None, 6: None}
+
+
 def test_places_are_the_best_of_all_one_at_a_time() -> None:
     bound: list[int] = [0, 3]
     for place in world(bound).places[:3].tolist():

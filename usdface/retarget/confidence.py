@@ -38,6 +38,8 @@ _FRAMES = 1000
 # Deviations beyond a bound from which on the tail counts as exponential (error 2 / 100^2); at more,
 # the difference of squares in `within_bounds` would lose its precision (100^4 * 1e-16 = 1e-8).
 _PRESSED = 100.0
+# One more marker determines most of a shape if it takes away so much of its variance.
+_MOST = 0.5
 _LOG_BELL = -0.5 * float(np.log(2.0 * np.pi))
 
 
@@ -49,9 +51,9 @@ class Confidence:
     ----------
     deviations : (S,) float64 [1]
         Standard deviation of each weight where all markers are seen, before its bounds.
-    unseen : dict of int to int
-        Shapes that the markers hardly determine, each with the vertex at which one more marker
-        would determine it best.
+    unseen : dict of int to int or None
+        Shapes that the markers hardly determine and more markers would, each with the vertex at
+        which one determines most of it; None where no single one does.
     places : (K,) int64
         The most informative vertices for the next markers, the best first (greedy D-optimal).
     hidden : (H,) int64
@@ -59,7 +61,7 @@ class Confidence:
     """
 
     deviations: FloatArray
-    unseen: dict[int, int]
+    unseen: dict[int, int | None]
     places: IntArray
     hidden: IntArray
 
@@ -125,7 +127,7 @@ def confidence_of(
     across = spreads[:, :, hidden]
     falls = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
     unseen = {
-        int(shape): int(free[place])
+        int(shape): int(free[place]) if fall >= _MOST * spread[shape, shape] else None
         for shape, place, fall in zip(hidden, falls.argmax(axis=0), falls.max(axis=0), strict=True)
         if fall > 0.0
     }

@@ -8,6 +8,7 @@ import numpy as np
 from usdface.advice import advice
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
+from usdface.face.place import Place
 from usdface.face.place_names import places_of
 from usdface.face.region_residuals import region_errors
 from usdface.finding_values import Prose
@@ -115,17 +116,21 @@ def _confidence_report(
         },
     }
     found = [
-        finding(
-            "SHAPE_UNSURE",
-            name,
-            "hardly determined by the markers; one more marker would determine most of it here: "
-            "{place}",
-            Prose(named[vertex]),
-            **named[vertex].as_dict(),
-        )
-        for name, vertex in unseen.items()
+        _unsure(names[shape], named[int(places[place])] if place is not None else None)
+        for shape, place in confidence.unseen.items()
     ]
     return SolveReport(summary, details, found)
+
+
+def _unsure(shape: str, place: Place | None) -> Finding:
+    """Return the finding on a shape that markers hardly determine, and the place of a remedy."""
+    if place is None:
+        message = "hardly determined by the markers, nor by any single one more"
+        return finding("SHAPE_UNSURE", shape, message)
+    message = (
+        "hardly determined by the markers; one more marker would determine most of it here: {place}"
+    )
+    return finding("SHAPE_UNSURE", shape, message, Prose(place), **place.as_dict())
 
 
 def _usual(solution: Solution, setup: RetargetSetup, face: BoundFace) -> Regularisation:
