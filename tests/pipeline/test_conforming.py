@@ -50,6 +50,17 @@ def conform(folder: Path, *options: str) -> int:
     return main(["conform", str(folder / "reel.edl"), *takes, *show, *out, *options])
 
 
+@pytest.mark.parametrize("option", ["--performer", "--character"])
+def test_names_that_the_show_file_does_not_have_are_refused(
+    folder: Path, capsys: pytest.CaptureFixture[str], option: str
+) -> None:
+    known = {"--performer": "anna", "--character": "mia"}[option]
+    assert conform(folder, option, known[:-1] + "x") == 1
+    kind = option.removeprefix("--")
+    assert f"there is no {kind} '{known[:-1]}x'; did you mean {known}?" in capsys.readouterr().err
+    assert not (folder / "reel.json").exists()
+
+
 @pytest.mark.slow
 def test_each_clip_is_delivered_from_its_take(folder: Path) -> None:
     assert conform(folder, "--handles", "2") == 0

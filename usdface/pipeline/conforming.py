@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.blas_threads import one_blas_thread
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.cut_file import read_cut, timecode_seconds
 from usdface.io.inputs import check_outputs, files_read
@@ -99,6 +99,9 @@ def conform(
         events, findings = read_cut(Path(cut), cut_rate)
         clocks = [_clock(Path(take), timecode_rate) for take in takes]
         document = _document(base)
+        if base is not None:
+            _check_named(document, base, "performers", [performer] if performer else [])
+            _check_named(document, base, "characters", characters)
         entries, found = conformed(events, clocks, handles, rate)
     if not entries:
         raise InputError(
@@ -130,6 +133,16 @@ def _document(base: Path | None) -> dict[str, Any]:
     text = base.read_text(encoding="utf-8-sig")
     document = json.loads(text) if base.suffix.lower() == ".json" else tomllib.loads(text)
     return {key: value for key, value in document.items() if key != "shots"}
+
+
+def _check_named(document: dict[str, Any], base: Path, kind: str, names: Sequence[str]) -> None:
+    """Refuse performers or characters that the show file does not have: a sequence would."""
+    for name in names:
+        if name not in (known := document.get(kind, {})):
+            raise InputError(
+                f"{base}: there is no {kind[:-1]} {name!r}{did_you_mean(name, known)}",
+                "SETTING_WRONG",
+            )
 
 
 def _clock(path: Path, timecode_rate: float) -> TakeClock:
