@@ -163,3 +163,12 @@ def test_help_and_version_load_nothing_heavy() -> None:
 def test_bench_papers_keeps_what_it_promises(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "papers", "--format", "json"]) == 0
     assert len(json.loads(capsys.readouterr().out)) == 2
+
+
+def test_a_closed_standard_error_says_nothing_on_standard_output(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As some queues start their jobs (2>&-): `sys.stderr` is None then."""
+    monkeypatch.setattr("sys.stderr", None)
+    assert main(["process", str(tmp_path / "none.usda"), "--format", "json"]) == 1
+    assert json.loads(capsys.readouterr().out)["error"]["code"]

@@ -34,12 +34,6 @@ def test_progress_on_a_terminal_shows_the_step(
     assert said.out == "" and "solve" in said.err
 
 
-def test_a_closed_standard_error_is_no_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("sys.stderr", None)
-    with progress(asked()) as on_progress:
-        on_progress(Step("read"))
-
-
 def test_plain_progress_is_a_line_for_each_tenth_of_a_step(
     capsys: pytest.CaptureFixture[str],
 ) -> None:

@@ -9,7 +9,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from io import TextIOWrapper
+from io import StringIO, TextIOWrapper
 
 from usdface import __version__
 from usdface.blas_threads import limit_from_start
@@ -107,7 +107,12 @@ def _in_one_line(error: Exception) -> str:
 
 
 def _write_anything() -> None:
-    """Escape characters that the terminal cannot print, and file names that are not UTF-8."""
+    """Escape characters that the terminal cannot print, and file names that are not UTF-8.
+
+    A standard error that is closed (2>&-) is given a sink: `print` would take standard output.
+    """
+    if sys.stderr is None:
+        sys.stderr = StringIO()
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")

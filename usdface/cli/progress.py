@@ -49,7 +49,7 @@ def _shown(parsed: argparse.Namespace) -> "Iterator[OnProgress]":
         yield _lines(_LINES[form])
     elif form == "none":
         yield lambda _: None
-    elif parsed.format == "text" and sys.stderr and sys.stderr.isatty():  # None where it is closed
+    elif parsed.format == "text" and sys.stderr.isatty():
         with _bar() as show:
             yield show
     else:
