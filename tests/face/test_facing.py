@@ -29,15 +29,21 @@ def test_a_face_without_faces_or_markers_looks_nowhere() -> None:
     assert facing(replace(mesh, points=up), np.arange(len(up))) is None
 
 
-@pytest.mark.parametrize("scale", [0.01, 1.0, -2.0])
+@pytest.mark.parametrize("scale", [(0.01,) * 3, (1.0, 1.0, 1.0), (-2.0, 2.0, 2.0)])
 @pytest.mark.parametrize("up", [0.0, -90.0])
-def test_the_yaw_of_a_transform_is_that_about_the_up_axis(up: float, scale: float) -> None:
-    """Whatever the unit, the axis that was up, and the side that a mirrored mesh is made of."""
+def test_the_yaw_of_a_transform_is_that_about_the_up_axis(
+    up: float, scale: tuple[float, float, float]
+) -> None:
+    """Whatever the unit and the axis that was up, also of a mirrored character."""
     axes = Rotation.from_euler("x", up, degrees=True).as_matrix().T
     matrix = turn_about_up(40.0)
-    matrix[:3, :3] = scale * axes @ matrix[:3, :3]
+    matrix[:3, :3] = np.diag(scale) @ axes @ matrix[:3, :3]
     matrix[3, :3] = 1.0, 2.0, 3.0
     assert yaw_of(matrix) == pytest.approx(40.0)
+
+
+def test_a_character_on_its_head_has_no_yaw() -> None:
+    assert yaw_of(np.diag([1.0, -1.0, -1.0, 1.0])) == 0.0
 
 
 @pytest.mark.parametrize(

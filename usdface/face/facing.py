@@ -21,6 +21,8 @@ _UNEVEN = 45.0
 _SLIGHT = 15.0
 # A face looks along x, as modelled, if they are within this of it [degrees].
 _ALONG_X = 30.0
+# A rotation with a smaller share about the up axis has none.
+_TURNED = 1e-6
 # Shorter mean normals have no direction to the side: the face looks up, or markers are all around.
 _LEVEL = 0.3
 
@@ -40,14 +42,16 @@ def facing(mesh: Mesh, bound: IntArray) -> float | None:
 def yaw_of(to_rig: FloatArray) -> float:
     """Return by how much a transform (4, 4), for row vectors, turns about y [degrees].
 
-    Of its rotation the twist about that axis, so that another up axis turns nothing.
+    Of its rotation the twist about that axis, so that another up axis turns nothing; 0 where it has
+    none, as of a character that stands on its head. One that is mirrored from left to right is
+    turned as before that.
     """
     left, _, right = np.linalg.svd(to_rig[:3, :3])
-    rotation = (left @ right).T
+    rotation = left @ right
     if np.linalg.det(rotation) < 0.0:
-        rotation = -rotation
-    _, y, _, w = Rotation.from_matrix(rotation).as_quat()
-    return _wrapped(2.0 * float(np.degrees(np.arctan2(y, w))))
+        rotation = np.diag([-1.0, 1.0, 1.0]) @ rotation
+    _, y, _, w = Rotation.from_matrix(rotation.T).as_quat()
+    return _wrapped(2.0 * float(np.degrees(np.arctan2(y, w)))) if np.hypot(y, w) > _TURNED else 0.0
 
 
 def turn_to_front(looks: float, yaw: float) -> float:
