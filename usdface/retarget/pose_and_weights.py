@@ -133,7 +133,6 @@ def solve_pose_and_weights(
         )
 
     iterate: Iterate | None = None
-    hidden_share = float(np.sqrt((~seen).mean()))
     regularisation = known or Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
     bounds = Bounds(rows=rows.model.limit_rows, limits=np.zeros(len(rows.model.limit_rows)))
     to_correct = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
@@ -152,21 +151,19 @@ def solve_pose_and_weights(
             break
         iterate = rows.solve(observed, times, regularisation, iterate)
         leftover = (observed - rows.displacements(iterate.weights)).reshape(*seen.shape, -1)
-        moved, turned = _rms(leftover[~seen]), 0.0
+        moved = _rms(leftover[~seen])
         if fit_pose:
             pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
             before, here = here, pose.to_head(markers)
-            turned = _rms((here - before)[seen])
+            moved = max(moved, _rms((here - before)[seen]))
         error = max(regularisation.noise, regularisation.misfit)
-        settled = max(_SETTLED_SHARE * error, _SETTLED)
-        # Occluded markers settle slowly; few of them hardly matter to the corrections of all.
-        if exactly or max(turned, moved * hidden_share) >= settled:
-            continue
-        if known is None and regularisation.covariance is None:
-            regularisation = rows.learned(observed, times, regularisation, iterate)
-            if regularisation.covariance is not None:
-                continue
-        if to_correct and neutral_frames is not None:
+        if not exactly and moved < max(_SETTLED_SHARE * error, _SETTLED):
+            if known is None and regularisation.covariance is None:
+                regularisation = rows.learned(observed, times, regularisation, iterate)
+                if regularisation.covariance is not None:
+                    continue
+            if not (to_correct and neutral_frames is not None):
+                break
             to_correct -= 1
             leftover -= bootstrap_residual(rows, seen, times, regularisation, iterate)
             correction = neutral_correction(
@@ -174,8 +171,6 @@ def solve_pose_and_weights(
             )
             space = replace(space, start=start + correction)
             regularisation = regularisation.unlearned()
-        elif moved < settled:
-            break
     displaced, observed = _displaced(here, space, rows, iterate, times)
     if known is None and regularisation.covariance is None:
         regularisation = rows.learned(observed, times, regularisation, iterate)
