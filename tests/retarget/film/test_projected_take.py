@@ -55,6 +55,12 @@ def test_small_motions_of_the_head_are_left_out() -> None:
     assert projected_take(20.0, moving=False).turns.shape == (COUNT, COORDINATES, 0)
 
 
+def test_motions_of_the_head_that_no_camera_sees_take_nothing_away() -> None:
+    take = projected_take(20.0)
+    lengths = np.linalg.norm(take.turns, axis=1)
+    np.testing.assert_allclose(lengths, [[1, 1, 1, 1, 1, 0]] * COUNT, atol=1e-12)
+
+
 def test_hidden_markers_have_no_say() -> None:
     take = projected_take(20.0, hidden=20)
     wrong = take.observed.copy()
@@ -77,7 +83,7 @@ def test_what_lasts_and_no_shape_makes_is_misfit() -> None:
     off = np.random.default_rng(8).normal(scale=1e-3, size=COORDINATES)
     there = replace(take, observed=take.observed + off)
     assert there.misfit(2e-4) == pytest.approx(1e-3, rel=0.35)
-    assert there.noise() == pytest.approx(2e-4, rel=0.15)
+    assert there.noise() == pytest.approx(2e-4, rel=0.05)
 
 
 def test_shares_that_nothing_explains_add_up_to_the_free_dimensions() -> None:
@@ -86,4 +92,5 @@ def test_shares_that_nothing_explains_add_up_to_the_free_dimensions() -> None:
     explained = np.linalg.matrix_rank(
         take.views.projected(np.broadcast_to(MODEL.offsets, (COUNT, *MODEL.offsets.shape)))[5]
     )
-    np.testing.assert_allclose(share[5].sum(), COORDINATES - explained - 6, atol=1e-3)
+    # A camera far away sees five motions of the head.
+    np.testing.assert_allclose(share[5].sum(), COORDINATES - explained - 5, atol=1e-3)

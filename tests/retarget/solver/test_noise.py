@@ -128,6 +128,18 @@ def test_blend_shapes_that_differ_by_the_rounding_of_a_file_are_one() -> None:
     np.testing.assert_allclose([(a, b) for _, a, b in found], [found[0][1:]] * 4, rtol=0.05)
 
 
+def test_occluded_coordinates_that_are_explained_anyway_take_no_evidence_away() -> None:
+    explained, observed, seen = a_take_with_gaps()
+    explained = np.concatenate([explained, np.eye(40)[:3]])
+    seen[:, :3] = True
+    whole = Unexplained.of(explained, seen)
+    seen[100:300, :3] = False
+    part = Unexplained.of(explained, seen)
+    np.testing.assert_array_equal(part.frames, whole.frames)
+    for found, expected in zip(part.squares(observed), whole.squares(observed), strict=True):
+        np.testing.assert_allclose(found, expected, rtol=1e-9)
+
+
 def test_noise_of_few_markers_is_that_of_their_displacements() -> None:
     """Weights and pose explain all that eight markers can do; what trembles is noise."""
     rng = np.random.default_rng(14)

@@ -61,13 +61,18 @@ class ProjectedTake:
 
     @cached_property
     def turns(self) -> FloatArray:
-        """Orthonormal small head motions in the view of the camera: (F, 2 M, 6 or 0)."""
+        """Orthonormal small head motions in the view of the camera: (F, 2 M, 6 or 0).
+
+        Zeros in place of those that are not visible: a camera far away sees no depth.
+        """
         count = len(self.observed)
         if not self.moving:
             return np.zeros((count, self.observed.shape[1], 0))
         basis = np.broadcast_to(motion_basis(self.target, 3).T, (count, 6, self.target.size))
         projected = self.views.weighted(self.views.projected(basis)).transpose(0, 2, 1)
-        return np.asarray(np.linalg.qr(projected)[0])
+        directions, size, _ = np.linalg.svd(projected, full_matrices=False)
+        visible = size > np.sqrt(_ROUNDING) * size[:, :1]
+        return np.asarray(directions * visible[:, None])
 
     def left(self, weights: FloatArray) -> FloatArray:
         """Return the residual of complete weights (F, S): (F, 2 M) [m]."""

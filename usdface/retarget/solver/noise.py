@@ -177,6 +177,11 @@ def _alike(basis: FloatArray, seen: BoolArray) -> list[tuple[IntArray, FloatArra
     patterns, which = np.unique(seen, axis=0, return_inverse=True)
     which = which.ravel()
     return [
-        (np.flatnonzero(which == k), np.linalg.qr(basis[~pattern].T)[0])
-        for k, pattern in enumerate(patterns)
+        (np.flatnonzero(which == k), _span(basis[~pattern].T)) for k, pattern in enumerate(patterns)
     ]
+
+
+def _span(columns: FloatArray) -> FloatArray:
+    """Return an orthonormal basis of the columns (R, H): what is explained anyway adds none."""
+    directions, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(directions[:, sizes > _NOTHING])
