@@ -61,6 +61,7 @@ def test_where_the_libraries_cannot_be_looked_for_nothing_is_left_limited(
     monkeypatch: pytest.MonkeyPatch, host: list[int]
 ) -> None:
     with monkeypatch.context() as broken:
+        broken.setattr(blas_threads, "_loaded", frozenset())
         broken.setitem(sys.modules, "threadpoolctl", None)
         with pytest.raises(ImportError), one_blas_thread():
             pass
@@ -112,7 +113,8 @@ def test_a_library_that_is_loaded_inside_is_limited_by_the_next_block(
     monkeypatch.setattr(blas_threads, "_LOADERS", ("numpy", "late"))
     with one_blas_thread():
         CONTROLS.lib_controllers[0].set_num_threads(2)
-        blas_threads._before.pop(CONTROLS.lib_controllers[0].filepath)
+        path = CONTROLS.lib_controllers[0].filepath
+        blas_threads._before.pop(path), blas_threads._found.pop(path)
         monkeypatch.setitem(sys.modules, "late", np)
         with one_blas_thread():
             assert set(now()) == {1}
@@ -136,7 +138,8 @@ def test_our_own_threads_are_limited_each(monkeypatch: pytest.MonkeyPatch) -> No
         seen.append(getattr(threads, "count", 64))
 
     with one_blas_thread():
-        blas_threads._before["by thread"] = Library(), 64
+        monkeypatch.setitem(blas_threads._found, "by thread", Library())
+        blas_threads._before["by thread"] = 64
         on_all_cores(work, range(3))
     assert seen == [1, 1, 1]
 

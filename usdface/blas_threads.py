@@ -27,8 +27,10 @@ _LOADERS = ("numpy", "scipy.linalg._fblas")
 
 _lock = threading.RLock()
 _inside = 0
+# Controls of the libraries that these loaded: they stay in a process, and looking takes milliseconds.
 _loaded: frozenset[str] = frozenset()
-_before: dict[str, tuple[Any, int]] = {}  # by library: its controls, and the host's threads
+_found: dict[str, Any] = {}
+_before: dict[str, int] = {}  # the host's number of threads, of each library that is limited
 
 
 def limit_from_start() -> None:
@@ -65,12 +67,21 @@ def limit_worker() -> None:
     OpenBLAS with OpenMP, and BLIS: conda and Linux distributions have them.
     """
     with _lock:
-        for library, _ in _before.values():
-            _set_threads(library, 1)
+        for name in _before:
+            _set_threads(_found[name], 1)
 
 
 def _limit() -> None:
-    """Limit the libraries that have been loaded since they were last looked for."""
+    """Limit the libraries that are not yet limited."""
+    _find()
+    for name, library in _found.items():
+        if name not in _before:
+            _before[name] = library.num_threads
+            _set_threads(library, 1)
+
+
+def _find() -> None:
+    """Look for libraries where one can have been loaded since."""
     global _loaded
     loaded = frozenset(name for name in _LOADERS if name in sys.modules)
     if loaded == _loaded:
@@ -78,9 +89,7 @@ def _limit() -> None:
     from threadpoolctl import ThreadpoolController  # only where something is computed
 
     for library in ThreadpoolController().select(user_api="blas").lib_controllers:
-        if library.filepath not in _before:
-            _before[library.filepath] = library, library.num_threads
-            _set_threads(library, 1)
+        _found.setdefault(library.filepath, library)
     _loaded = loaded
 
 
@@ -95,10 +104,9 @@ def _set_threads(library: Any, threads: int) -> None:
 
 
 def _leave() -> None:
-    global _inside, _loaded
+    global _inside
     _inside -= 1
     if _inside == 0:
-        for library, threads in _before.values():
-            _set_threads(library, threads)
+        for name, threads in _before.items():
+            _set_threads(_found[name], threads)
         _before.clear()
-        _loaded = frozenset()
