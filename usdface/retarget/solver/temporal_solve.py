@@ -204,20 +204,19 @@ def _alternate(
     iterations: int,
     tolerance: float,
 ) -> tuple[FloatArray, FloatArray]:
-    factors = []
-    for value in system.values:
-        shifted = bands.copy()
-        shifted[2] += value
-        factors.append(cholesky_banded(shifted, overwrite_ab=True, check_finite=False))
-    # Columns of the rotated unknowns are contiguous in memory: each is one banded solve.
+    # The systems of all rotated unknowns as one: no entry couples the last frame of one with the
+    # first of the next.
+    diagonals = np.tile(bands, (len(system.values), 1, 1))
+    diagonals[:, 0, :2], diagonals[:, 1, 0] = 0.0, 0.0
+    diagonals[:, 2] += system.values[:, None]
+    factor = cholesky_banded(np.hstack(list(diagonals)), overwrite_ab=True, check_finite=False)
     rotation = (system.penalties[:, None] * system.joined @ system.vectors).T
     back = system.joined @ system.vectors
     constant = system.vectors.T @ right.T
     for _ in range(iterations):
         rotated = constant + rotation @ (boxed - dual).T
-        for k, factor in enumerate(factors):
-            # LAPACK itself: `cho_solve_banded` takes ten times as long to check its arguments.
-            rotated[k], _ = dpbtrs(factor, rotated[k], overwrite_b=True)
+        # LAPACK itself: `cho_solve_banded` takes ten times as long to check its arguments.
+        rotated = dpbtrs(factor, rotated.ravel(), overwrite_b=True)[0].reshape(rotated.shape)
         relaxed = RELAXATION * (back @ rotated).T + (1.0 - RELAXATION) * boxed + dual
         previous, boxed = boxed, np.clip(relaxed, *limits)
         dual = relaxed - boxed
