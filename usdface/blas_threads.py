@@ -27,7 +27,7 @@ _LOADERS = ("numpy", "scipy.linalg._fblas")
 
 _lock = threading.RLock()
 _inside = 0
-# Controls of the libraries that these loaded: they stay in a process, and looking takes milliseconds.
+# Controls of the libraries that these loaded: they stay in a process; looking takes milliseconds.
 _loaded: frozenset[str] = frozenset()
 _found: dict[str, Any] = {}
 _before: dict[str, int] = {}  # the host's number of threads, of each library that is limited

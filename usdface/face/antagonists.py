@@ -35,7 +35,7 @@ def antagonists(mesh: Mesh, expressions: Sequence[Expression]) -> tuple[tuple[st
     pairs = []
     for i, j in np.argwhere(np.tril(cosine < _SAME_SIDE, k=-1)):
         a, b = used[i].name, used[j].name
-        one, other = (units.get(name, set()) & _UNITS for name in (a, b))
+        one, other = (units.get(name, frozenset()) & _UNITS for name in (a, b))
         named = bool(one and other and one != other)
         if (named or cosine[i, j] < _OPPOSED) and (a, b) not in together:
             pairs.append((b, a))

@@ -129,18 +129,23 @@ def expressions_for(
     return tuple(expressions), findings
 
 
-def units_of(shape_names: Sequence[str]) -> dict[str, set[int]]:
+def units_of(shape_names: Sequence[str]) -> Mapping[str, frozenset[int]]:
     """Return the action units of each blend shape; blend shapes without any are left out.
 
     In the naming convention of most of the names.
     """
-    convention = _convention(tuple(shape_names))
+    return _units_of(tuple(shape_names))
+
+
+@lru_cache(maxsize=8)
+def _units_of(shape_names: tuple[str, ...]) -> Mapping[str, frozenset[int]]:
+    convention, known = _convention(shape_names), set(shape_names)
     units: dict[str, set[int]] = {}
     for unit in convention.units:
         for name, _ in convention.names(ActionUnit(unit)):
-            if name in shape_names:
+            if name in known:
                 units.setdefault(name, set()).add(unit)
-    return units
+    return MappingProxyType({name: frozenset(own) for name, own in units.items()})
 
 
 def composed_pose(units: Mapping[int, float], shape_names: Sequence[str]) -> Expression | None:

@@ -127,11 +127,11 @@ def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:
 def _rows_of(shape_names: Sequence[str]) -> Mapping[str, _Row]:
     """Return the row of each blend shape with a telling name."""
     units = units_of(shape_names)
-    rows = ((name, _row_of(name, units.get(name, set()))) for name in shape_names)
+    rows = ((name, _row_of(name, units.get(name, frozenset()))) for name in shape_names)
     return {name: row for name, row in rows if row is not None}
 
 
-def _row_of(name: str, units: set[int]) -> _Row | None:
+def _row_of(name: str, units: frozenset[int]) -> _Row | None:
     by_word = (row for row in _ROWS if re.search(row.words, name.lower()))
     return next(by_word, None) or next((row for row in _ROWS if row.units & units), None)
 

@@ -322,19 +322,18 @@ def _measured(
 
 def _ring_level(values: NDArray[np.float32], ring: BoolArray) -> tuple[FloatArray, FloatArray]:
     """Return median and noise (K,) of the surroundings of each dot."""
-    flat = np.where(ring, values, np.nan).reshape(len(values), -1)
-    flat[~ring.any(axis=(1, 2)), 0] = 0.0
-    base = np.nanmedian(flat, axis=1)
     # By differences of neighbours: a gradient of the light is no noise.
-    steps = np.abs(np.diff(np.where(ring, values, np.nan), axis=2)).reshape(len(values), -1)
-    steps[np.isnan(steps).all(axis=1), 0] = 0.0
-    return base, np.maximum(1.4826 / np.sqrt(2.0) * np.nanmedian(steps, axis=1), _NOISE_FLOOR)
+    steps = _median(np.abs(np.diff(values, axis=2)), ring[:, :, 1:] & ring[:, :, :-1])
+    return _median(values, ring), np.maximum(1.4826 / np.sqrt(2.0) * steps, _NOISE_FLOOR)
 
 
 def _median(values: NDArray[np.float32], mine: BoolArray) -> FloatArray:
-    """Return the median signal (K,) of each component."""
-    flat = np.where(mine, values, np.nan).reshape(len(values), -1)
-    return np.asarray(np.nanmedian(flat, axis=1))
+    """Return the median (K,) of the values of each window (K, H, W) that are `mine`; 0 of none."""
+    # Sorted: numpy's median of those that are no NaN takes six times as long.
+    ordered = np.sort(np.where(mine, values, np.inf).reshape(len(values), -1), axis=1)
+    count, rows = mine.sum(axis=(1, 2)), np.arange(len(values))
+    middle = ordered[rows, np.maximum(count - 1, 0) // 2] + ordered[rows, count // 2]
+    return np.where(count > 0, middle / 2, 0.0)
 
 
 def _ellipses(xx: FloatArray, yy: FloatArray, xy: FloatArray) -> tuple[FloatArray, FloatArray]:

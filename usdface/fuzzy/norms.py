@@ -6,10 +6,11 @@ same row: s(a, b) = 1 - t(1 - a, 1 - b).
 """
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, frozen
 
 __all__ = ["AGGREGATIONS", "HEDGES", "S_NORMS", "T_NORMS", "most_of", "most_weights"]
 
@@ -90,6 +91,7 @@ AGGREGATIONS: dict[str, Norm] = S_NORMS | {"sum": np.add}
 _MOST = (0.4, 0.8)
 
 
+@lru_cache(maxsize=64)
 def most_weights(count: int) -> FloatArray:
     """Return the weights of MOST OF for degrees from the largest to the smallest: (count,).
 
@@ -97,7 +99,7 @@ def most_weights(count: int) -> FloatArray:
     """
     begins, whole = _MOST
     quantifier = np.clip((np.arange(count + 1) / count - begins) / (whole - begins), 0.0, 1.0)
-    return np.diff(quantifier)
+    return frozen(np.diff(quantifier))
 
 
 def most_of(degrees: Sequence[FloatArray]) -> FloatArray:

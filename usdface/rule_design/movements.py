@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, frozen
 from usdface.face.symmetry import mirrored_pairs
 
 __all__ = ["Movements", "movements", "single_movements"]
@@ -39,6 +40,11 @@ class Movements:
 
 def movements(shape_names: Sequence[str]) -> Movements:
     """Return the movements of a rig's blend shapes; the same for the same names."""
+    return _movements(tuple(shape_names))
+
+
+@lru_cache(maxsize=8)
+def _movements(shape_names: tuple[str, ...]) -> Movements:
     single = single_movements(shape_names)
     sided = (single[len(shape_names) :] > 0).any(axis=0)
     whole = single[~((single.sum(axis=1) == 1) & (single @ sided > 0))]
@@ -48,7 +54,7 @@ def movements(shape_names: Sequence[str]) -> Movements:
         count = min(int(rng.integers(_AT_A_TIME[0], _AT_A_TIME[1] + 1)), len(whole))
         drawn = rng.choice(len(whole), size=count, replace=False)
         row[:] = (rng.uniform(_LEAST, _WHOLE, size=(count, 1)) * whole[drawn]).max(axis=0)
-    return Movements(single, whole, mixed)
+    return Movements(frozen(single), frozen(whole), frozen(mixed))
 
 
 def single_movements(shape_names: Sequence[str]) -> FloatArray:

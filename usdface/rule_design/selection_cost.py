@@ -1,6 +1,6 @@
 """The cost of selected features: missed and false firing, error, and missing conditions."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -69,8 +69,9 @@ class SelectionCost:
         joined: bool,
     ) -> None:
         self._scene = scene
-        self._groups = np.array([0 if joined else pair.group for pair in candidates])
-        self._counts = np.array([len(pair.features) for pair in candidates])
+        self._groups = [0 if joined else pair.group for pair in candidates]
+        self._all = sorted(set(self._groups))
+        self._counts = [len(pair.features) for pair in candidates]
         self._markers = [pair.features[0] // 3 for pair in candidates]
         travel = np.repeat(np.linalg.norm(own.reshape(-1, 3), axis=1), 3)
         error = np.sqrt(noise**2 + _FACE_ERROR**2 + (_DIRECTION_ERROR * travel) ** 2)
@@ -84,26 +85,39 @@ class SelectionCost:
             ]
 
         self._wanted, self._rivals = met(scene.wanted), met(scene.rivals)
+        self._known: dict[frozenset[int], tuple[FloatArray, FloatArray]] = {}
 
     def __call__(self, chosen: Sequence[int]) -> float:
         """Return the cost of the candidates `chosen`."""
-        fired, missed = self._firing(self._rivals, chosen), 1 - self._firing(self._wanted, chosen)
-        squares = fired**2
+        groups: dict[int, list[int]] = {group: [] for group in self._all}
+        for k in chosen:
+            groups[self._groups[k]].append(k)
+        wanted, rivals = (
+            np.min(parts, axis=0) for parts in zip(*self._firing(groups), strict=True)
+        )
+        squares = rivals**2
         cost = self._scene.rival_costs @ squares + _WORST * squares.max(initial=0.0)
-        cost += self._scene.wanted_costs @ missed**2
+        cost += self._scene.wanted_costs @ (1 - wanted) ** 2
         cost += _ERROR_COST * self._error[list(chosen)].mean()
-        own, counts = self._groups[list(chosen)], self._counts[list(chosen)]
-        for group in np.unique(self._groups):
-            conditions = int(counts[own == group].sum())
+        for own in groups.values():
+            conditions = sum(self._counts[k] for k in own)
             cost += _MISSING_COST * max(0, _ENOUGH - conditions)
             cost += _TOO_FEW_COST * max(0, FEWEST - conditions)
         cost += _SAME_MARKER_COST * (len(chosen) - len({self._markers[k] for k in chosen}))
         return round(float(cost), _DIGITS)
 
-    def _firing(self, met: Sequence[list[FloatArray]], chosen: Sequence[int]) -> FloatArray:
-        parts = []
-        for group in np.unique(self._groups[list(chosen)]):
-            parts.append(
-                group_firing([m for k in chosen if self._groups[k] == group for m in met[k]])
-            )
-        return np.asarray(np.min(parts, axis=0))
+    def _firing(self, groups: Mapping[int, list[int]]) -> list[tuple[FloatArray, FloatArray]]:
+        """Return how far each group holds on the wanted faces and on the rivals.
+
+        A change of one group leaves the other as it was: each is computed once.
+        """
+        found = []
+        for own in filter(None, groups.values()):
+            key = frozenset(own)
+            if key not in self._known:
+                self._known[key] = (
+                    group_firing([m for k in own for m in self._wanted[k]]),
+                    group_firing([m for k in own for m in self._rivals[k]]),
+                )
+            found.append(self._known[key])
+        return found
