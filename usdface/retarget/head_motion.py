@@ -8,6 +8,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.rigid_fit import Pose, similarity_fit
 from usdface.geometry.rigid_modes import small_motions
 from usdface.retarget.solver.curvature import curvature_bands
+from usdface.visibility_patterns import visibility_patterns
 
 __all__ = ["head_motion", "smooth_motion"]
 
@@ -101,12 +102,12 @@ def _uncertainties(points: FloatArray, seen: BoolArray) -> FloatArray:
     """Return the variances of the three coordinates and angles for unit noise: (F, 6)."""
     motions = small_motions(points, False).transpose(1, 0, 2)
     each = (motions @ motions.transpose(0, 2, 1)).reshape(len(points), 36)
-    patterns, which = np.unique(seen, axis=0, return_inverse=True)
+    patterns, which = visibility_patterns(seen)
     whole = (patterns @ each).reshape(-1, 6, 6)
     # Markers in a line leave a turn about it open: a tiny prior, of angles and of metres.
     whole += 1e-6 * each.sum(axis=0).reshape(6, 6).diagonal() * np.eye(6)
     inverse = np.diagonal(np.linalg.inv(whole), axis1=1, axis2=2)
-    return np.asarray(inverse[which.ravel()], np.float64)
+    return np.asarray(inverse[which], np.float64)
 
 
 def _smooth(curve: FloatArray, times: FloatArray, precisions: FloatArray) -> FloatArray:

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.visibility_patterns import visibility_patterns
 
 __all__ = ["MOST", "Unexplained", "typical_deviation", "white_noise"]
 
@@ -91,7 +92,7 @@ class Unexplained:
             return cls(basis, seen, np.arange(len(seen)), [])
         most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
         frames = np.flatnonzero(seen.any(axis=1))
-        while len(np.unique(seen[frames], axis=0)) > most:
+        while len(visibility_patterns(seen[frames])[0]) > most:
             frames = frames[::2]
         return cls(basis, seen, frames, _alike(basis, seen[frames]))
 
@@ -174,8 +175,7 @@ def _alike(basis: FloatArray, seen: BoolArray) -> list[tuple[IntArray, FloatArra
 
     Return them with an orthonormal basis (R, H) of the directions that these decide.
     """
-    patterns, which = np.unique(seen, axis=0, return_inverse=True)
-    which = which.ravel()
+    patterns, which = visibility_patterns(seen)
     return [
         (np.flatnonzero(which == k), _span(basis[~pattern].T)) for k, pattern in enumerate(patterns)
     ]
