@@ -13,9 +13,10 @@ from usdface.progress import COMPILE, Progress
 
 __all__ = ["compile_kernels", "kernels", "on_all_cores"]
 
-# Frames times blend shapes squared below which numpy takes less time than loading numba (0.7 s of
-# processor time): python benchmarks/solve_speed.py, 150 us a frame of 53 shapes in numpy.
-_WORTH = 6_000_000
+# Frames times blend shapes squared below which loading numba (0.7 s of processor time) and, once on
+# a machine, compiling (5 s) are not worth it. At 1.5 million a take, with some sixty such solves,
+# takes 5.1 s with it and 6.3 s without (the example; medians of three, cores without AVX-512).
+_WORTH = 2_000_000
 # The same from which on a solve without numba takes more than 10 s longer, its rounds included:
 # python benchmarks/process.py, 1.1 s at 11 million.
 _SLOW = 100_000_000
