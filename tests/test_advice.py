@@ -60,7 +60,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (shot_report, "free_places", "next markers"),
         (solve_report, "region_errors", "residual"),
         (solve_report, "confidence_of", "confidence"),
-        (solve_report, "places_of", "confidence"),
+        pytest.param(solve_report, "places_of", "confidence", marks=pytest.mark.slow),
     ],
 )
 def test_a_result_is_the_same_but_for_the_advice_that_fails(
@@ -96,7 +96,7 @@ def test_without_the_regions_the_rest_is_written(
     assert all(path.is_file() for path in result.written)
 
 
-@pytest.mark.parametrize("far", [0.55, 100.0, 1e20])
+@pytest.mark.parametrize("far", [0.55, pytest.param(100.0, marks=pytest.mark.slow), 1e20])
 def test_one_vertex_of_one_shape_far_off_ends_no_job(tmp_path: Path, far: float) -> None:
     world = make_world()
     (mesh,) = world.rig.meshes

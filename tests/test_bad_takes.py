@@ -56,7 +56,7 @@ def taken(world: World, positions: np.ndarray, times: np.ndarray | None = None) 
     return replace(world, take=MarkerTake(take.names, times, positions, take.rate, source="t.trc"))
 
 
-@pytest.mark.parametrize("mode", ["take", "frame"])
+@pytest.mark.parametrize("mode", ["take", pytest.param("frame", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("lost", [slice(15, 25), slice(30, 40)])
 def test_every_marker_lost_for_a_stretch(tmp_path: Path, lost: slice, mode: str) -> None:
     world = make_world()
@@ -72,7 +72,14 @@ def test_every_marker_lost_for_a_stretch(tmp_path: Path, lost: slice, mode: str)
     np.testing.assert_allclose(played[kept], world.weights[kept], atol=1e-3)
 
 
-@pytest.mark.parametrize("left", [("corner_l",), ("corner_l", "brow_in_r"), ("chin", "bridge")])
+@pytest.mark.parametrize(
+    "left",
+    [
+        ("corner_l",),
+        pytest.param(("corner_l", "brow_in_r"), marks=pytest.mark.slow),
+        ("chin", "bridge"),
+    ],
+)
 def test_markers_that_show_no_pose_of_the_head_tell_nothing(
     tmp_path: Path, left: tuple[str, ...]
 ) -> None:
@@ -163,7 +170,10 @@ def _rigid(source: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return pose.rotations[0].T, pose.translations[0]
 
 
-@pytest.mark.parametrize("frames", [1, 2, 3, 5])
+@pytest.mark.parametrize(
+    "frames",
+    [1, pytest.param(2, marks=pytest.mark.slow), 3, pytest.param(5, marks=pytest.mark.slow)],
+)
 def test_a_take_shorter_than_any_filter(tmp_path: Path, frames: int) -> None:
     world = make_world()
     part = slice(20, 20 + frames)

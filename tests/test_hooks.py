@@ -173,7 +173,13 @@ def test_the_layers_hold_what_the_hooks_made(install: Install, shot: Path) -> No
 
 
 @pytest.mark.parametrize(
-    "point", ["take_read", "weights_solved", "weights_corrected", "before_export"]
+    "point",
+    [
+        "take_read",
+        pytest.param("weights_solved", marks=pytest.mark.slow),
+        pytest.param("weights_corrected", marks=pytest.mark.slow),
+        "before_export",
+    ],
 )
 def test_a_failing_hook_stops_the_run_and_changes_no_file(
     install: Install, shot: Path, point: str

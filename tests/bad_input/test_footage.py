@@ -128,7 +128,7 @@ def test_cuts_and_missing_images_are_findings(place: Place, places: FloatArray) 
     ("suffix", "given"),
     [
         ("png", {"kind": "uint16"}),
-        ("exr", {"kind": "half"}),
+        pytest.param("exr", {"kind": "half"}, marks=pytest.mark.slow),
         ("exr", {"kind": "float", "factor": 40.0}),
         ("hdr", {"kind": "float", "factor": 0.02}),
     ],

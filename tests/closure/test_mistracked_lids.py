@@ -53,8 +53,8 @@ def test_a_lost_marker_moves_as_the_other_lid_and_is_named() -> None:
     [
         {"eyeBlinkLeft": COURSE},  # a wink
         {"eyeWideLeft": COURSE, "eyeWideRight": COURSE},
-        {"eyeWideRight": COURSE},
-        {"eyeBlinkLeft": COURSE, "browInnerUp": COURSE},
+        pytest.param({"eyeWideRight": COURSE}, marks=pytest.mark.slow),
+        pytest.param({"eyeBlinkLeft": COURSE, "browInnerUp": COURSE}, marks=pytest.mark.slow),
         {"eyeBlinkLeft": COURSE, "eyeWideRight": 0.3 * COURSE},
     ],
 )

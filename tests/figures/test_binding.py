@@ -14,7 +14,9 @@ MESH = WORLD.rig.face()
 BINDING = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", pytest.param(".pdf", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "suffix", [".png", *(pytest.param(name, marks=pytest.mark.slow) for name in (".svg", ".pdf"))]
+)
 def test_the_figure_is_the_same_twice(tmp_path: Path, suffix: str) -> None:
     one, two = (tmp_path / f"{name}{suffix}" for name in ("one", "two"))
     for path in (one, two):

@@ -44,7 +44,9 @@ def with_sides(explained: Explanation, **sides: SideTrace) -> Explanation:
     return replace(explained, trace=replace(explained.trace, sides=sides))
 
 
-@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+@pytest.mark.parametrize(
+    "suffix", [".png", *(pytest.param(name, marks=pytest.mark.slow) for name in (".svg", ".pdf"))]
+)
 def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
     for name in ("one", "two"):
         write_explanation_figure(explanation(), 4, tmp_path / f"{name}{suffix}")
@@ -59,8 +61,8 @@ def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
     "explained",
     [
         explanation(1),
-        explanation(correction=0.0),
-        explanation(rule=""),
+        pytest.param(explanation(correction=0.0), marks=pytest.mark.slow),
+        pytest.param(explanation(rule=""), marks=pytest.mark.slow),
         replace(explanation(), trace=replace(explanation().trace, poses=np.zeros((1, 2)))),
     ],
     ids=["one frame", "no correction", "no rules", "no pose"],

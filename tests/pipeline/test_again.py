@@ -12,7 +12,7 @@ from pxr import Sdf
 from worlds import animation_of, make_world
 
 
-@pytest.mark.parametrize("strip", [False, True])
+@pytest.mark.parametrize("strip", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_a_second_run_changes_no_byte(tmp_path: Path, strip: bool) -> None:
     folder = make_world().write(tmp_path)
     if strip:
@@ -44,7 +44,7 @@ def test_bytes_do_not_depend_on_the_hash_seed(tmp_path: Path) -> None:
     assert seen[0] == seen[1]
 
 
-@pytest.mark.parametrize("strip", [False, True])
+@pytest.mark.parametrize("strip", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_in_place_adds_layers_to_the_shot_once(tmp_path: Path, strip: bool) -> None:
     world = make_world()
     folder = world.write(tmp_path)

@@ -10,7 +10,7 @@ from pxr import Usd, UsdGeom
 from worlds import animation_of, make_world, restaged
 
 
-@pytest.mark.parametrize("rate", [24.0, 60.0, 120.0])
+@pytest.mark.parametrize("rate", [24.0, pytest.param(60.0, marks=pytest.mark.slow), 120.0])
 def test_the_clock_does_not_change_the_weights(done: Done, tmp_path: Path, rate: float) -> None:
     root = process(make_world(rate=rate).write(tmp_path))
     stage = Usd.Stage.Open(str(root))
@@ -22,8 +22,17 @@ def test_the_clock_does_not_change_the_weights(done: Done, tmp_path: Path, rate:
     np.testing.assert_allclose(*solves, atol=EXACT)
 
 
-@pytest.mark.parametrize("up", ["Y", "Z"])
-@pytest.mark.parametrize("rig_unit", [1.0, 0.01, 0.001])
+@pytest.mark.parametrize(
+    ("rig_unit", "up"),
+    [
+        (1.0, "Z"),
+        (0.01, "Y"),
+        (0.001, "Z"),
+        pytest.param(1.0, "Y", marks=pytest.mark.slow),
+        pytest.param(0.01, "Z", marks=pytest.mark.slow),
+        pytest.param(0.001, "Y", marks=pytest.mark.slow),
+    ],
+)
 def test_units_and_up_axis_do_not_change_the_weights(
     done: Done, tmp_path: Path, rig_unit: float, up: str
 ) -> None:

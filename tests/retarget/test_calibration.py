@@ -67,7 +67,7 @@ def test_true_gains_solve_another_performer_like_the_character() -> None:
     assert solved_error(truth, GAINS) < 1.2 * solved_error(None, np.ones(len(NAMES)))
 
 
-@pytest.mark.parametrize("extremes", [False, True])
+@pytest.mark.parametrize("extremes", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_where_there_is_nothing_to_calibrate_nothing_gets_worse(extremes: bool) -> None:
     same = np.ones(len(NAMES))
     weights = range_of_motion() if extremes else WORLD.weights
@@ -107,7 +107,9 @@ def test_a_neutral_that_is_not_at_rest_is_found_and_made_good() -> None:
     assert np.abs(weights.weights[NEUTRAL:] - range_of_motion()[NEUTRAL:]).mean() < 0.01
 
 
-@pytest.mark.parametrize("named", [(), ("jawOpen",), ("jawOpen", "eyeBlinkLeft")])
+@pytest.mark.parametrize(
+    "named", [(), pytest.param(("jawOpen",), marks=pytest.mark.slow), ("jawOpen", "eyeBlinkLeft")]
+)
 def test_a_rest_that_is_described_twice_is_taken_off_once(named: tuple[str, ...]) -> None:
     """By the calibration and by the take's own neutral weights, or each by one of them."""
     shown = {"jawOpen": 0.12, "eyeBlinkLeft": 0.15}

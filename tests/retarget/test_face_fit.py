@@ -210,7 +210,9 @@ def test_occluded_markers_break_nothing(found: Solution) -> None:
     assert rms(hidden.weights.weights - found.weights.weights) < error(found)
 
 
-@pytest.mark.parametrize("case", ["take", "character", "both"])
+@pytest.mark.parametrize(
+    "case", ["take", "character", pytest.param("both", marks=pytest.mark.slow)]
+)
 def test_millimetres_give_the_weights_of_metres(found: Solution, case: str) -> None:
     positions, world = other_person(), HEAD
     if case in ("take", "both"):

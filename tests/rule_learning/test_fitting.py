@@ -122,7 +122,7 @@ def test_the_same_takes_give_the_same_bytes(fitted, folder, tmp_path):
     ("space", "paper"),
     [
         ("character", True),
-        ("take", False),
+        pytest.param("take", False, marks=pytest.mark.slow),
         pytest.param("character", False, marks=pytest.mark.slow),
         pytest.param("take", True, marks=pytest.mark.slow),
     ],

@@ -23,6 +23,9 @@ from usdface.shot import Shot, ShotResult
 from usdface.show import stage_cache
 
 PACE = "double usdface:solve:pace = 8"
+EASE = "uniform double usdface:ease = 0", "uniform double usdface:ease = 0.2"
+WEIGHT = "float usdface:weight = 1", "float usdface:weight = 0.5"
+SPIKES = "usdface:clean:spikes = 1", "usdface:clean:spikes = 0"
 CALIBRATION = """uniform token[] usdface:calibration:shapes = ["jawOpen"]
 uniform float[] usdface:calibration:gains = [1.2]
 uniform float[] usdface:calibration:offsets = [0]"""
@@ -91,9 +94,9 @@ def test_nothing_changed_nothing_computed(place: Path) -> None:
     ("name", "old", "new"),
     [
         ("take.usda", "0.0", "0.1"),
-        ("rig.usda", "0.0", "0.1"),
+        pytest.param("rig.usda", "0.0", "0.1", marks=pytest.mark.slow),
         ("shot.usda", "usdface:neutral:range = (0, 3)", "usdface:neutral:range = (0, 2)"),
-        ("shot.usda", "double usdface:solve:pace = 8", "double usdface:solve:pace = 9"),
+        pytest.param("shot.usda", PACE, PACE.replace("8", "9"), marks=pytest.mark.slow),
         ("shot.usda", PACE, f"{PACE}\nfloat usdface:pin:jawOpen.timeSamples = {{10: 0.5}}\n"),
         ("shot.usda", PACE, f"{PACE}\n{CALIBRATION}\n"),
     ],
@@ -109,8 +112,8 @@ def test_an_input_of_the_solve_computes_both(place: Path, name: str, old: str, n
     ("old", "new"),
     [
         ("float usdface:gain = 1", "float usdface:gain = 0.5"),
-        ("uniform double usdface:ease = 0", "uniform double usdface:ease = 0.2"),
-        ("float usdface:weight = 1", "float usdface:weight = 0.5"),
+        pytest.param(*EASE, marks=pytest.mark.slow),
+        pytest.param(*WEIGHT, marks=pytest.mark.slow),
         ("bool usdface:closure:lids = 1", "bool usdface:closure:lids = 0"),
         (PACE, f"{PACE}\nfloat usdface:exaggeration = 1.1\n"),
     ],
@@ -124,8 +127,8 @@ def test_an_input_of_the_correction_computes_that_alone(place: Path, old: str, n
     ("options", "wanted"),
     [
         ({"express": False}, "express"),
-        ({"closure": False}, "express"),
-        ({"head": False}, "express"),
+        pytest.param({"closure": False}, "express", marks=pytest.mark.slow),
+        pytest.param({"head": False}, "express", marks=pytest.mark.slow),
         ({"exaggeration": {"brows": 1.2}}, "express"),
         ({"clean": False}, "solve clean express"),
         ({"solve": "frame"}, "solve express"),
@@ -179,7 +182,7 @@ def test_another_character_shares_the_cleaned_take_with_the_bytes_of_its_own_cle
     ("old", "new"),
     [
         ("usdface:clean:swaps = 1", "usdface:clean:swaps = 0"),
-        ("usdface:clean:spikes = 1", "usdface:clean:spikes = 0"),
+        pytest.param(*SPIKES, marks=pytest.mark.slow),
         ("usdface:clean:gaps = 1", "usdface:clean:gaps = 0"),
         ('usdface:head:mode = "solve"', 'usdface:head:mode = "stabilised"'),
     ],

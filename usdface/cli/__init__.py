@@ -8,6 +8,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from functools import cache
 from importlib import import_module
 from io import StringIO, TextIOWrapper
 
@@ -74,6 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return FAILED
 
 
+@cache
 def _parser(command: str | None = None) -> argparse.ArgumentParser:
     """Make the parser, with the options of one command; without a name those of all."""
     parser = argparse.ArgumentParser(

@@ -20,6 +20,9 @@ from usdface.rigs import Skeleton, Skin
 _OP = "xformOp:transform:usdfaceHead"
 FEATURES = "usdface:featurePoints"
 
+# A skeleton, the single joint that a rig gets, and a character without skin.
+KINDS = ["joints", pytest.param("one joint", marks=pytest.mark.slow), "no joint"]
+
 
 def processed(
     folder: Path,
@@ -66,7 +69,7 @@ def to_world(prim: Usd.Prim, code: float) -> np.ndarray:
     return np.array(UsdGeom.XformCache(code).GetLocalToWorldTransform(prim))
 
 
-@pytest.mark.parametrize("unit", [(1.0, "Y"), (0.01, "Z")])
+@pytest.mark.parametrize("unit", [(0.01, "Z"), pytest.param((1.0, "Y"), marks=pytest.mark.slow)])
 def test_the_character_moves_with_the_markers(tmp_path: Path, unit: tuple[float, str]) -> None:
     """The performer is the character: its face, moved, is where the markers are."""
     stage = processed(tmp_path, unit=unit, skinned=False)
@@ -101,7 +104,7 @@ def test_a_character_that_stands_elsewhere_keeps_its_own_transform(tmp_path: Pat
     np.testing.assert_allclose(to_world(root, 0.0)[3, :3], [1.0, 2.0, 3.0], atol=1e-4)
 
 
-@pytest.mark.parametrize("degrees", [40.0, 180.0])
+@pytest.mark.parametrize("degrees", [40.0, pytest.param(180.0, marks=pytest.mark.slow)])
 def test_a_character_that_is_turned_moves_in_its_own_space(tmp_path: Path, degrees: float) -> None:
     """Weights as if it looked ahead; the head nods where the character looks."""
     ahead = processed(tmp_path / "ahead", skinned=False)
@@ -133,7 +136,7 @@ def test_muted_it_stands_still_again(tmp_path: Path) -> None:
     np.testing.assert_array_equal(to_world(skel_root(stage), 20.0), np.eye(4))
 
 
-@pytest.mark.parametrize("kind", ["joints", "one joint", "no joint"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_gltf_shows_the_head_moving(tmp_path: Path, kind: str) -> None:
     """Brought back to USD it shows what the result shows; written beside or exported."""
     world = jointed(make_world()) if kind == "joints" else make_world()
@@ -218,7 +221,7 @@ def moving_joints(stage: Usd.Stage) -> list[str]:
     return [str(n) for n, m in zip(animation.GetJointsAttr().Get(), moved, strict=True) if m > 1e-3]
 
 
-@pytest.mark.parametrize("unit", [(1.0, "Y"), (0.01, "Z")])
+@pytest.mark.parametrize("unit", [(0.01, "Z"), pytest.param((1.0, "Y"), marks=pytest.mark.slow)])
 def test_the_joint_that_carries_the_face_moves_it(tmp_path: Path, unit: tuple[float, str]) -> None:
     """UsdSkel is the judge: performer and character are one, so markers lie on the skin."""
     world = jointed(make_world())
@@ -299,7 +302,7 @@ def test_muted_or_again_the_joint_is_as_it_was(tmp_path: Path) -> None:
     assert layer.read_bytes() == before
 
 
-@pytest.mark.parametrize("kind", ["joints", "one joint", "no joint"])
+@pytest.mark.parametrize("kind", KINDS)
 def test_a_host_sees_the_head_move_and_may_apply_again(tmp_path: Path, kind: str) -> None:
     world = jointed(make_world()) if kind == "joints" else make_world()
     done = processed(tmp_path, world=world, skinned=kind != "no joint")
