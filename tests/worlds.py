@@ -6,12 +6,14 @@ the first `NEUTRAL` frames are neutral, markers carry no noise. Everything in me
 
 import json
 from dataclasses import dataclass
+from functools import cache, lru_cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, frozen
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -99,7 +101,7 @@ class World:
     def write(self, folder: Path, **bind: object) -> Path:
         """Write rig.usda, take.usda and bind.json; return the folder."""
         folder.mkdir(parents=True, exist_ok=True)
-        write_rig(self.rig, folder / "rig.usda")
+        (folder / "rig.usda").write_bytes(_rig_file(self.rig))
         write_take(self.take, folder / "take.usda")
         (folder / "bind.json").write_text(json.dumps(self.bind | bind))
         return folder
@@ -158,6 +160,16 @@ def _moved(positions: FloatArray) -> FloatArray:
     return np.einsum("fij,fmj->fmi", turn, positions) + sway[:, None, None] * [1.0, 0.5, -0.3]
 
 
+@lru_cache(maxsize=8)
+def _rig_file(rig: Rig) -> bytes:
+    """The bytes of a rig's file: the same for each test of a world."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / "rig.usda"
+        write_rig(rig, path)
+        return path.read_bytes()
+
+
+@cache
 def make_world(*, rate: float = 30.0, teeth: bool = False, head_moves: bool = True) -> World:
     """Make the world; `teeth` adds a second mesh that shares jawOpen and has a shape of its own."""
     mesh, places = _face()
@@ -165,7 +177,7 @@ def make_world(*, rate: float = 30.0, teeth: bool = False, head_moves: bool = Tr
         name: int(np.argmin(((places - place) ** 2).sum(axis=1)))
         for name, place in _MARKERS.items()
     }
-    weights = world_weights()
+    weights = frozen(world_weights())
     at = np.array(list(points.values()))
     moves = mesh.offsets_at(at)
     positions = mesh.points[at] + np.einsum("fs,smd->fmd", weights, moves)
