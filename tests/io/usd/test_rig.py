@@ -12,6 +12,7 @@ from usdface.io.usd.rig import read_rig, rig_of_stage
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
 from usdface.rigs import BlendShape, Mesh, Rig
+from usdface.schemas import tokens
 from usdface.takes import WeightsTake
 
 
@@ -161,11 +162,19 @@ def test_what_is_no_rig_is_refused_in_one_line(name, message, shared_data):
     assert "\n" not in str(caught.value) and Path(name).name in str(caught.value)
 
 
+def marker_take() -> Usd.Stage:
+    """A stage of markers alone, as from a rig and a take that were swapped."""
+    stage = Usd.Stage.CreateInMemory()
+    stage.DefinePrim("/Take", tokens.MARKER_TAKE)
+    return stage
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: sheet(targets=("up", "more")), "1 skel:blendShapes names for 2"),
-        (lambda: Usd.Stage.CreateInMemory(), "no SkelRoot"),
+        (lambda: Usd.Stage.CreateInMemory(), "no SkelRoot.*`usdface rig` makes it"),
+        (marker_take, "it holds a marker take; expected a character"),
     ],
 )
 def test_what_makes_no_sense_is_an_input_error(make, message):

@@ -30,6 +30,7 @@ from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
 from usdface.io.usd.vertex_cache import points_move
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
+from usdface.schemas import tokens
 
 __all__ = [
     "read_rig",
@@ -203,12 +204,15 @@ def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
             return [above.GetPrim()]
     roots = placed_roots(top)
     if not roots:
-        raise InputError(
-            f"no SkelRoot{f' under {root}' if root else ''}; "
-            "UsdSkel moves blend shapes only below one",
-            "FACE_MISSING",
-        )
+        raise InputError(_no_root(top, root), "FACE_MISSING")
     return roots
+
+
+def _no_root(top: Usd.Prim, root: str) -> str:
+    if any(prim.GetTypeName() == tokens.MARKER_TAKE for prim in Usd.PrimRange(top)):
+        return "it holds a marker take; expected a character, as `usdface rig` makes one"
+    where = f" under {root}" if root else ""
+    return f"no SkelRoot{where}; UsdSkel moves blend shapes only below one, `usdface rig` makes it"
 
 
 def _meshes_of(roots: Sequence[Usd.Prim]) -> list[Usd.Prim]:

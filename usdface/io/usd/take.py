@@ -206,7 +206,9 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
     points = prim.GetAttribute(tokens.POINTS)
     if not names or not points:
         raise InputError(
-            f"{_where(prim)} is no marker take: it has no {tokens.MARKERS_NAMES}", "TAKE_KIND_WRONG"
+            f"{_where(prim)} is no marker take: it has no {tokens.MARKERS_NAMES}; `usdface take` "
+            "makes one of a recording",
+            "TAKE_KIND_WRONG",
         )
     codes, positions = _samples(points, len(names), 3, frames)
     metrics = metrics_of(prim.GetStage())
