@@ -290,6 +290,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "the face cannot be judged by action units",
     ),
+    "SHAPES_ABSENT": ("info", "export_again", "a file has no mesh with blend shapes to check"),
     "SHAPE_EMPTY": ("info", "nothing", "a blend shape moves no point"),
     "SHAPE_SKIPPED": (
         "warning",

@@ -1,8 +1,14 @@
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
+from pxr import Usd, UsdGeom
 
 from usdface.errors import InputError
 from usdface.io.check import check_file
+from usdface.io.gltf.write import write_gltf
 from usdface.io.usd.rig_write import write_rig
+from usdface.rigs import Rig
 
 
 def test_usd_and_gltf_by_their_suffix(face_rig, tmp_path, shared_data):
@@ -31,3 +37,20 @@ def test_other_files_and_none_are_refused(tmp_path):
 def test_a_folder_is_not_called_missing(tmp_path):
     with pytest.raises(InputError, match="is a folder"):
         check_file(tmp_path)
+
+
+@pytest.mark.parametrize("suffix", [".usda", ".glb"])
+def test_a_file_without_blend_shapes_is_said_to_have_none(
+    face_rig: Rig, tmp_path: Path, suffix: str
+) -> None:
+    bare = replace(face_rig, meshes=tuple(replace(m, shapes=()) for m in face_rig.meshes))
+    write = write_rig if suffix == ".usda" else write_gltf
+    for name, rig, codes in (("face", face_rig, []), ("prop", bare, ["SHAPES_ABSENT"])):
+        write(rig, tmp_path / f"{name}{suffix}")
+        found = check_file(tmp_path / f"{name}{suffix}")
+        assert [each.code for each in found if each.code == "SHAPES_ABSENT"] == codes
+    stage = Usd.Stage.CreateNew(str(tmp_path / "mesh.usda"))
+    UsdGeom.Mesh.Define(stage, "/Mesh")
+    stage.Save()
+    (found_one,) = check_file(tmp_path / "mesh.usda")
+    assert found_one.code == "SHAPES_ABSENT"

@@ -5,7 +5,7 @@ from pathlib import Path
 from usdface.errors import InputError, UsdFaceError
 from usdface.face.expression_poses import units_of
 from usdface.face.head_size import report_size
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 
 __all__ = ["check_file"]
 
@@ -35,24 +35,29 @@ def check_file(path: Path) -> list[Finding]:
     if kind in _USD:
         from usdface.io.usd.check import check_usd  # each format's libraries only when needed
 
-        return check_usd(path) + _size_of_face(path)
+        return check_usd(path) + _face_of(path)
     if kind in _GLTF:
         from usdface.io.gltf.check import check_gltf
 
         try:
-            return check_gltf(path) + _size_of_face(path)
+            return check_gltf(path) + _face_of(path)
         except InputError as error:
             raise InputError(f"{path}: {error}", error.code) from error
     known = ", ".join((*_USD, *_GLTF))
     raise InputError(f"{path} cannot be checked; expected one of {known}")
 
 
-def _size_of_face(path: Path) -> list[Finding]:
-    """Return RIG_SIZE_UNUSUAL where blend shapes have names of a face, but not its size."""
+def _face_of(path: Path) -> list[Finding]:
+    """Return RIG_SIZE_UNUSUAL where blend shapes have names of a face, but not its size.
+
+    SHAPES_ABSENT where there are none: no finding would look like a sound face.
+    """
     from usdface.io.rigs.files import read_rig_file
 
     try:
         rig, _ = read_rig_file(path)
-    except UsdFaceError:
-        return []  # an unreadable file was reported, or it is no rig
+    except UsdFaceError as error:
+        absent = error.code in ("FACE_MISSING", "SHAPES_MISSING")
+        # An unreadable file was reported.
+        return [finding("SHAPES_ABSENT", str(path))] if absent else []
     return report_size(rig) if len(units_of(rig.shape_names)) >= _FACE else []
