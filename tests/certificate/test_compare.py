@@ -56,6 +56,17 @@ def test_known_errors_are_found() -> None:
     assert set(certificate.summary) <= set(certificate.as_dict())
 
 
+def test_what_is_no_number_agrees_with_nothing() -> None:
+    weights = WEIGHTS.copy()
+    weights[2, 1] = np.nan
+    nowhere = np.full(ANIMATED.shape, np.nan)
+    other = mesh(ANIMATED, weights=weights, normals_at=lambda frames: nowhere[frames])
+    certificate = certify([mesh(ANIMATED)], [other], FRAMES)
+    assert certificate.normal_largest == certificate.weights["m/b"] == np.inf
+    (found,) = certificate.findings("x")
+    assert "normals by inf degrees; weights by inf" in found.message
+
+
 def test_a_vertex_that_is_gone_is_an_error_on_either_side() -> None:
     far = np.concatenate([ANIMATED, np.full((8, 1, 3), 50.0)], 1)
     assert certify([mesh(far)], [mesh(ANIMATED)], FRAMES).vertex_largest > 40

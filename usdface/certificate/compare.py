@@ -95,10 +95,8 @@ def certify(
             if one.shapes[i] != other.shapes[j]:
                 names[channel] = f"{other.name}/{other.shapes[j]}"
             off = np.abs(one.weights[:, i] - other.weights[:, j])
-            weights[channel] = max(weights.get(channel, 0.0), float(off.max(initial=0.0)))
-            excess = max(
-                excess, float((off - _rounding_error(one.weights[:, i], times)).max(initial=0.0))
-            )
+            weights[channel] = max(weights.get(channel, 0.0), _largest(off))
+            excess = max(excess, _largest(off - _rounding_error(one.weights[:, i], times)))
         rest = one.points_at(frames[:1])[0]
         low, high = np.minimum(low, rest.min(axis=0)), np.maximum(high, rest.max(axis=0))
         before = vertex.largest
@@ -149,6 +147,12 @@ def match_names(
     return pairs, [prefix + name for name in unmatched]
 
 
+def _largest(errors: NDArray[Any]) -> float:
+    """Return the largest error, at least 0; what is no number agrees with nothing."""
+    largest = float(errors.max(initial=0.0))
+    return np.inf if np.isnan(largest) else largest
+
+
 class _Errors:
     """Largest and mean of numbers that come in blocks."""
 
@@ -157,7 +161,7 @@ class _Errors:
 
     def add(self, values: NDArray[Any], times: int = 1) -> None:
         """Add numbers, each so many times."""
-        self.largest = max(self.largest, float(values.max(initial=0.0)))
+        self.largest = max(self.largest, _largest(values))
         self.total += times * float(values.sum())
         self.count += times * values.size
 
