@@ -7,14 +7,17 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from documented_findings import undocumented
 
-from usdface.advice import RAISING
 from usdface.blas_threads import limit_from_start
-from usdface.cli import main
-from usdface.findings import Finding
 
-limit_from_start()  # before numpy is loaded
+limit_from_start()  # before numpy is loaded, which the next imports do
+
+from documented_findings import undocumented  # noqa: E402
+
+from usdface.advice import RAISING  # noqa: E402
+from usdface.cli import main  # noqa: E402
+from usdface.findings import Finding  # noqa: E402
+
 # Short tests make no garbage that is worth the search for it at each 700th object: an eighth of the
 # time goes there.
 gc.set_threshold(50_000, 20, 50)
