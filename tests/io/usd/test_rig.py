@@ -173,7 +173,7 @@ def marker_take() -> Usd.Stage:
     ("make", "message"),
     [
         (lambda: sheet(targets=("up", "more")), "1 skel:blendShapes names for 2"),
-        (lambda: Usd.Stage.CreateInMemory(), "no SkelRoot.*`usdface rig` makes it"),
+        (lambda: Usd.Stage.CreateInMemory(), "no SkelRoot.*export the character as UsdSkel"),
         (marker_take, "it holds a marker take; expected a character"),
     ],
 )

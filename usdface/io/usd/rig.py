@@ -209,10 +209,13 @@ def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
 
 
 def _no_root(top: Usd.Prim, root: str) -> str:
+    """Return the message for a stage without a SkelRoot."""
     if any(prim.GetTypeName() == tokens.MARKER_TAKE for prim in Usd.PrimRange(top)):
-        return "it holds a marker take; expected a character, as `usdface rig` makes one"
-    where = f" under {root}" if root else ""
-    return f"no SkelRoot{where}; UsdSkel moves blend shapes only below one, `usdface rig` makes it"
+        return "it holds a marker take; expected a character with blend shapes"
+    return (
+        f"no SkelRoot{f' under {root}' if root else ''}; UsdSkel moves blend shapes only below "
+        "one: export the character as UsdSkel, or as glTF"
+    )
 
 
 def _meshes_of(roots: Sequence[Usd.Prim]) -> list[Usd.Prim]:
