@@ -67,6 +67,19 @@ def test_a_fifo_as_a_layer(tmp_path: Path) -> None:
         open_stage(tmp_path / "a.usda")
 
 
+def test_the_layer_that_is_damaged_is_named(tmp_path: Path) -> None:
+    whole, cut, shot = (tmp_path / name for name in ("whole.usdc", "cut.usdc", "shot.usda"))
+    stage = Usd.Stage.CreateNew(str(whole))
+    stage.DefinePrim("/a", "Mesh")
+    stage.Save()
+    cut.write_bytes(whole.read_bytes()[:200])
+    shot.write_text("#usda 1.0\n(subLayers = [@whole.usdc@, @cut.usdc@])\n")
+    with pytest.raises(InputError, match=rf"^{shot} brings in {cut}, which cannot be read as USD"):
+        open_stage(shot)
+    with pytest.raises(InputError, match=rf"^{cut} cannot be read as USD"):
+        open_stage(cut)
+
+
 @pytest.mark.parametrize("clock", ["0", "-24", "inf", "nan"])
 def test_a_clock_that_does_not_run(tmp_path: Path, clock: str) -> None:
     (tmp_path / "a.usda").write_text(f"#usda 1.0\n(\n timeCodesPerSecond = {clock}\n)\n")

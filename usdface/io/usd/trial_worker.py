@@ -32,12 +32,14 @@ def main() -> None:
     limits = _Limits()
     answer: dict[str, Any] = {}
     files: dict[str, int] = {}
+    name = root = os.path.realpath(sys.argv[1])
     try:
-        for name in _layers(os.path.realpath(sys.argv[1]), files, limits):
+        for name in _layers(root, files, limits):
             with suppress(UnicodeError):
                 layer = Sdf.Layer.FindOrOpen(name)
                 if layer:
                     _read(layer)
+        name = root
         with suppress(UnicodeError):
             stage = Usd.Stage.Open(sys.argv[1])
             for _ in stage.TraverseAll() if stage else ():
@@ -45,7 +47,8 @@ def main() -> None:
         answer = {"files": [name for name in files if Path(name).is_file()]}
     except Tf.ErrorException as error:
         first = _first(error)
-        answer = {"refused": f"cannot be read as USD: {first}", "code": "FILE_UNREADABLE"}
+        where = "" if name == root else f"brings in {name}, which "
+        answer = {"refused": f"{where}cannot be read as USD: {first}", "code": "FILE_UNREADABLE"}
         if "bad_alloc" in first:
             answer = {"refused": limits.exceeded()}
     except _Refused as error:
