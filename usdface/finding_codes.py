@@ -534,6 +534,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the names of the markers fit no face; places are found without",
     ),
     "MARKER_OFF_FACE": ("warning", "nothing", "a marker is off the face and is left out"),
+    "PLACE_UNKNOWN": (
+        "info",
+        "place_markers",
+        "the name of an image's marker tells no place on a face; it is left out",
+    ),
     "MARKER_DUPLICATE": (
         "warning",
         "correct_labels",

@@ -24,7 +24,6 @@ __all__ = [
     "held_poses",
     "neutral_frames",
     "peak_frames",
-    "positions_3d",
     "stabilised_take",
 ]
 
@@ -138,32 +137,20 @@ def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Seque
         raise InputError(f"the peak frame {max(peaks)} lies outside {there}", "FRAMES_OUTSIDE")
 
 
-def positions_3d(take: MarkerTake) -> FloatArray:
-    """Return the positions (F, M, 3) [m] of a take in space.
-
-    Raises
-    ------
-    InputError
-        If the take is of an image.
-    """
+def _stabilised(take: MarkerTake, kind: str) -> StabilisedTake:
     if take.dimension != 3:
         raise InputError(
-            f"the take {take.source} is of an image; where its markers sit cannot be proposed. "
-            "Give all of them in --bind bind.json",
+            f"the take {take.source} is of an image; its {kind} frames are found only where places "
+            "are proposed, too (--propose). Name them, as in --neutral 0 30",
             "TAKE_KIND_WRONG",
         )
-    return take.positions
-
-
-def _stabilised(take: MarkerTake, kind: str) -> StabilisedTake:
-    positions = positions_3d(take)
     if take.visible.sum(axis=1).max() < FEWEST_MARKERS:
         raise InputError(
             f"no frame of the take {take.source} shows {FEWEST_MARKERS} markers; "
             f"{kind} frames cannot be found",
             "MARKERS_TOO_FEW",
         )
-    return stabilised_take(positions[:, take.visible.any(axis=0)])
+    return stabilised_take(take.positions[:, take.visible.any(axis=0)])
 
 
 def stabilised_take(positions: FloatArray) -> StabilisedTake:

@@ -57,6 +57,8 @@ class Proposal:
         Markers whose names have left and right exchanged, as all do. Their vertices are unsure.
     names_unused : bool
         The names have known places, but as a whole fit no face.
+    placeless : tuple of str
+        Markers of an image whose names tell no place, which are left out.
     failed : tuple of Finding
         ADVICE_FAILED where the confidence is unknown (NaN).
     """
@@ -70,6 +72,7 @@ class Proposal:
     contradicted: tuple[ContradictedName, ...] = ()
     exchanged: tuple[str, ...] = ()
     names_unused: bool = False
+    placeless: tuple[str, ...] = ()
     failed: tuple[Finding, ...] = ()
 
 
@@ -104,6 +107,10 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
         for name in proposal.off_face
     ]
     findings += _name_findings(proposal, source)
+    if proposal.placeless:
+        message = "the names of {marker_count} markers tell no place on a face; left out"
+        names = list(proposal.placeless)
+        findings.append(finding("PLACE_UNKNOWN", source, message, len(names), markers=names))
     findings += proposal.failed
     message = "the vertices of {marker_count} markers are proposed; check them before use"
     findings.append(finding("BIND_PROPOSED", source, message, count))

@@ -7,11 +7,12 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from usdface.advice import advice
-from usdface.arrays import BoolArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
 from usdface.binding.confidence import placement_confidence
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.binding.landmarks import find_landmarks
+from usdface.binding.lifted_take import lifted_take
 from usdface.binding.name_priors import name_priors, named_heights
 from usdface.binding.named_search import NameCheck, register_markers
 from usdface.binding.neutral_frames import (
@@ -22,7 +23,6 @@ from usdface.binding.neutral_frames import (
     check_frames,
     distant_frames,
     held_poses,
-    positions_3d,
     stabilised_take,
 )
 from usdface.binding.observations import Observations, observe
@@ -63,7 +63,7 @@ def propose(
     Parameters
     ----------
     take : MarkerTake
-        In space.
+        In space, or of an image with names that tell places.
     mesh : Mesh
     setup : RetargetSetup
         Its binding is kept, and helps to place the other markers; it names neutral frames, and
@@ -75,12 +75,17 @@ def propose(
     Raises
     ------
     InputError
-        If the take is two-dimensional or shows too few markers, a neutral or peak frame that is
-        named is not there, or the blend shapes of the mesh move no visible surface, or one of fewer
-        vertices than there are markers.
+        If the take is of an image without such names or shows too few markers, a neutral or peak
+        frame that is named is not there, or the blend shapes of the mesh move no visible surface,
+        or one of fewer vertices than there are markers.
     """
     given = {n: int(v) for n, v in zip(setup.binding.markers, setup.binding.points, strict=True)}
     surface = face_surface(mesh)
+    placeless: tuple[str, ...] = ()
+    if take.dimension == 2:
+        whole = take
+        take = lifted_take(whole, surface, _given_places(whole.names, given, mesh))
+        placeless = tuple(name for name in whole.names if name not in take.names)
     used, duplicates = _usable(take, given)
     if len(surface.vertices) < len(used):
         raise InputError(
@@ -126,6 +131,7 @@ def propose(
         contradicted=_contradicted_names(mesh, names, vertices, check.contradicted),
         exchanged=tuple(names[i] for i in np.flatnonzero(check.exchanged)),
         names_unused=found.named and not check.used,
+        placeless=placeless,
         failed=tuple(failed),
     )
 
@@ -152,7 +158,7 @@ def _registered(
 ) -> _Registered:
     """Register the markers `used` (M,) of a take, with those anchors (M,) that fit the others."""
     names = tuple(take.names[i] for i in used)
-    stabilised = stabilised_take(positions_3d(take)[:, used])
+    stabilised = stabilised_take(take.positions[:, used])
     held = held_poses(stabilised, take.times)
     likely = held[0].frames
     neutral = likely if find_neutral else setup.neutral or likely
@@ -182,6 +188,12 @@ def _registered(
     return _Registered(registered, check, named, doubted, neutral, peaks)
 
 
+def _given_places(names: Sequence[str], given: dict[str, int], mesh: Mesh) -> FloatArray:
+    """Return the places of given vertices: (M, 3) [m], NaN for markers without one."""
+    nowhere = np.full(3, np.nan)
+    return np.array([mesh.points[given[name]] if name in given else nowhere for name in names])
+
+
 def _contradicted_names(
     mesh: Mesh, names: Sequence[str], vertices: IntArray, contradicted: BoolArray
 ) -> tuple[ContradictedName, ...]:
@@ -199,7 +211,7 @@ def _usable(
     take: MarkerTake, given: dict[str, int]
 ) -> tuple[IntArray, tuple[DuplicateMarker, ...]]:
     """Return the indices of visible markers without duplicates, and the duplicates."""
-    positions = positions_3d(take)
+    positions = take.positions
     used = np.flatnonzero(take.visible.any(axis=0))
     anchored = len(given.keys() & {take.names[i] for i in used})
     least = FEWEST_MARKERS if anchored >= _ANCHORS else _FEWEST

@@ -192,11 +192,12 @@ def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) 
 def neutral_weights(take: MarkerTake, mesh: Mesh, setup: RetargetSetup) -> dict[str, float]:
     """Estimate the blend shape weights that the performer shows in the neutral frames.
 
-    Weights of 0 are left out; {} where the take's neutral is the rig's or no marker is bound.
+    Weights of 0 are left out; {} where the take's neutral is the rig's, no marker is bound or the
+    take is of an image.
     """
     vertex = bound_face(mesh, setup).vertex_of
     names = tuple(n for n in take.names if 0 <= vertex.get(n, -1) < len(mesh.points))
-    if not names or setup.neutral is None:
+    if not names or setup.neutral is None or take.dimension == 2:
         return {}
     face = BoundFace(mesh, names, np.array([vertex[name] for name in names]))
     positions = take.select(names)

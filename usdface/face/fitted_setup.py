@@ -6,6 +6,7 @@ import numpy as np
 
 from usdface.binding_origin import check_mesh
 from usdface.errors import InputError, did_you_mean
+from usdface.face.landmark_sets import nose_tip_landmark
 from usdface.face.named_places import names_nose_tip
 from usdface.findings import Finding, finding
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -42,7 +43,8 @@ def fit_setup(
     if setup.nose_tip:
         _check_nose_tip(setup, take)
         return setup, findings
-    named = [name for name in binding.markers if names_nose_tip(name)]
+    tip = nose_tip_landmark(binding.markers)
+    named = [tip] if tip else [name for name in binding.markers if names_nose_tip(name)]
     if len(named) == 1:
         return replace(setup, nose_tip=named[0]), findings
     foremost = binding.markers[int(np.argmax(mesh.points[binding.points, 2]))]

@@ -10,6 +10,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from usdface.face.landmark_sets import landmark_places
 from usdface.face.place_words import AMBIGUOUS, IGNORED, IMPLIED, LETTERS, PARTS, TWOFOLD, WORDS
 
 __all__ = [
@@ -173,8 +174,17 @@ def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
     """Return the place that each name of a set means.
 
     Where other names have a side, one without is of the middle, unless there are several that
-    only a number distinguishes.
+    only a number distinguishes. Numbered landmarks of a tracker have its places
+    (`usdface.face.landmark_sets`).
     """
+    tracked = landmark_places(names)
+    if tracked is not None:
+        return tuple(
+            NamedPlace(place.part, int(np.sign(place.x)), ((place.x, place.y),), place.spread)
+            if place
+            else None
+            for place in tracked
+        )
     words = [words_of(name) for name in names]
     alike = Counter(words)
     sides = sum(bool(each & _SIDES.keys()) for each in words) >= _FEWEST_SIDED
