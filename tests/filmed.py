@@ -1,6 +1,5 @@
 """Heads that turn before a camera whose poses, depths and focal length are known."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -8,9 +7,10 @@ from scipy.spatial.transform import Rotation
 from worlds import World, make_world
 
 from usdface.arrays import FloatArray
-from usdface.face.dot_skin import DotSkin, dot_skin
+from usdface.face.dot_skin import DotSkin
+from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.film.film_head import film_head
+from usdface.retarget.film.film_head import SolveProjected, film_head
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.film.views import Views
@@ -25,6 +25,7 @@ __all__ = [
     "NEUTRAL",
     "PLACES",
     "SIZE",
+    "SURFACE",
     "VERTICES",
     "WORLD",
     "filmed",
@@ -38,7 +39,8 @@ WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.meshes[0]
 PLACES = np.array(list(WORLD.points.values()))
 FACE = MESH.points[PLACES]
-VERTICES = dot_skin(MESH, PLACES, np.full(len(PLACES), np.nan))
+SURFACE = MarkerSurface(MESH, PLACES)
+VERTICES = SURFACE.skin
 NEUTRAL = (0, 0)
 FOCAL, SIZE = 1300.0, (1280, 960)
 CAMERA = PinholeCamera(FOCAL, 0.5 * np.array(SIZE) * [1, -1])
@@ -67,17 +69,20 @@ def filmed(world: World, degrees: float, focal: float = FOCAL) -> tuple[MarkerTa
     return replace(world.take, positions=image, image_size=SIZE), motion
 
 
-def true_weights(take: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:
+def true_weights(
+    skin: DotSkin, take: MarkerTake, views: Views, neutral: tuple[int, int]
+) -> FloatArray:
     """The weights of the world, as a perfect solve finds them."""
     return np.array(WORLD.weights[np.searchsorted(WORLD.take.times, take.times)])
 
 
 def found(
     take: MarkerTake,
-    skin: DotSkin = VERTICES,
-    solve: Callable[[MarkerTake, Views, tuple[int, int]], FloatArray] = true_weights,
+    surface: MarkerSurface = SURFACE,
+    solve: SolveProjected = true_weights,
+    refined: bool = False,
 ) -> tuple[FilmedHead, list[str]]:
     """The head of a take, and the codes of the findings."""
-    head, findings = film_head(take, WORLD.take.names, skin, NEUTRAL, solve)
+    head, findings = film_head(take, WORLD.take.names, surface, NEUTRAL, solve, refined=refined)
     assert head is not None
     return head, [f.code for f in findings]

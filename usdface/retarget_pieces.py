@@ -17,7 +17,6 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.cleanup.clean import Cleaned
 from usdface.cleanup.repairs import Repair, repair_findings
 from usdface.errors import InputError
-from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.first_pose import head_markers_few
@@ -165,15 +164,16 @@ def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> Estimat
         first, last = np.searchsorted(wanted, neutral).tolist()
         neutral = (first, last)
     face, given = shot.face, replace(shot.setup, neutral=neutral, pins=())
-    take, setup, skin, findings = solver_input(take, face, given, None, None)
+    take, setup, surface, findings = solver_input(take, face, given, None, None)
+    skin = surface.skin
     estimates, found = estimate_take(
         take,
         skin.rest,
         skin.offsets,
         face.shape_names,
         setup,
-        skin.mean_evaluator,
-        surface=MarkerSurface(face.mesh, face.vertices, skin.radii),
+        skin.marker_evaluator,
+        surface=surface,
     )
     estimates = settled(take, estimates, face.shape_names, setup)
     overlap = overlap_frames(take, estimates, face.shape_names, shot.setup)

@@ -10,9 +10,8 @@ from usdface.blend_shape_evaluator import with_combinations
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.face.dot_skin import DotSkin, dot_skin
+from usdface.face.dot_skin import DotSkin
 from usdface.face.fitted_setup import fit_setup
-from usdface.face.known_limits import with_known_limits
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
@@ -123,17 +122,18 @@ def solve(
     if isinstance(take, WeightsTake):
         weights, findings = recorded_weights(take, face, setup)
         return weights, None, findings
-    take, setup, skin, findings = solver_input(take, face, setup, cleaned, progress)
-    filmed, camera_findings = _film(take, face, setup, skin, progress)
+    take, setup, surface, findings = solver_input(take, face, setup, cleaned, progress)
+    filmed, camera_findings = _film(take, face, setup, surface, progress)
     projected, views = filmed.projected(take) if filmed else (take, None)
+    skin = surface.at(filmed.shifts).skin if filmed and filmed.shifts.any() else surface.skin
     solution, new_findings = solve_take(
         projected,
         skin.rest,
         skin.offsets,
         face.shape_names,
         setup,
-        skin.mean_evaluator,
-        surface=MarkerSurface(face.mesh, face.vertices, skin.radii),
+        skin.marker_evaluator,
+        surface=surface,
         views=views,
         progress=progress,
     )
@@ -188,17 +188,18 @@ def calibrate(
         )
     _, cleaned, findings = clean(take, setup)
     take = cleaned.take if cleaned else take
-    take, setup, skin, new_findings = solver_input(take, face, setup, cleaned, progress)
-    filmed, camera_findings = _film(take, face, setup, skin, progress)
+    take, setup, surface, new_findings = solver_input(take, face, setup, cleaned, progress)
+    filmed, camera_findings = _film(take, face, setup, surface, progress)
+    skin = surface.skin
     calibrated, calibration_findings = calibrate_take(
         filmed.still(take) if filmed else take,
         skin.rest,
         skin.offsets,
         face.shape_names,
         setup,
-        skin.mean_evaluator,
+        skin.marker_evaluator,
         extremes,
-        MarkerSurface(face.mesh, face.vertices, skin.radii),
+        surface,
     )
     return calibrated, findings + new_findings + camera_findings + calibration_findings
 
@@ -207,7 +208,7 @@ def _film(
     take: MarkerTake,
     face: BoundFace,
     setup: RetargetSetup,
-    skin: DotSkin,
+    surface: MarkerSurface,
     progress: Progress | None,
 ) -> tuple[FilmedHead | None, list[Finding]]:
     """Solve the head motion of a 2D take, if requested; None for other takes."""
@@ -216,15 +217,18 @@ def _film(
     if not flat or setup.neutral is None:
         return None, []
 
-    def weights(projected: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:
+    def weights(
+        skin: DotSkin, projected: MarkerTake, views: Views, neutral: tuple[int, int]
+    ) -> FloatArray:
         own = replace(setup, neutral=neutral, pins=())  # which are frames of the whole take
         solution, _ = solve_take(
-            projected, skin.rest, skin.offsets, face.shape_names, own, skin.mean_evaluator,
+            projected, skin.rest, skin.offsets, face.shape_names, own, skin.marker_evaluator,
             views=views, progress=progress,
         )  # fmt: skip
         return solution.weights.weights
 
-    return film_head(take, setup.binding.markers, skin, setup.neutral, weights)
+    found = setup.solve.places == "found"
+    return film_head(take, setup.binding.markers, surface, setup.neutral, weights, refined=found)
 
 
 @one_blas_thread()
@@ -234,17 +238,16 @@ def solver_input(
     setup: RetargetSetup,
     cleaned: Cleaned | None,
     progress: Progress | None,
-) -> tuple[MarkerTake, RetargetSetup, DotSkin, list[Finding]]:
-    """Return the take as observed, the setup fitted to the mesh, the skin under its markers."""
+) -> tuple[MarkerTake, RetargetSetup, MarkerSurface, list[Finding]]:
+    """Return the take as observed, the setup fitted to the mesh, the skin around its markers."""
     setup, findings = fit_setup(setup, face.mesh, take)
     if cleaned is not None:
         take = _observed(take, cleaned.measured, setup.head_markers)
     radii = dot_radii(take, face.markers, face.neutral)
     _check_dots(radii, face)
-    skin, names = dot_skin(face.mesh, face.vertices, radii), face.shape_names
-    if setup.solve.limits == "known":
-        skin = replace(skin, evaluator=with_known_limits(skin.evaluator, names))
-    combined = {names[combination.shape] for combination in skin.evaluator.combinations}
+    known = setup.solve.limits == "known"
+    surface, names = MarkerSurface(face.mesh, face.vertices, radii, known), face.shape_names
+    combined = {names[combination.shape] for combination in surface.skin.evaluator.combinations}
     findings += face.findings
     findings += [
         finding(
@@ -256,7 +259,7 @@ def solver_input(
         if pin.shape in combined
     ]
     findings += compile_kernels(len(take.times), len(face.mesh.shapes), progress or Progress())
-    return take, setup, skin, findings
+    return take, setup, surface, findings
 
 
 def _observed(take: MarkerTake, measured: BoolArray, head_markers: tuple[str, ...]) -> MarkerTake:

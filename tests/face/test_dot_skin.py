@@ -32,7 +32,7 @@ def test_a_dot_moves_as_the_mean_of_its_skin() -> None:
     mesh = flat_skin((BlendShape("bump", np.arange(len(bump)), bump),))
     radius = 3.0 * STEP
     skin = dot_skin(mesh, np.array([MIDDLE]), np.array([radius]))
-    moved = skin.mean_evaluator.displacements(np.ones((1, 1)))[0]
+    moved = skin.marker_evaluator.displacements(np.ones((1, 1)))[0]
     # Flat triangles lie above the bump: by a sixth of the squared step along either side.
     assert moved[2] == pytest.approx(0.5 * radius**2 + STEP**2 / 3, rel=0.01)
     np.testing.assert_array_equal(skin.offsets[0, 0], moved)
@@ -43,7 +43,7 @@ def test_a_dot_without_radius_is_its_vertex_to_the_last_bit() -> None:
     skin = dot_skin(head.mesh, head.vertices, np.full(len(head.vertices), np.nan))
     exact, _ = evaluator_of(head.mesh, head.vertices)
     np.testing.assert_array_equal(skin.rest, head.points)
-    np.testing.assert_array_equal(skin.mean_evaluator.offsets, exact.offsets)
+    np.testing.assert_array_equal(skin.marker_evaluator.offsets, exact.offsets)
 
 
 def test_some_dots_are_those() -> None:
@@ -58,7 +58,7 @@ def test_some_dots_are_those() -> None:
 def test_a_dot_on_one_lip_leaves_the_other_and_a_dot_in_the_corner_has_both() -> None:
     on_the_lip, in_the_corner = 2 * LIP + LIP // 2, 2 * LIP
     skin = dot_skin(joined_lips(), np.array([on_the_lip, in_the_corner]), np.full(2, 0.004))
-    opened = skin.mean_evaluator.displacements(np.ones((1, 1))).reshape(2, 3)
+    opened = skin.marker_evaluator.displacements(np.ones((1, 1))).reshape(2, 3)
     assert opened[0, 1] == pytest.approx(-0.01)
     assert -0.007 < opened[1, 1] < -0.003
 

@@ -43,7 +43,7 @@ def test_a_dot_beside_its_vertex_is_the_mean_of_the_skin_there() -> None:
     placed = surface.at(HEAD.mesh.points[beside] - HEAD.points)
     there = dot_skin(HEAD.mesh, beside, radii)
     np.testing.assert_allclose(placed.points, there.rest, atol=1e-15)
-    np.testing.assert_allclose(placed.evaluator.offsets, there.mean_evaluator.offsets, atol=1e-15)
+    np.testing.assert_allclose(placed.evaluator.offsets, there.marker_evaluator.offsets, atol=1e-15)
     one = surface.select(np.array([3])).at(np.zeros((1, 3)))
     whole = surface.at(np.zeros_like(HEAD.points))
     np.testing.assert_allclose(one.points, whole.points[3:4], atol=1e-15)

@@ -160,9 +160,10 @@ def test_residuals_that_weights_or_the_head_could_explain_move_no_place() -> Non
     for off in (swaying, wrong):
         performed = HEAD.performed(SHIFTS)[0] + (moved + off).reshape(-1, MARKERS, 3)
         with_all = step(zero, alike(0.003), performed, 1e-5**2)
-        without = replace(placed.evaluator, offsets=0.0 * placed.evaluator.offsets)
+        still = replace(placed.skin.evaluator, offsets=0.0 * placed.skin.evaluator.offsets)
+        without = replace(placed, skin=replace(placed.skin, evaluator=still))
         naive = guess_in_motion(
-            alike(0.003), zero, replace(placed, evaluator=without), HEAD.weights,
+            alike(0.003), zero, without, HEAD.weights,
             off.reshape(-1, MARKERS, 3), np.zeros((3 * MARKERS, 0)), 1e-5**2,
         )  # fmt: skip
         assert rms(with_all) < 0.1 * rms(naive)

@@ -4,6 +4,7 @@ A camera tracks the centre of a dot, not the vertex that the dot was painted aro
 where skin folds or splits under the dot, as in the corners of the mouth.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,7 +16,7 @@ from usdface.face.surface_graph import joined_at_seams
 from usdface.geometry.triangulation import triangulated
 from usdface.rigs import Mesh
 
-__all__ = ["DotSkin", "dot_skin"]
+__all__ = ["DotSkin", "dot_skin", "interpolated"]
 
 # Triangles at the edge of a dot are cut into pieces no longer than this share of its radius, and
 # into so many along an edge at most: then the area is within 1 %.
@@ -49,6 +50,9 @@ class DotSkin:
         Of the triangle's area that is under the dot.
     centroids : (N, 3) float64
         Of the part under the dot, in barycentric coordinates of the triangle.
+    beside : (B, V) float64 or None
+        Added to the weights of the vertices in each mean: markers that are beside their dots'
+        vertices. None = they are not.
     """
 
     vertices: IntArray
@@ -60,6 +64,7 @@ class DotSkin:
     triangles: IntArray
     shares: FloatArray
     centroids: FloatArray
+    beside: FloatArray | None = None
 
     @cached_property
     def means(self) -> FloatArray:
@@ -78,25 +83,24 @@ class DotSkin:
         return frozen(means)
 
     @cached_property
-    def rest(self) -> FloatArray:
-        """The means of the dots' skin on the neutral face: (B, 3) [m]."""
-        return frozen(self.means @ self.points)
+    def places(self) -> FloatArray:
+        """Weights of the vertices in the place of each marker: (B, V)."""
+        return self.means if self.beside is None else frozen(self.means + self.beside)
 
     @cached_property
-    def mean_evaluator(self) -> BlendShapeEvaluator:
-        """Of the displacements of the means, N = 3 B."""
+    def rest(self) -> FloatArray:
+        """The markers on the neutral face: (B, 3) [m]."""
+        return frozen(self.places @ self.points)
 
-        def mean(values: FloatArray) -> FloatArray:
-            at = values.reshape(len(values), -1, 3)
-            moved = np.einsum("bv,svd->sbd", self.means, at, optimize=True)
-            return np.asarray(moved.reshape(len(values), -1))
-
-        return self.evaluator.mapped(mean)
+    @cached_property
+    def marker_evaluator(self) -> BlendShapeEvaluator:
+        """Of the displacements of the markers, N = 3 B."""
+        return self.evaluator.mapped(interpolated(self.places))
 
     @property
     def offsets(self) -> FloatArray:
-        """Displacements of the means by each blend shape at weight 1: (S, B, 3) [m]."""
-        offsets = self.mean_evaluator.offsets
+        """Displacements of the markers by each blend shape at weight 1: (S, B, 3) [m]."""
+        offsets = self.marker_evaluator.offsets
         return offsets.reshape(len(offsets), -1, 3)
 
     def select(self, dots: IntArray) -> "DotSkin":
@@ -112,10 +116,26 @@ class DotSkin:
             triangles=self.triangles[kept],
             shares=self.shares[kept],
             centroids=self.centroids[kept],
+            beside=None if self.beside is None else self.beside[dots],
         )
 
 
-def dot_skin(mesh: Mesh, vertices: IntArray, radii: FloatArray) -> DotSkin:
+def interpolated(weights: FloatArray) -> Callable[[FloatArray], FloatArray]:
+    """Return the function of coordinates (K, 3 V) of vertices to those of places (K, 3 B).
+
+    `weights` (B, V) are those of the vertices in each place.
+    """
+
+    def at_places(values: FloatArray) -> FloatArray:
+        at = values.reshape(len(values), -1, 3)
+        return np.asarray(np.einsum("bv,svd->sbd", weights, at, optimize=True).reshape(len(at), -1))
+
+    return at_places
+
+
+def dot_skin(
+    mesh: Mesh, vertices: IntArray, radii: FloatArray, others: IntArray | None = None
+) -> DotSkin:
     """Return the skin under dots that are painted on a neutral face.
 
     A dot covers the skin within its radius that is connected to its vertex and faces the same way.
@@ -127,6 +147,8 @@ def dot_skin(mesh: Mesh, vertices: IntArray, radii: FloatArray) -> DotSkin:
         In the middle of the dots.
     radii : (B,) float64 [m]
         NaN = unknown: then the dot is where its vertex is.
+    others : (K,) int64, optional
+        Vertices that the skin has as well.
     """
     dotted = np.flatnonzero(radii > 0.0)
     if len(dotted):
@@ -150,7 +172,8 @@ def dot_skin(mesh: Mesh, vertices: IntArray, radii: FloatArray) -> DotSkin:
         shares.append(share[whole])
         centroids.append(centroid[whole])
     under = np.concatenate([*parts, np.zeros((0, 3), np.int64)])
-    used, places = np.unique(np.concatenate([vertices, under.ravel()]), return_inverse=True)
+    extra = np.zeros(0, np.int64) if others is None else others
+    used, places = np.unique(np.concatenate([vertices, under.ravel(), extra]), return_inverse=True)
     return DotSkin(
         used,
         mesh.points[used],
@@ -158,7 +181,7 @@ def dot_skin(mesh: Mesh, vertices: IntArray, radii: FloatArray) -> DotSkin:
         radii,
         places[: len(vertices)],
         np.concatenate([*dots, np.zeros(0, np.int64)]),
-        places[len(vertices) :].reshape(-1, 3),
+        places[len(vertices) : len(vertices) + under.size].reshape(-1, 3),
         np.concatenate([*shares, np.zeros(0)]),
         np.concatenate([*centroids, np.zeros((0, 3))]),
     )

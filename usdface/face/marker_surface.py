@@ -15,8 +15,9 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
-from usdface.face.dot_skin import dot_skin
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.face.dot_skin import DotSkin, dot_skin, interpolated
+from usdface.face.known_limits import with_known_limits
 from usdface.face.skin_patch import SkinPatch, skin_patch
 from usdface.face.surface_graph import surface_graph
 from usdface.geometry.marker_spread import rms_radius
@@ -38,29 +39,38 @@ class PlacedMarkers:
 
     Attributes
     ----------
-    points : (B, 3) float64 [m]
+    skin : DotSkin
+        Around them.
     vertices : (B,) int64
         Nearest to them.
-    evaluator : BlendShapeEvaluator
-        Of their displacements, N = 3 B.
     tangents : (B, 2, 3) float64
         Orthonormal directions along the skin.
     slopes : tuple of two BlendShapeEvaluator
         Of the change of the displacements with a shift along either tangent, N = 3 B.
     """
 
-    points: FloatArray
+    skin: DotSkin
     vertices: IntArray
-    evaluator: BlendShapeEvaluator
     tangents: FloatArray
     slopes: tuple[BlendShapeEvaluator, BlendShapeEvaluator]
+
+    @property
+    def points(self) -> FloatArray:
+        """Where they rest: (B, 3) [m]."""
+        return self.skin.rest
+
+    @property
+    def evaluator(self) -> BlendShapeEvaluator:
+        """Of their displacements, N = 3 B."""
+        return self.skin.marker_evaluator
 
     def mapped(
         self, sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator]
     ) -> "PlacedMarkers":
         """Return the same places moved by the shapes that `sized` makes of these."""
         first, second = self.slopes
-        return replace(self, evaluator=sized(self.evaluator), slopes=(sized(first), sized(second)))
+        skin = replace(self.skin, evaluator=sized(self.skin.evaluator))
+        return replace(self, skin=skin, slopes=(sized(first), sized(second)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,11 +83,19 @@ class MarkerSurface:
     vertices : (B,) int64
     radii : (B,) float64 [m] or None
         Of painted dots, which move as the mean of the skin under them; NaN, None = unknown.
+    known_limits : bool
+        Blend shapes keep the limits that are known by their names.
     """
 
     mesh: Mesh
     vertices: IntArray
     radii: FloatArray | None = None
+    known_limits: bool = False
+
+    @cached_property
+    def skin(self) -> DotSkin:
+        """The skin under the dots around the bound vertices."""
+        return self._skin(self.vertices)
 
     @cached_property
     def reach(self) -> float:
@@ -92,11 +110,11 @@ class MarkerSurface:
     def select(self, markers: IntArray) -> "MarkerSurface":
         """Return the surface around some of the bound vertices."""
         radii = None if self.radii is None else self.radii[markers]
-        return MarkerSurface(self.mesh, self.vertices[markers], radii)
+        return replace(self, vertices=self.vertices[markers], radii=radii)
 
     def with_shapes(self, shapes: tuple[BlendShape, ...]) -> "MarkerSurface":
         """Return the same surface moved by other blend shapes."""
-        surface = MarkerSurface(replace(self.mesh, shapes=shapes), self.vertices, self.radii)
+        surface = replace(self, mesh=replace(self.mesh, shapes=shapes))
         surface.__dict__.update(_graph=self._graph, _lengths=self._lengths, patch=self.patch)
         return surface
 
@@ -114,27 +132,29 @@ class MarkerSurface:
             around.append(self._near(nearest[-1], inner)[0])
         frames = [self._frame(v, n) for v, n in zip(nearest, around, strict=True)]
         tangents = np.stack([tangent for tangent, _ in frames])
-        radii = np.full(len(wanted), np.nan) if self.radii is None else self.radii
-        skin = dot_skin(self.mesh, np.array(nearest), radii)
-        used = np.unique(np.concatenate([skin.vertices, *around]))
+        skin = self._skin(np.array(nearest), np.unique(np.concatenate(around)))
         column = np.full(len(self.mesh.points), -1)
-        column[used] = np.arange(len(used))
-        own = np.zeros((len(wanted), len(used)))
-        own[:, column[skin.vertices]] = skin.means
-        along = np.zeros((2, *own.shape))
+        column[skin.vertices] = np.arange(len(skin.vertices))
+        along = np.zeros((2, len(wanted), len(skin.vertices)))
         for marker, (near, (_, slope)) in enumerate(zip(around, frames, strict=True)):
             along[:, marker, column[near]] = slope
         rest = wanted - self.mesh.points[nearest]
         share = np.einsum("bad,bd->ab", tangents, rest)
-        weights = own + np.einsum("ab,abn->bn", share, along)
-        evaluator, _ = evaluator_of(self.mesh, used)
+        first, second = (skin.evaluator.mapped(interpolated(slopes)) for slopes in along)
         return PlacedMarkers(
-            frozen(weights @ self.mesh.points[used]),
+            replace(skin, beside=np.einsum("ab,abn->bn", share, along)),
             np.array(nearest),
-            evaluator.mapped(_interpolated(weights)),
             frozen(tangents),
-            (evaluator.mapped(_interpolated(along[0])), evaluator.mapped(_interpolated(along[1]))),
+            (first, second),
         )
+
+    def _skin(self, vertices: IntArray, others: IntArray | None = None) -> DotSkin:
+        radii = np.full(len(vertices), np.nan) if self.radii is None else self.radii
+        skin = dot_skin(self.mesh, vertices, radii, others)
+        if not self.known_limits:
+            return skin
+        evaluator = with_known_limits(skin.evaluator, self.mesh.shape_names)
+        return replace(skin, evaluator=evaluator)
 
     def vertices_near(self, marker: int) -> IntArray:
         """Return the vertices within `reach` of a marker's own, along the skin: (n,)."""
@@ -182,13 +202,3 @@ class MarkerSurface:
     @cached_property
     def _lengths(self) -> dict[int, tuple[IntArray, FloatArray, BoolArray]]:
         return {}
-
-
-def _interpolated(weights: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    """Return the function of coordinates (K, 3 n) of vertices to those of B places (K, 3 B)."""
-
-    def at_places(values: FloatArray) -> FloatArray:
-        at = values.reshape(len(values), -1, 3)
-        return np.asarray(np.einsum("bn,snd->sbd", weights, at, optimize=True).reshape(len(at), -1))
-
-    return at_places

@@ -21,7 +21,13 @@ from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import small_motions
 from usdface.retarget.rbf import distances
 
-__all__ = ["PlaceGuess", "guess_at_rest", "guess_in_motion", "search_in_motion"]
+__all__ = [
+    "PlaceGuess",
+    "guess_at_rest",
+    "guess_in_image",
+    "guess_in_motion",
+    "search_in_motion",
+]
 
 # Reach of the field between two faces, in RMS radii of the markers, and its variance by that of a
 # place: the grid that is searched for the most likely pair. 0.3 to 1.2 radii are 2 to 7 cm.
@@ -36,6 +42,8 @@ _REPEATED = 30.0
 _SEARCHED = 300
 # Least variance of weights, for those that never move in the take.
 _STILL = 1e-6
+# Keeps a covariance invertible: of a place's variance.
+_ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,6 +68,21 @@ class PlaceGuess:
             np.zeros_like(self.mean), self.spread**2 * np.eye(self.mean.size), self.spread
         )
 
+    def precision(self, ways: FloatArray) -> FloatArray:
+        """Return the inverse covariance of shifts along orthonormal `ways` (3 M, K): (K, K)."""
+        along = ways.T @ self.covariance @ ways
+        return np.asarray(np.linalg.inv(along + _ROUNDING * self.spread**2 * np.eye(len(along))))
+
+    def improbability(self, marker: int, shifts: FloatArray) -> FloatArray:
+        """Return the squared distances of shifts (N, 3) of one marker from the mean: (N,).
+
+        In deviations (Mahalanobis).
+        """
+        own = self.covariance.reshape(len(self.mean), 3, -1, 3)[marker, :, marker]
+        own = own + _ROUNDING * self.spread**2 * np.eye(3)
+        off = shifts - self.mean[marker]
+        return np.asarray(np.einsum("ni,ni->n", off, np.linalg.solve(own, off.T).T))
+
 
 def guess_at_rest(neutral: FloatArray, points: FloatArray) -> PlaceGuess:
     """Guess places from the resting markers.
@@ -75,19 +98,40 @@ def guess_at_rest(neutral: FloatArray, points: FloatArray) -> PlaceGuess:
     points : (M, 3) float64 [m]
         The vertices that they are bound to.
     """
-    count = len(points)
     linear, offset = similarity_fit(neutral, points)
     error = (neutral @ linear + offset - points).ravel()
     centred = points - points.mean(axis=0)
     fixed = np.concatenate(
         [small_motions(points, image=False).reshape(6, -1), centred.ravel()[None]]
     )
-    free = np.linalg.qr(fixed.T, mode="complete")[0][:, 7:]
+    return _guess(error, points, fixed)
+
+
+def guess_in_image(neutral: FloatArray, points: FloatArray) -> PlaceGuess:
+    """Return `guess_at_rest` of markers in an image, centred: the image shows no depth.
+
+    Parameters
+    ----------
+    neutral : (M, 2) float64 [m]
+        The performer's markers, laid over the character.
+    points : (M, 3) float64 [m]
+        The vertices that they are bound to.
+    """
+    fixed = small_motions(points, image=True)[..., :2].reshape(6, -1)
+    spread = _guess((neutral - points[:, :2]).ravel(), points, fixed).spread
+    count = 3 * len(points)
+    return PlaceGuess(np.zeros((len(points), 3)), spread**2 * np.eye(count), spread)
+
+
+def _guess(error: FloatArray, points: FloatArray, fixed: FloatArray) -> PlaceGuess:
+    """Return the distribution of shifts by errors (M D,), without the motions `fixed` (K, M D)."""
+    count, axes = len(points), len(error) // len(points)
+    free = np.linalg.qr(fixed.T, mode="complete")[0][:, len(fixed) :]
     apart = (distances(points, points) / rms_radius(points)) ** 2
     seen = free.T @ error
     best, chosen = -np.inf, (np.zeros((count, count)), 0.0)
     for reach in _REACHES:
-        field = np.kron(np.exp(-apart / (2.0 * reach**2)), np.eye(3))
+        field = np.kron(np.exp(-apart / (2.0 * reach**2)), np.eye(axes))
         values, vectors = np.linalg.eigh(free.T @ field @ free)
         along = (vectors.T @ seen) ** 2
         scale = np.outer(_RATIOS, values.clip(min=0.0)) + 1.0
@@ -99,10 +143,10 @@ def guess_at_rest(neutral: FloatArray, points: FloatArray) -> PlaceGuess:
             chosen = _RATIOS[place] * field, float(variance[place])
     field, variance = chosen
     unit = fixed / np.linalg.norm(fixed, axis=1, keepdims=True)
-    whole = field + np.eye(3 * count) + _FREE * unit.T @ unit
+    whole = field + np.eye(axes * count) + _FREE * unit.T @ unit
     kept = np.linalg.inv(whole)
-    covariance = variance * (np.eye(3 * count) - kept)
-    return PlaceGuess((kept @ error).reshape(-1, 3), covariance, float(np.sqrt(variance)))
+    covariance = variance * (np.eye(axes * count) - kept)
+    return PlaceGuess((kept @ error).reshape(-1, axes), covariance, float(np.sqrt(variance)))
 
 
 def guess_in_motion(
@@ -153,8 +197,7 @@ def guess_in_motion(
         optimize=True,
     )  # fmt: skip
     along = block_diag(*placed.tangents.transpose(0, 2, 1))
-    before = along.T @ guess.covariance @ along
-    before = np.linalg.inv(before + 1e-6 * guess.spread**2 * np.eye(2 * count))
+    before = guess.precision(along)
     expected = along.T @ (guess.mean - shifts).ravel()
     step = np.linalg.solve(
         normal.reshape(2 * count, -1) + before, right.ravel() + before @ expected
@@ -185,11 +228,7 @@ def search_in_motion(
     error = ((moved - displaced[frames, marker][:, None]) ** 2).sum(axis=(0, 2))
     error *= len(displaced) / max(len(frames), 1) / (_REPEATED * variance)
     shifts = surface.mesh.points[near] - surface.mesh.points[surface.vertices[marker]]
-    own = guess.covariance.reshape(len(guess.mean), 3, -1, 3)[marker, :, marker]
-    own = own + 1e-6 * guess.spread**2 * np.eye(3)
-    off = shifts - guess.mean[marker]
-    error += np.einsum("ni,ni->n", off, np.linalg.solve(own, off.T).T)
-    return np.asarray(shifts[error.argmin()])
+    return np.asarray(shifts[(error + guess.improbability(marker, shifts)).argmin()])
 
 
 def _not_explained(

@@ -9,7 +9,7 @@ from filmed import (
     MESH,
     NEUTRAL,
     PLACES,
-    VERTICES,
+    SURFACE,
     WORLD,
     filmed,
     found,
@@ -17,7 +17,7 @@ from filmed import (
     true_weights,
 )
 
-from usdface.face.dot_skin import dot_skin
+from usdface.face.marker_surface import MarkerSurface
 from usdface.retarget.film.dot_centres import dot_centre_offsets
 from usdface.retarget.film.film_head import film_head
 
@@ -59,24 +59,25 @@ def test_five_markers_are_too_few() -> None:
     take, _ = filmed(WORLD, 15.0)
     names = take.names[:5]
     few = replace(take, names=names, positions=take.positions[:, :5])
-    skin = VERTICES.select(np.arange(5))
-    assert film_head(few, names, skin, NEUTRAL, true_weights) == (None, [])
+    surface = SURFACE.select(np.arange(5))
+    assert film_head(few, names, surface, NEUTRAL, true_weights) == (None, [])
 
 
 def test_of_a_dot_the_middle_is_filmed_and_the_mean_of_its_skin_is_solved() -> None:
     take, motion = filmed(WORLD, 20.0)
-    dots = dot_skin(MESH, PLACES, np.full(len(PLACES), 0.006))
+    surface = MarkerSurface(MESH, PLACES, np.full(len(PLACES), 0.006))
+    dots = surface.skin
     pose = placed(motion)
     weights = np.array(WORLD.weights)
-    moved = dots.mean_evaluator.displacements(weights).reshape(COUNT, -1, 3)
+    moved = dots.marker_evaluator.displacements(weights).reshape(COUNT, -1, 3)
     means = dots.rest + moved
     middles = CAMERA.image(pose.to_take(means)) + dot_centre_offsets(dots, weights, pose, CAMERA)
     film = replace(take, positions=middles, focal_length=FOCAL)
     off = [
-        np.abs(found(film, skin)[0].motion.rotations - motion.rotations).max()
-        for skin in (VERTICES, dots)
+        np.abs(found(film, each)[0].motion.rotations - motion.rotations).max()
+        for each in (SURFACE, surface)
     ]
     assert off[1] < 1e-5 < 1e-3 < off[0]
     np.testing.assert_allclose(
-        found(film, dots)[0].still(film).positions, means[..., :2], atol=1e-5
+        found(film, surface)[0].still(film).positions, means[..., :2], atol=1e-5
     )

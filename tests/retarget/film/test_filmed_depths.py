@@ -5,6 +5,7 @@ import pytest
 from filmed import FACE, FOCAL, WORLD, filmed, found, true_weights
 
 from usdface.arrays import FloatArray
+from usdface.face.dot_skin import DotSkin
 from usdface.retarget.film.views import Views
 from usdface.takes import MarkerTake
 
@@ -45,8 +46,10 @@ def test_frames_in_which_hardly_a_dot_is_visible_change_little(visible: int) -> 
 def test_expressions_that_the_solve_leaves_make_no_depth(hidden: int) -> None:
     """A still face that hardly turns by its pose: a tenth of each movement is taken for turns."""
 
-    def most_of_the_weights(take: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:
-        return 0.9 * true_weights(take, views, neutral)
+    def most_of_the_weights(
+        skin: DotSkin, take: MarkerTake, views: Views, neutral: tuple[int, int]
+    ) -> FloatArray:
+        return 0.9 * true_weights(skin, take, views, neutral)
 
     take, _ = filmed(WORLD, 0.0)
     positions = take.positions.copy()

@@ -5,13 +5,16 @@ import pytest
 from filmed import COUNT, FACE, FOCAL, PLACES, WORLD, filmed, found
 
 from usdface.arrays import FloatArray
-from usdface.face.dot_skin import dot_skin
+from usdface.face.dot_skin import DotSkin
+from usdface.face.marker_surface import MarkerSurface
 from usdface.retarget.film.filmed_head import certainty
 from usdface.retarget.film.views import Views
 from usdface.takes import MarkerTake
 
 
-def no_weights(take: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:
+def no_weights(
+    skin: DotSkin, take: MarkerTake, views: Views, neutral: tuple[int, int]
+) -> FloatArray:
     return np.zeros_like(WORLD.weights)
 
 
@@ -52,7 +55,7 @@ def test_hidden_markers_are_hidden_in_what_is_projected() -> None:
 
 def test_slanted_dots_are_less_certain_and_the_take_as_certain_as_it_says() -> None:
     take, _ = filmed(WORLD, 20.0)
-    dots = dot_skin(WORLD.rig.meshes[0], PLACES, np.full(len(PLACES), 0.004))
+    dots = MarkerSurface(WORLD.rig.meshes[0], PLACES, np.full(len(PLACES), 0.004))
     head, _ = found(replace(take, focal_length=FOCAL), dots)
     visible = np.ones(head.facing.shape, dtype=bool)
     visible[:, 2] = False

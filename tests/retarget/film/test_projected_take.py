@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.retarget.film.projected_take import ProjectedTake
 from usdface.retarget.film.views import Views
 
-MODEL = VERTICES.mean_evaluator
+MODEL = VERTICES.marker_evaluator
 COORDINATES = 2 * len(FACE)
 
 

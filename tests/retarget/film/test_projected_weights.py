@@ -35,7 +35,7 @@ def identity() -> SpaceMap:
 
 def solve(
     degrees: float,
-    model: BlendShapeEvaluator = VERTICES.mean_evaluator,
+    model: BlendShapeEvaluator = VERTICES.marker_evaluator,
     weights: FloatArray = WORLD.weights,
     names: tuple[str, ...] = MESH.shape_names,
     hidden: bool = False,
@@ -79,13 +79,13 @@ def test_frames_that_show_nothing_follow_their_neighbours_but_for_pins() -> None
 
 def test_displacements_come_back_in_head_space() -> None:
     found = solve(20.0)
-    moved = VERTICES.mean_evaluator.displacements(WORLD.weights).reshape(COUNT, -1, 3)
+    moved = VERTICES.marker_evaluator.displacements(WORLD.weights).reshape(COUNT, -1, 3)
     np.testing.assert_allclose(found.displaced, moved, atol=2e-5)
 
 
 def forward_only() -> BlendShapeEvaluator:
     """One shape that moves the lips straight forwards, and the others."""
-    offsets = np.array(VERTICES.mean_evaluator.offsets)
+    offsets = np.array(VERTICES.marker_evaluator.offsets)
     forward = np.zeros((len(FACE), 3))
     forward[np.argsort(FACE[:, 1])[:4], 2] = 0.01
     return BlendShapeEvaluator(np.vstack([offsets, forward.ravel()]))
@@ -107,7 +107,7 @@ def test_only_a_head_that_looks_aside_shows_how_far_lips_come_forward() -> None:
 def test_shapes_with_inbetweens_and_combinations_come_back() -> None:
     world = make_curved_world(head_moves=False)
     mesh = world.rig.meshes[0]
-    model = dot_skin(mesh, PLACES, np.full(len(PLACES), np.nan)).mean_evaluator
+    model = dot_skin(mesh, PLACES, np.full(len(PLACES), np.nan)).marker_evaluator
     assert not model.linear
     found = solve(20.0, model, np.array(world.weights), mesh.shape_names)
     assert np.sqrt(np.mean((found.weights - world.weights) ** 2)) < 0.01

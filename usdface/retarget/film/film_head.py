@@ -4,24 +4,30 @@ An image has no depth, but the character does: its neutral and its blend shapes 
 third coordinate. With it the head pose is fitted by a perspective camera, and the weights are
 solved in the view of each image (`usdface.retarget.film.projected_weights`). Poses, and the offset
 of a dot's centre from the mean of its skin, depend on the weights, so they are solved alternately.
-Where the head turns, the depths of the performer's own face are estimated, too.
+Where the head turns, the depths of the performer's own face are estimated, too, and then the places
+of the markers on the skin.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.face.dot_skin import DotSkin
+from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.film.dot_centres import dot_centre_offsets, foreshortening
 from usdface.retarget.film.filmed_depths import refined_depths
 from usdface.retarget.film.filmed_head import FilmedHead, certainty
+from usdface.retarget.film.filmed_places import refined_shifts
 from usdface.retarget.film.filmed_take import FilmedTake
 from usdface.retarget.film.one_camera import PinholeCamera, fit_pose, start_pose
 from usdface.retarget.film.views import Views
 from usdface.retarget.neutral import neutral_markers
+from usdface.retarget.places import guess_in_image
 from usdface.takes import MarkerTake, visible
 
 __all__ = ["SolveProjected", "film_head"]
@@ -52,16 +58,28 @@ _USUAL = 0.65
 # face resembles a lens error.
 _SHOWN = 1.2
 
-# Solves the weights (F, S) of a take as the camera projects it, by its views and neutral frames.
-SolveProjected = Callable[[MarkerTake, Views, tuple[int, int]], FloatArray]
+# Times that places are refined, at most, and the alternations after each.
+_PLACE_STEPS = 6
+_PLACE_ROUNDS = 3
+# Places are refined again where the last step left a hundredth less of the take, at least.
+_LOWER = 0.01
+# Markers are on their vertices if they err by less than this share of the face's size at rest.
+_EXACT = 1e-6
+
+# Solves the weights (F, S) of a take as the camera projects it, by the skin under all bound
+# markers, its views and neutral frames.
+SolveProjected = Callable[[DotSkin, MarkerTake, Views, tuple[int, int]], FloatArray]
+_Solve = Callable[[MarkerTake, Views, tuple[int, int]], FloatArray]
 
 
 def film_head(
     take: MarkerTake,
     markers: tuple[str, ...],
-    skin: DotSkin,
+    surface: MarkerSurface,
     neutral: tuple[int, int],
     solve: SolveProjected,
+    *,
+    refined: bool = True,
 ) -> tuple[FilmedHead | None, list[Finding]]:
     """Find how a head moved before the camera that filmed it.
 
@@ -71,12 +89,15 @@ def film_head(
         2D.
     markers : tuple of str, length B
         The bound markers.
-    skin : DotSkin
-        Of the character under each of them.
+    surface : MarkerSurface
+        Of the character around each of them.
     neutral : (int, int)
         First and last neutral frame index, inclusive.
     solve : callable
-        Solves a take of a still head with these neutral frames, for weights of `skin.evaluator`.
+        Solves a take of a still head with these neutral frames, for weights of the skin's
+        evaluator.
+    refined : bool
+        Markers may sit beside their vertices.
 
     Returns
     -------
@@ -92,17 +113,66 @@ def film_head(
         return None, []
     bound = np.array(known)[used]
     own = np.array([take.names.index(markers[k]) for k in bound.tolist()])
-    film = FilmedTake(take.with_markers(own), skin.select(bound), neutral)
-    camera, findings = _camera(film, solve)
-    some = film.part(_FRAMES)
-    head, weights, _ = _in_turn(some, camera, solve, _ROUNDS)
-    if len(some.image) == len(film.image):
+    film = FilmedTake(take.with_markers(own), surface.skin.select(bound), neutral)
+    camera, findings = _camera(film, partial(solve, surface.skin))
+    part, skin = film.part(_FRAMES), surface.skin
+    head, weights, left = _in_turn(part, camera, partial(solve, skin), _ROUNDS)
+    if refined:
+        head, weights, skin = _with_places(part, surface, bound, solve, (head, weights, left))
+    if len(part.image) == len(film.image):
         return head, findings
-    there = _at_times(weights, some.take.times, film.take.times)
-    return _in_turn(film, camera, solve, _LAST_ROUNDS, head.rest[:, 2], there)[0], findings
+    film = replace(film, skin=skin.select(bound))
+    there = _at_times(weights, part.take.times, film.take.times)
+    last, _, _ = _in_turn(
+        film, camera, partial(solve, skin), _LAST_ROUNDS, head.rest[:, 2], there, refined=False
+    )
+    return replace(last, shifts=head.shifts), findings
 
 
-def _camera(film: FilmedTake, solve: SolveProjected) -> tuple[PinholeCamera, list[Finding]]:
+def _with_places(
+    film: FilmedTake,
+    surface: MarkerSurface,
+    bound: IntArray,
+    solve: SolveProjected,
+    solved: tuple[FilmedHead, FloatArray, float],
+) -> tuple[FilmedHead, FloatArray, DotSkin]:
+    """Return head and weights by places that leave less of the take, and the skin there.
+
+    Parameters
+    ----------
+    film : FilmedTake
+    surface : MarkerSurface
+        Around all bound markers.
+    bound : (M,) int64
+        Those of the film.
+    solve : callable
+    solved : (FilmedHead, (F, S) float64, float)
+        Head, weights and residual with the markers on their vertices.
+    """
+    head, weights, left = solved
+    guess = guess_in_image(head.rest[:, :2], film.face)
+    skin, own = surface.skin, surface.select(bound)
+    shifts = np.zeros((len(surface.vertices), 3))
+    if guess.spread <= _EXACT * surface.reach:
+        return replace(head, shifts=shifts), weights, skin
+    for _ in range(_PLACE_STEPS):
+        placed = own.at(shifts[bound])
+        there = shifts.copy()
+        there[bound] = refined_shifts(film, head, weights, shifts[bound], placed, guess, own)
+        moved = surface.at(there).skin
+        film = replace(film, skin=moved.select(bound))
+        again = _in_turn(
+            film, head.camera, partial(solve, moved), _PLACE_ROUNDS, head.rest[:, 2], weights
+        )
+        before = left
+        if again[2] < before:
+            (head, weights, left), shifts, skin = again, there, moved
+        if again[2] > (1.0 - _LOWER) * before:
+            break
+    return replace(head, shifts=shifts), weights, skin
+
+
+def _camera(film: FilmedTake, solve: _Solve) -> tuple[PinholeCamera, list[Finding]]:
     """Return the camera, by the take's focal length or by one estimated from its motion."""
     take, findings = film.take, list[Finding]()
     if take.image_size:
@@ -143,19 +213,23 @@ def _lowest(lengths: FloatArray, errors: FloatArray) -> float:
 def _in_turn(
     film: FilmedTake,
     camera: PinholeCamera,
-    solve: SolveProjected,
+    solve: _Solve,
     rounds: int,
     depths: FloatArray | None = None,
     weights: FloatArray | None = None,
+    *,
+    refined: bool = True,
 ) -> tuple[FilmedHead, FloatArray, float]:
     """Solve poses and weights alternately.
 
     Parameters
     ----------
     depths : (M,) float64 [m], optional
-        Of the resting markers, where they are known.
+        Of the resting markers, a first guess; else those of the character.
     weights : (F, S) float64, optional
         A first guess.
+    refined : bool
+        Depths are refined.
 
     Returns
     -------
@@ -168,6 +242,7 @@ def _in_turn(
     look = start_pose(film.face, film.rest[None], camera)
     look, _ = fit_pose(film.face, film.rest[None], camera, look)
     deep = film.face[:, 2] if depths is None else depths
+    weights_known = weights is not None
     if weights is None:
         weights = np.zeros((count, len(skin.evaluator.offsets)))
     pose = Pose(np.repeat(look.rotations, count, 0), np.repeat(look.translations, count, 0))
@@ -181,11 +256,13 @@ def _in_turn(
         look, _ = fit_pose(film.face, film.rest[None], camera, look)
         rest = camera.at_depths(film.rest[None], look, deep)[0]
         pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
-        if depths is None and done > 0:
+        if refined and (done > 0 or weights_known):
             deep = refined_depths(film, camera, look, pose, rest, moved, sure)
             rest = camera.at_depths(film.rest[None], look, deep)[0]
             pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
-        head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing)
+        head = FilmedHead(
+            film.take.names, camera, pose, rest, moved, look, beside, facing, np.zeros_like(rest)
+        )
         left = _rms(film.image - camera.image(pose.to_take(rest + moved)))
         still = head.still(filmed.take).positions
         if done > 1 and _rms(still - before) < _SETTLED * left / head.metre:

@@ -65,5 +65,5 @@ class FilmedTake:
 
     def moved(self, weights: FloatArray) -> FloatArray:
         """Return the markers' displacements by weights (F, S): (F, M, 3) [m]."""
-        moved = self.skin.mean_evaluator.displacements(weights)
+        moved = self.skin.marker_evaluator.displacements(weights)
         return np.asarray(moved.reshape(len(weights), -1, 3))
