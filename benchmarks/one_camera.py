@@ -1,12 +1,15 @@
 """Weights from the image of one camera before which the head turns.
 
-    python -m benchmarks.one_camera [--frames N] [--part end]
+    python -m benchmarks.one_camera [--frames N] [--part end] [--beside]
 
 Recorded curves on the ICT face with 68 landmarks (without the real data: of the example head),
 seen through a perspective camera half a metre away with noise of 0.35 px. Columns: the head removed
 to first order, as a distant camera would show it; poses in space with the focal length given, and
 with it unknown; the angle by which the found motion of the head is off (RMS). `--part end` has
 other curves, another performer, another lens farther away; it was looked at once.
+
+`--beside` binds markers 2.4 to 5.6 mm from their places. Columns: the markers held on those
+vertices, their places found, and known.
 """
 
 import argparse
@@ -17,9 +20,11 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.solve.faces import Face, bent, example, has_real_data, ict
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import bound_face
+from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
+from usdface.options import SolveOptions, SolvePlaces
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -30,6 +35,7 @@ DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 SIZE, NOISE, REST = (1280, 960), 0.35, 15
 ANGLES = (0.0, 8.0, 20.0, 35.0)
 BEND = 0.004  # of another performer [m]
+BESIDE = 0.004  # m
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +56,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--frames", type=int, default=600)
     parser.add_argument("--part", choices=PARTS, default="built with")
+    parser.add_argument("--beside", action="store_true")
     parsed = parser.parse_args()
     part = PARTS[parsed.part]
     face = ict(DATA) if has_real_data(DATA) else example()
     face = replace(face, curves=face.curves[part.start :][: parsed.frames])
+    if parsed.beside:
+        return beside(face, part)
     print("| performer | head | first order | focal length given | unknown | pose [degrees] |")
     print("|---|---|---|---|---|---|")
     for who, performer in (("the character", face), ("another", bent(face, part.seed, BEND))):
@@ -64,6 +73,38 @@ def main() -> None:
             flat = first_order(face, take)
             head = f"turns by {angle:g} degrees" if angle else "rests"
             print(f"| {who} | {head} | {flat:.3f} | {given:.3f} | {found:.3f} | {turned:.2f} |")
+
+
+def beside(face: Face, part: Part) -> None:
+    """Print the errors with markers that are bound beside their places."""
+    print("| performer | head | held on vertices | places found | places known |")
+    print("|---|---|---|---|---|")
+    wrong = vertices_beside(face, BESIDE, part.seed)
+    for who, performer in (("the character", face), ("another", bent(face, part.seed, BEND))):
+        for angle in ANGLES:
+            take, motion = film(face, performer, angle, part)
+            take = replace(take, focal_length=part.focal_length)
+            bound = replace(face, points=wrong)
+            errors = [
+                error(bound, take, motion, places="bound")[0],
+                error(bound, take, motion)[0],
+                error(face, take, motion)[0],
+            ]
+            head = f"turns by {angle:g} degrees" if angle else "rests"
+            print(f"| {who} | {head} | " + " | ".join(f"{each:.3f}" for each in errors) + " |")
+
+
+def vertices_beside(face: Face, away: float, seed: int) -> IntArray:
+    """Return vertices (M,) around those of the markers, by 0.6 to 1.4 times `away` [m]."""
+    rng, points = np.random.default_rng(seed), face.mesh.points
+    surface = MarkerSurface(face.mesh, face.points)
+    drawn = []
+    for marker, vertex in enumerate(face.points.tolist()):
+        near = surface.vertices_near(marker)
+        length = np.linalg.norm(points[near] - points[vertex], axis=1)
+        there = near[np.abs(length / away - 1.0) < 0.4]
+        drawn.append(int(rng.choice(there)) if len(there) else vertex)
+    return np.array(drawn)
 
 
 def film(face: Face, performer: Face, angle: float, part: Part) -> tuple[MarkerTake, Pose]:
@@ -84,14 +125,17 @@ def film(face: Face, performer: Face, angle: float, part: Part) -> tuple[MarkerT
     return MarkerTake(face.names, times, image, face.rate, image_size=SIZE), motion
 
 
-def setup_of(face: Face) -> RetargetSetup:
+def setup_of(face: Face, places: SolvePlaces = "found") -> RetargetSetup:
     """Return the binding of a face, with its neutral frames."""
-    return RetargetSetup(Binding(face.names, face.points), neutral=(0, REST - 1))
+    binding = Binding(face.names, face.points)
+    return RetargetSetup(binding, neutral=(0, REST - 1), solve=SolveOptions(places=places))
 
 
-def error(face: Face, take: MarkerTake, motion: Pose) -> tuple[float, float]:
+def error(
+    face: Face, take: MarkerTake, motion: Pose, places: SolvePlaces = "found"
+) -> tuple[float, float]:
     """Return the RMS errors of the weights and of the head's turn [degrees]."""
-    setup = setup_of(face)
+    setup = setup_of(face, places)
     weights, solution, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
     assert solution is not None
     away = solution.pose.rotations @ motion.rotations.transpose(0, 2, 1)

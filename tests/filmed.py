@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.face.dot_skin import DotSkin
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.film.film_head import SolveProjected, film_head
+from usdface.retarget.film.film_head import SolveOnSkin, film_head
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.film.views import Views
@@ -79,10 +79,10 @@ def true_weights(
 def found(
     take: MarkerTake,
     surface: MarkerSurface = SURFACE,
-    solve: SolveProjected = true_weights,
+    solve: SolveOnSkin = true_weights,
     refined: bool = False,
 ) -> tuple[FilmedHead, list[str]]:
     """The head of a take, and the codes of the findings."""
-    head, findings = film_head(take, WORLD.take.names, surface, NEUTRAL, solve, refined=refined)
-    assert head is not None
-    return head, [f.code for f in findings]
+    face, findings = film_head(take, WORLD.take.names, surface, NEUTRAL, solve, refined=refined)
+    assert face is not None
+    return face.head, [f.code for f in findings]

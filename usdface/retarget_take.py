@@ -19,9 +19,9 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.progress import Progress
 from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.film.dot_radii import dot_radii
-from usdface.retarget.film.film_head import film_head
-from usdface.retarget.film.filmed_head import FilmedHead
+from usdface.retarget.film.film_head import FilmedFace, film_head
 from usdface.retarget.film.views import Views
+from usdface.retarget.markers_beside import markers_beside
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -124,8 +124,8 @@ def solve(
         return weights, None, findings
     take, setup, surface, findings = solver_input(take, face, setup, cleaned, progress)
     filmed, camera_findings = _film(take, face, setup, surface, progress)
-    projected, views = filmed.projected(take) if filmed else (take, None)
-    skin = surface.at(filmed.shifts).skin if filmed and filmed.shifts.any() else surface.skin
+    projected, views = filmed.head.projected(take) if filmed else (take, None)
+    skin = filmed.skin if filmed else surface.skin
     solution, new_findings = solve_take(
         projected,
         skin.rest,
@@ -138,7 +138,11 @@ def solve(
         progress=progress,
     )
     if filmed:
-        solution = replace(solution, filmed=filmed, pose=filmed.motion)
+        own = [face.markers.index(name) for name in solution.markers]
+        shifts = filmed.shifts[own]
+        new_findings += markers_beside(shifts, skin.rest[own], solution.markers, take.source)
+        head = filmed.head
+        solution = replace(solution, filmed=head, pose=head.motion, shifts=shifts)
     return solution.weights, solution, findings + camera_findings + new_findings
 
 
@@ -190,9 +194,9 @@ def calibrate(
     take = cleaned.take if cleaned else take
     take, setup, surface, new_findings = solver_input(take, face, setup, cleaned, progress)
     filmed, camera_findings = _film(take, face, setup, surface, progress)
-    skin = surface.skin
+    skin = filmed.skin if filmed else surface.skin
     calibrated, calibration_findings = calibrate_take(
-        filmed.still(take) if filmed else take,
+        filmed.head.still(take) if filmed else take,
         skin.rest,
         skin.offsets,
         face.shape_names,
@@ -210,7 +214,7 @@ def _film(
     setup: RetargetSetup,
     surface: MarkerSurface,
     progress: Progress | None,
-) -> tuple[FilmedHead | None, list[Finding]]:
+) -> tuple[FilmedFace | None, list[Finding]]:
     """Solve the head motion of a 2D take, if requested; None for other takes."""
     # The paper's map goes from the image to the character, the head's motion included.
     flat = take.dimension == 2 and setup.head == "solve" and setup.map.form != "paper"

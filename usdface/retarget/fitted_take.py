@@ -8,8 +8,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
-from usdface.findings import Finding, finding
-from usdface.geometry.marker_spread import rms_radius
+from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import as_large, as_performed
@@ -17,6 +16,7 @@ from usdface.retarget.face_fit import FaceFit, refine_places
 from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
+from usdface.retarget.markers_beside import markers_beside
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.shrinkage import restored_findings, restoring_factors
 from usdface.retarget.solver.solve import FEWEST_FRAMES
@@ -27,8 +27,6 @@ from usdface.takes import MarkerTake, visible
 
 __all__ = ["FittedTake", "fit_take"]
 
-# Reported where a marker is this share of the face's size off: 1.5 mm on the ICT face.
-_BESIDE = 0.025
 # Frames sampled to refine places, evenly spread, and rounds of a solve: bounds on time. With
 # 30 rounds errors of the performers that the solve was built with are the same.
 _PLACE_FRAMES = 1000
@@ -155,7 +153,8 @@ def fit_take(
     if notes:
         joint = solver.solve(fit, own, joint.pose, neutral_frames=noisy)
     factors = restoring_factors(own, fit, joint, shape_names, take)
-    findings += notes + _beside(fit, laid.names, take.source) + restored_findings(factors)
+    findings += notes + markers_beside(fit.shifts, fit.points, laid.names, take.source)
+    findings += restored_findings(factors)
     return FittedTake(
         laid.names, laid.neutral, fit, joint, own, laid.head_neutral, factors
     ), findings
@@ -167,26 +166,3 @@ def _some_frames(is_visible: BoolArray) -> IntArray:
     hidden = np.flatnonzero(~is_visible[frames].any(axis=0))
     others = [np.flatnonzero(is_visible[:, marker])[:FEWEST_FRAMES] for marker in hidden]
     return np.asarray(np.unique(np.concatenate([frames, *others])))
-
-
-def _beside(fit: FaceFit, names: tuple[str, ...], source: str) -> list[Finding]:
-    """Report markers that were placed beside their vertices."""
-    away = np.linalg.norm(fit.shifts, axis=1)
-    farthest = int(away.argmax())
-    if away[farthest] < _BESIDE * rms_radius(fit.points):
-        return []
-    message = (
-        "markers sit {median_mm:.1f} mm from their vertices in the median, {marker} "
-        "{largest_mm:.1f} mm; the solve uses these places. The shot keeps the vertices; "
-        'solve:places = "bound" holds markers on them'
-    )
-    return [
-        finding(
-            "MARKER_BESIDE",
-            source,
-            message,
-            1000 * np.median(away),
-            names[farthest],
-            1000 * away[farthest],
-        )
-    ]

@@ -42,7 +42,8 @@ _REPEATED = 30.0
 _SEARCHED = 300
 # Least variance of weights, for those that never move in the take.
 _STILL = 1e-6
-# Keeps a covariance invertible: of a place's variance.
+# Keeps a covariance invertible: of a place's variance. Motions smaller than this share of the
+# largest are none.
 _ROUNDING = 1e-6
 
 
@@ -126,7 +127,9 @@ def guess_in_image(neutral: FloatArray, points: FloatArray) -> PlaceGuess:
 def _guess(error: FloatArray, points: FloatArray, fixed: FloatArray) -> PlaceGuess:
     """Return the distribution of shifts by errors (M D,), without the motions `fixed` (K, M D)."""
     count, axes = len(points), len(error) // len(points)
-    free = np.linalg.qr(fixed.T, mode="complete")[0][:, len(fixed) :]
+    _, size, ways = np.linalg.svd(fixed)
+    rank = int((size > _ROUNDING * size[0]).sum())  # less than K: a plane that turns in an image
+    unit, free = ways[:rank], ways[rank:].T
     apart = (distances(points, points) / rms_radius(points)) ** 2
     seen = free.T @ error
     best, chosen = -np.inf, (np.zeros((count, count)), 0.0)
@@ -142,7 +145,6 @@ def _guess(error: FloatArray, points: FloatArray, fixed: FloatArray) -> PlaceGue
             best = float(likelihood[place])
             chosen = _RATIOS[place] * field, float(variance[place])
     field, variance = chosen
-    unit = fixed / np.linalg.norm(fixed, axis=1, keepdims=True)
     whole = field + np.eye(axes * count) + _FREE * unit.T @ unit
     kept = np.linalg.inv(whole)
     covariance = variance * (np.eye(axes * count) - kept)

@@ -6,14 +6,13 @@ import numpy as np
 import pytest
 from filmed import CAMERA, FOCAL, SIZE
 from scipy.spatial.transform import Rotation
-from skins import FRAMES, RATE, make_head
+from skins import FRAMES, LIP, RATE, joined_lips, make_head
 
 from usdface.arrays import FloatArray
 from usdface.face.dot_skin import DotSkin
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.film.film_head import film_head
-from usdface.retarget.film.filmed_head import FilmedHead
+from usdface.retarget.film.film_head import FilmedFace, film_head
 from usdface.retarget.film.views import Views
 from usdface.takes import MarkerTake
 
@@ -43,7 +42,7 @@ def known(skin: DotSkin, take: MarkerTake, views: Views, neutral: tuple[int, int
 
 def solved(
     take: MarkerTake, surface: MarkerSurface = HEAD.surface, *, refined: bool = True
-) -> FilmedHead:
+) -> FilmedFace:
     head, _ = film_head(take, NAMES, surface, NEUTRAL, known, refined=refined)
     assert head is not None
     return head
@@ -88,13 +87,23 @@ def test_markers_that_are_not_filmed_stay_on_their_vertices() -> None:
     assert rms(head.shifts[kept] - SHIFTS[kept]) < 0.3 * rms(SHIFTS)
 
 
-def test_a_marker_that_is_far_away_is_searched() -> None:
-    """Bound 9 mm from its place: a step by slopes would end elsewhere."""
-    vertices = HEAD.vertices.copy()
-    near = HEAD.surface.vertices_near(14)
-    away = np.linalg.norm(HEAD.mesh.points[near] - HEAD.points[14], axis=1)
-    vertices[14] = near[away.argmax()]
-    surface = replace(HEAD.surface, vertices=vertices)
-    head = solved(film(HEAD.beside(0.001, seed=5), 20.0, noise=0.2), surface)
-    place = HEAD.mesh.points[vertices[14]] + head.shifts[14]
-    assert np.linalg.norm(place - HEAD.points[14]) < 0.4 * away.max()
+@pytest.mark.parametrize("moves_with", [2, 3])
+def test_a_marker_on_the_wrong_lip_is_put_on_the_other_and_no_other(moves_with: int) -> None:
+    """Bound to the upper lip beside the corner, it moves with the lower one, or where it is."""
+    mesh, corner = joined_lips(), 3 * LIP + 1
+    mesh = replace(mesh, points=mesh.points - 10.0 * mesh.points[:, :1] ** 2 * [0.0, 0.0, 1.0])
+    others = [row * LIP + column for row in (0, 2, 3, 5) for column in (6, 12, 18, 24, 30)]
+    names = tuple(f"m{k}" for k in range(1 + len(others)))
+    truth = np.array([moves_with * LIP + 1, *others])
+    weights = np.clip(np.sin(np.arange(90) / 9.0 - 1.0), 0.0, 1.0)[:, None]
+    rest = mesh.points[truth] + 0.001 * np.random.default_rng(4).normal(size=(len(truth), 3))
+    placed = rest + np.einsum("fs,smd->fmd", weights, mesh.offsets_at(truth))
+    image = CAMERA.image(placed - np.array([0.0, 0.0, 0.5]))
+    image += 0.1 * np.random.default_rng(1).normal(size=image.shape)
+    times = np.arange(90) / RATE
+    take = MarkerTake(names, times, image, RATE, image_size=SIZE, focal_length=FOCAL)
+    surface = MarkerSurface(mesh, np.array([corner, *others]))
+    head, _ = film_head(take, names, surface, NEUTRAL, lambda *_: weights)
+    assert head is not None
+    away = np.linalg.norm(mesh.points - (mesh.points[corner] + head.shifts[0]), axis=1)
+    assert (away.argmin() < 3 * LIP) == (moves_with == 2)

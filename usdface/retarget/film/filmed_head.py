@@ -40,8 +40,6 @@ class FilmedHead:
         From the mean of the skin under each dot to the dot's centre in the image.
     facing : (F, M) float64
         Foreshortening of each dot's area in the image.
-    shifts : (B, 3) float64 [m]
-        Of the places of all bound markers from their vertices.
     """
 
     markers: tuple[str, ...]
@@ -52,7 +50,6 @@ class FilmedHead:
     rest_pose: Pose
     beside: FloatArray
     facing: FloatArray
-    shifts: FloatArray
 
     @property
     def motion(self) -> Pose:

@@ -4,17 +4,19 @@ As `usdface.retarget.places` for markers in space. The head's poses, the weights
 the performer's face, which the image does not show, are free.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.linalg import block_diag
 
-from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import evaluator_of
-from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
+from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.film.filmed_depths import DEPTH_SPREAD, error_directions
-from usdface.retarget.film.filmed_head import FilmedHead, certainty
-from usdface.retarget.film.filmed_take import FilmedTake
+from usdface.retarget.film.filmed_head import certainty
 from usdface.retarget.film.image_residual import ImageResidual, image_residual
+from usdface.retarget.film.solved_film import SolvedFilm
 from usdface.retarget.places import PlaceGuess
 from usdface.takes import visible
 
@@ -27,13 +29,7 @@ _SEARCHED = 300
 
 
 def refined_shifts(
-    film: FilmedTake,
-    head: FilmedHead,
-    weights: FloatArray,
-    shifts: FloatArray,
-    placed: PlacedMarkers,
-    guess: PlaceGuess,
-    surface: MarkerSurface,
+    solved: SolvedFilm, shifts: FloatArray, guess: PlaceGuess, surface: MarkerSurface
 ) -> FloatArray:
     """Return more probable shifts (M, 3) [m] of the places by a solved film: a Gauss-Newton step.
 
@@ -41,21 +37,17 @@ def refined_shifts(
 
     Parameters
     ----------
-    film : FilmedTake
-        Of M markers.
-    head : FilmedHead
-        As solved with these places.
-    weights : (F, S) float64
-        As solved with these places.
+    solved : SolvedFilm
+        With these places, of M markers.
     shifts : (M, 3) float64 [m]
         From the vertices of `surface`.
-    placed : PlacedMarkers
-        At these shifts.
     guess : PlaceGuess
         The prior.
     surface : MarkerSurface
         Around the markers' vertices.
     """
+    film, head, weights = solved.film, solved.head, solved.weights
+    placed = surface.at(shifts)
     count = len(shifts)
     sure = certainty(head.facing, visible(film.image))
     still = film.without(head.beside)
@@ -80,16 +72,20 @@ def refined_shifts(
     right[4::5] -= deep * (head.rest[:, 2] - film.face[:, 2])
     step = np.linalg.solve(normal + prior, right)[own]
     refined = shifts + (ways @ step).reshape(-1, 3)
-    for marker in _unlike(residual.left, visible(film.image)).tolist():
+    away = _mean_squares(residual.left, visible(film.image))
+    usual = float(np.median(away))
+    if usual > 0.0:
+        # The residual of one marker among many would hide in the variance of all.
+        residual = replace(residual, variance=residual.variance * usual / float(away.mean()))
+    for marker in np.flatnonzero(away > _UNLIKE**2 * usual).tolist():
         refined[marker] = _searched(marker, surface, residual, head.moved, weights, guess)
     return surface.within_reach(refined)
 
 
-def _unlike(left: FloatArray, is_visible: BoolArray) -> IntArray:
-    """Return the markers (K,) that move unlike their places, by residuals (F, M, 2)."""
+def _mean_squares(left: FloatArray, is_visible: BoolArray) -> FloatArray:
+    """Return the mean squares of the markers' residuals (F, M, 2): (M,)."""
     squares = (left**2).sum(axis=(0, 2))
-    away = np.sqrt(squares / np.maximum(is_visible.sum(axis=0), 1))
-    return np.flatnonzero(away > _UNLIKE * np.median(away))
+    return np.asarray(squares / np.maximum(is_visible.sum(axis=0), 1))
 
 
 def _searched(

@@ -1,0 +1,121 @@
+"""A film solved with markers at given places: head poses, depths and weights alternately.
+
+Poses, and the offset of a dot's centre from the mean of its skin, depend on the weights, and the
+weights are solved in the view of each image (`usdface.retarget.film.projected_weights`).
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.film.dot_centres import dot_centre_offsets, foreshortening
+from usdface.retarget.film.filmed_depths import refined_depths
+from usdface.retarget.film.filmed_head import FilmedHead, certainty
+from usdface.retarget.film.filmed_take import FilmedTake
+from usdface.retarget.film.one_camera import PinholeCamera, fit_pose, start_pose
+from usdface.retarget.film.views import Views
+from usdface.takes import MarkerTake, visible
+
+__all__ = ["SolveProjected", "SolvedFilm", "solve_film"]
+
+# Change of markers, by their residual, at which the rounds end: later ones change weights by less
+# than their error.
+_SETTLED = 0.05
+
+# Solves the weights (F, S) of a take as the camera projects it, by its views and neutral frames.
+SolveProjected = Callable[[MarkerTake, Views, tuple[int, int]], FloatArray]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SolvedFilm:
+    """A film and its solution.
+
+    Attributes
+    ----------
+    film : FilmedTake
+    head : FilmedHead
+    weights : (F, S) float64
+    left : float [px]
+        RMS residual in the image.
+    """
+
+    film: FilmedTake
+    head: FilmedHead
+    weights: FloatArray
+    left: float
+
+    @property
+    def depths(self) -> FloatArray:
+        """Of the resting markers: (M,) [m]."""
+        return self.head.rest[:, 2]
+
+    def weights_at(self, times: FloatArray) -> FloatArray:
+        """Return the weights at other times (T,) [s]: (T, S)."""
+        known = self.film.take.times
+        return np.stack([np.interp(times, known, column) for column in self.weights.T], axis=1)
+
+
+def solve_film(
+    film: FilmedTake,
+    camera: PinholeCamera,
+    solve: SolveProjected,
+    rounds: int,
+    depths: FloatArray | None = None,
+    weights: FloatArray | None = None,
+    *,
+    refined: bool = True,
+) -> SolvedFilm:
+    """Solve poses and weights alternately.
+
+    Parameters
+    ----------
+    film : FilmedTake
+    camera : PinholeCamera
+    solve : callable
+    rounds : int
+        At most.
+    depths : (M,) float64 [m], optional
+        Of the resting markers, a first guess; else those of the character.
+    weights : (F, S) float64, optional
+        A first guess.
+    refined : bool
+        Depths are refined where weights are known.
+    """
+    filmed, skin, count = film, film.skin, len(film.image)
+    look = start_pose(film.face, film.rest[None], camera)
+    look, _ = fit_pose(film.face, film.rest[None], camera, look)
+    deep = film.face[:, 2] if depths is None else depths
+    guessed = weights is not None
+    if weights is None:
+        weights = np.zeros((count, len(skin.evaluator.offsets)))
+    pose = Pose(np.repeat(look.rotations, count, 0), np.repeat(look.translations, count, 0))
+    before = np.zeros(0)
+    for done in range(rounds):
+        moved = film.moved(weights)
+        beside = dot_centre_offsets(skin, weights, pose, camera)
+        facing = foreshortening(skin, weights, pose, camera)
+        sure = certainty(facing, visible(film.image))
+        film = filmed.without(beside)
+        look, _ = fit_pose(film.face, film.rest[None], camera, look)
+        rest = camera.at_depths(film.rest[None], look, deep)[0]
+        pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
+        if refined and (done > 0 or guessed):
+            deep = refined_depths(film, camera, look, pose, rest, moved, sure)
+            rest = camera.at_depths(film.rest[None], look, deep)[0]
+            pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
+        head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing)
+        left = _rms(film.image - camera.image(pose.to_take(rest + moved)))
+        still = head.still(filmed.take).positions
+        if done > 1 and _rms(still - before) < _SETTLED * left / head.metre:
+            break
+        before = still
+        if done < rounds - 1:
+            weights = solve(*head.projected(filmed.take), film.neutral)
+    return SolvedFilm(filmed, head, weights, left)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.nanmean(values**2)))
