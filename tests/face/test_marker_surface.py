@@ -206,3 +206,15 @@ def test_a_vertex_of_no_face_has_no_places_beside_it() -> None:
     np.testing.assert_array_equal(placed.points[3], points[195])
     np.testing.assert_array_equal(placed.evaluator.offsets[0, 9:], [0.0, 0.01, 0.0])
     assert not any(slope.offsets[:, 9:].any() for slope in placed.slopes)
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_limits_that_are_known_by_name_hold_beside_vertices_too(known: bool) -> None:
+    names = ("jawOpen", "mouthClose")
+    shapes = tuple(replace(s, name=n) for s, n in zip(HEAD.mesh.shapes, names, strict=False))
+    mesh = replace(HEAD.mesh, shapes=shapes)
+    surface = MarkerSurface(mesh, HEAD.vertices, known_limits=known).select(np.arange(7))
+    shifted = surface.at(HEAD.beside(0.003, seed=5)[:7])
+    expected = [[1, 0]] if known else []
+    for skin in (surface.skin, shifted.skin, surface.with_shapes(shapes).skin):
+        assert skin.marker_evaluator.limits.tolist() == expected

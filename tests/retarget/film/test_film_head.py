@@ -1,7 +1,6 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from filmed import (
     CAMERA,
     COUNT,
@@ -30,20 +29,6 @@ def test_the_head_moves_as_it_did_and_its_markers_stand_still() -> None:
     np.testing.assert_allclose(head.motion.translations, motion.translations, atol=1e-6)
     still = head.still(take).positions
     np.testing.assert_allclose(still, WORLD.take.positions[..., :2], atol=1e-6)
-
-
-def test_a_turning_head_shows_the_focal_length() -> None:
-    take, _ = filmed(WORLD, 20.0)
-    head, codes = found(take)
-    assert codes == ["FOCAL_LENGTH_FOUND"]
-    assert head.camera.focal_length == pytest.approx(FOCAL, rel=0.15)
-
-
-def test_without_its_size_an_image_is_taken_to_be_centred_on_the_face() -> None:
-    take, _ = filmed(WORLD, 20.0)
-    head, codes = found(replace(take, image_size=None, focal_length=FOCAL))
-    assert codes == ["IMAGE_SIZE_ASSUMED"]
-    np.testing.assert_allclose(head.camera.centre, np.mean(take.positions[0], axis=0))
 
 
 def test_hidden_markers_stay_hidden_and_cost_nothing() -> None:
