@@ -60,7 +60,8 @@ class ImageResidual:
         count = seen.shape[-1]
         shared = np.einsum("fmki,fmkj->fimj", self.taken, seen, optimize=True)
         shared = shared.reshape(len(seen), self.taken.shape[-1], -1)
-        normal = -np.tensordot(shared, shared, ((0, 1), (0, 1)))
+        flat = shared.reshape(-1, shared.shape[2])
+        normal = -flat.T @ flat
         for k, block in enumerate(np.einsum("fmki,fmkj->mij", seen, seen)):
             own = slice(count * k, count * (k + 1))
             normal[own, own] += block
