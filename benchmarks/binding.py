@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import pairwise, product
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -42,14 +42,12 @@ from face_answers import range_of_motion  # noqa: E402
 from faces import Face, make_face  # noqa: E402
 from marker_sets import MARKER_SETS, renamed  # noqa: E402
 
-from benchmarks.one_camera import BEND, PARTS, film  # noqa: E402
-from benchmarks.solve.faces import bent, ict, random_bend  # noqa: E402
+from benchmarks.solve.faces import random_bend  # noqa: E402
 
 KINDS = ("ict68", "ict41", "makehuman", "example")
 SEEDS, ANCHORS = (11, 12), (0, 3, 6)
 MEASURED = {"ict41": 0, "makehuman": 3, "example": 0}  # for figures(): how many are given
 FAR = 0.030  # m, beyond which a vertex is simply wrong
-FILMED, FIRST_INNER = 600, 17  # frames of the film; of iBUG's landmarks, the first that is no jaw
 REST = 10  # frames at the start in which the weights are 0
 
 
@@ -342,41 +340,6 @@ def named() -> None:
     print_confidence(console, np.concatenate(said))
 
 
-def landmarks() -> None:
-    """A tracker's 68 landmarks in the image of one camera, on three heads, nothing given."""
-    nothing = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
-    part, face = PARTS["end"], ict(SHARED)
-    face = replace(face, curves=face.curves[part.start :][:FILMED])
-    performer = bent(face, part.seed, BEND)
-    table = Table(title="landmarks of an image: distance to known vertices, medians")
-    for column in ("head", "turns", "bound", "with a place", "all", "from the brows to the mouth"):
-        table.add_column(column, justify="right")
-    for head, angle in product(("ict68", "makehuman68", "example68"), (0.0, 20.0)):
-        take, _ = film(face, performer, angle, part)
-        take = replace(take, names=tuple(f"landmark_{i}" for i in range(len(take.names))))
-        made = make_face(head, SHARED)
-        points = made.mesh.points
-        true = vertex_of_number(made.setup.binding)
-        proposal = propose(take, made.mesh, nothing, find_neutral=True)
-        bound = proposal.setup.binding
-        found = vertex_of_number(bound)
-        off = {
-            number: float(np.linalg.norm(points[found[number]] - points[true[number]]))
-            for number in sorted(found.keys() & true.keys())
-        }
-        inner = [length for number, length in off.items() if number >= FIRST_INNER]
-        errors = [f"{1000 * np.median(each):.1f} mm" for each in (list(off.values()), inner)]
-        count = str(len(proposal.placed))
-        table.add_row(head, f"{angle:g} degrees", str(len(bound.markers)), count, *errors)
-    Console(width=130).print(table)
-
-
-def vertex_of_number(binding: Binding) -> dict[int, int]:
-    """Return the vertices of markers by the number at the end of their names."""
-    numbers = [int("".join(filter(str.isdigit, name))) for name in binding.markers]
-    return dict(zip(numbers, binding.points.tolist(), strict=True))
-
-
 def print_confidence(console: Console, said: FloatArray) -> None:
     """Print how many places of a confidence are right."""
     sure, right = said.T
@@ -426,7 +389,6 @@ if __name__ == "__main__":
     parts = {
         **{"all": main, "named": named, "neutral": named_neutral, "rests": rests},
         "given": wrong_given,
-        "landmarks": landmarks,
     }
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("part", nargs="?", choices=parts, default="all")
