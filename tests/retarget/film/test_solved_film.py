@@ -1,4 +1,3 @@
-
 import numpy as np
 from filmed import CAMERA, NEUTRAL, VERTICES, WORLD, filmed, true_weights
 
