@@ -44,3 +44,12 @@ def test_a_marker_that_sits_elsewhere_for_long_is_one() -> None:
     truth[100:200, 3] = True
     still = STILL + 0.03 * truth[..., None]
     np.testing.assert_array_equal(find_spikes(still, TOLD, ALL, size=SIZE, rate=RATE), truth)
+
+
+def test_a_slow_error_is_none_in_a_take_that_is_shorter_than_a_spike_may_be() -> None:
+    """A marker starts elsewhere, in a tenth of a second at 1000 Hz."""
+    error = np.r_[0.0, np.linspace(0.014, 0.008, 99)]
+    still = np.zeros((100, 6, 3))
+    still[:, 3, 1] = error
+    found = find_spikes(still, 0.0 * still, ALL[:100], size=SIZE, rate=1000.0)
+    assert not found[1:].any()

@@ -55,7 +55,9 @@ def find_spikes(
             continue
         frames = np.flatnonzero(visible[:, m])
         mine = error[frames, m]
-        slow = np.stack([median_filter(c, window, mode="nearest") for c in mine.T], axis=1)
+        # Beyond the ends are copies of the end, of which a longer window would be full.
+        width = min(window, len(mine) - 1 + len(mine) % 2)
+        slow = np.stack([median_filter(c, width, mode="nearest") for c in mine.T], axis=1)
         off = np.linalg.norm(mine - slow, axis=1) > _OFF * limit
         away = np.linalg.norm(mine - np.median(mine, axis=0), axis=1)
         off |= away > _FAR * max(limit, float(np.median(away)))
