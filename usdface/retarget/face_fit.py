@@ -15,6 +15,7 @@ from usdface.options import MapOptions
 from usdface.retarget.map_choice import MapChoice, choose_map
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import (
+    MOST_MARKERS,
     PlaceGuess,
     guess_at_rest,
     guess_in_motion,
@@ -35,8 +36,6 @@ _BETTER = 0.95
 # factor times that of every map. Set by hand: they leave 2 to 20 % less where they are right, and
 # more where another map is.
 _TRANSFERRED = 0.99
-# More points than this are a mesh, not markers: the time grows with their cube.
-_MOST = 200
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
 # A marker moves unlike its place if its residual is so many times the median marker's. Set by hand.
@@ -113,7 +112,7 @@ def fit_face(
     space, choice = choose_map(neutral, points, options, share)
     bound = FaceFit(points, evaluator, space, choice, np.zeros_like(points))
     flat = neutral.shape[1] != 3
-    if surface is None or flat or len(points) > _MOST or options.form == "paper":
+    if surface is None or flat or len(points) > MOST_MARKERS or options.form == "paper":
         return bound
     guess = guess_at_rest(neutral, points)
     if guess.spread <= _EXACT * surface.reach:

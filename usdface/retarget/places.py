@@ -22,6 +22,7 @@ from usdface.geometry.rigid_modes import small_motions
 from usdface.retarget.rbf import distances
 
 __all__ = [
+    "MOST_MARKERS",
     "PlaceGuess",
     "guess_at_rest",
     "guess_in_image",
@@ -29,6 +30,8 @@ __all__ = [
     "search_in_motion",
 ]
 
+# More points than this are a mesh, not markers: the time grows with their cube.
+MOST_MARKERS = 200
 # Reach of the field between two faces, in RMS radii of the markers, and its variance by that of a
 # place: the grid that is searched for the most likely pair. 0.3 to 1.2 radii are 2 to 7 cm.
 _REACHES = (0.33, 0.5, 0.75, 1.2)

@@ -1,6 +1,7 @@
 """Places of filmed markers by their motion, on a smooth head before a camera."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -68,6 +69,12 @@ def test_markers_on_their_vertices_stay_there() -> None:
 
 def test_places_that_are_bound_stay() -> None:
     assert not solved(film(SHIFTS, 20.0), refined=False).shifts.any()
+
+
+def test_a_mesh_of_points_stays_on_its_vertices(monkeypatch: pytest.MonkeyPatch) -> None:
+    module = import_module("usdface.retarget.film.film_head")
+    monkeypatch.setattr(module, "MOST_MARKERS", len(NAMES) - 1)
+    assert not solved(film(SHIFTS, 20.0)).shifts.any()
 
 
 def test_hidden_markers_are_found_where_they_show() -> None:

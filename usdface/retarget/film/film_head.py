@@ -24,7 +24,7 @@ from usdface.retarget.film.focal_length import film_camera
 from usdface.retarget.film.solved_film import SolvedFilm, solve_film
 from usdface.retarget.film.views import Views
 from usdface.retarget.neutral import neutral_markers
-from usdface.retarget.places import guess_in_image
+from usdface.retarget.places import MOST_MARKERS, guess_in_image
 from usdface.takes import MarkerTake, visible
 
 __all__ = ["FilmedFace", "SolveOnSkin", "film_head"]
@@ -113,7 +113,7 @@ def film_head(
     film = FilmedTake(take.with_markers(own), skin.select(bound), neutral)
     camera, findings = film_camera(film, partial(solve, skin))
     solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS)
-    if refined:
+    if refined and len(bound) <= MOST_MARKERS:
         solved, skin, shifts = _with_places(solved, surface, bound, solve)
     if len(solved.weights) < len(film.image):
         solved = solve_film(
