@@ -38,10 +38,12 @@ _FRAMES = 600
 # Least number of markers, for the six parameters of a pose and a face.
 _FEWEST = 6
 # Times that places are refined, at most, and the alternations after each.
-_PLACE_STEPS = 6
+_PLACE_STEPS = 8
 _PLACE_ROUNDS = 3
-# Places are refined again where the last step left a hundredth less of the take, at least.
+# Places are refined again where the last step left a hundredth less of the take, at least. Whole
+# steps, with a search for single markers, may lead too far; then come such shares of steps without.
 _LOWER = 0.01
+_SHARE = 0.25
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
 
@@ -142,9 +144,11 @@ def _with_places(
     guess = guess_in_image(solved.head.rest[:, :2], solved.film.face)
     if guess.spread <= _EXACT * surface.reach:
         return solved, skin, shifts
+    share = 1.0
     for _ in range(_PLACE_STEPS):
+        whole = refined_shifts(solved, shifts[bound], guess, own, search=share == 1.0)
         there = shifts.copy()
-        there[bound] = refined_shifts(solved, shifts[bound], guess, own)
+        there[bound] += share * (whole - shifts[bound])
         moved = surface.at(there).skin
         again = solve_film(
             replace(solved.film, skin=moved.select(bound)), solved.head.camera,
@@ -154,5 +158,7 @@ def _with_places(
         if lower > 0.0:
             solved, skin, shifts = again, moved, there
         if lower < _LOWER:
-            break
+            if share < 1.0:
+                break
+            share = _SHARE
     return solved, skin, shifts

@@ -29,11 +29,14 @@ _SEARCHED = 300
 
 
 def refined_shifts(
-    solved: SolvedFilm, shifts: FloatArray, guess: PlaceGuess, surface: MarkerSurface
+    solved: SolvedFilm,
+    shifts: FloatArray,
+    guess: PlaceGuess,
+    surface: MarkerSurface,
+    *,
+    search: bool,
 ) -> FloatArray:
     """Return more probable shifts (M, 3) [m] of the places by a solved film: a Gauss-Newton step.
-
-    Then a search for markers that move unlike their places.
 
     Parameters
     ----------
@@ -45,6 +48,8 @@ def refined_shifts(
         The prior.
     surface : MarkerSurface
         Around the markers' vertices.
+    search : bool
+        Search for the places of markers that move unlike theirs.
     """
     film, head, weights = solved.film, solved.head, solved.weights
     placed = surface.at(shifts)
@@ -72,6 +77,8 @@ def refined_shifts(
     right[4::5] -= deep * (head.rest[:, 2] - film.face[:, 2])
     step = np.linalg.solve(normal + prior, right)[own]
     refined = shifts + (ways @ step).reshape(-1, 3)
+    if not search:
+        return surface.within_reach(refined)
     away = _mean_squares(residual.left, visible(film.image))
     usual = float(np.median(away))
     if usual > 0.0:
