@@ -14,6 +14,7 @@ from usdface.geometry.rigid_modes import motion_basis, small_motions
 from usdface.retarget.places import (
     PlaceGuess,
     guess_at_rest,
+    guess_in_image,
     guess_in_motion,
     search_in_motion,
 )
@@ -72,6 +73,18 @@ def test_the_guess_is_as_uncertain_as_it_errs() -> None:
         off = vectors.T @ (shifts - guess.mean).ravel()
         squares.append(np.mean(off[known] ** 2 / values[known]))
     assert np.mean(squares) == pytest.approx(1.2, abs=0.5)
+
+
+@pytest.mark.parametrize("depth", [0.0, 1.0])
+def test_an_image_tells_how_far_markers_are_from_their_vertices_but_not_where(depth: float) -> None:
+    """Also of a plane, whose small turns an image does not show."""
+    points = HEAD.points * [1.0, 1.0, depth]
+    shifts = 0.002 * np.random.default_rng(8).normal(size=(MARKERS, 2))
+    turned = points + 0.05 * small_motions(points, image=True)[3]
+    guess = guess_in_image(turned[:, :2] + shifts, points)
+    assert guess.spread == pytest.approx(0.002, rel=0.25)
+    assert not guess.mean.any()
+    np.testing.assert_allclose(guess.covariance, guess.spread**2 * np.eye(3 * MARKERS))
 
 
 def test_rest_says_nothing_of_shifts_that_a_pose_or_size_of_the_head_explains() -> None:

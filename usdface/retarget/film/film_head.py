@@ -154,10 +154,10 @@ def _with_places(
             replace(solved.film, skin=moved.select(bound)), solved.head.camera,
             partial(solve, moved), _PLACE_ROUNDS, solved.depths, solved.weights,
         )  # fmt: skip
-        lower = 1.0 - again.left / solved.left
-        if lower > 0.0:
+        before = solved.left
+        if again.left < before:
             solved, skin, shifts = again, moved, there
-        if lower < _LOWER:
+        if again.left > (1.0 - _LOWER) * before:
             if share < 1.0:
                 break
             share = _SHARE
