@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from usdface.errors import InputError
 from usdface.io.takes.deeplabcut import read_deeplabcut
 from usdface.io.takes.files import read_take
 from usdface.io.takes.openface import read_openface
@@ -86,6 +87,16 @@ def test_of_several_faces_the_first_is_read(write):
     take, findings = read_openface(path)
     np.testing.assert_allclose(take.positions[:, 0], [[1.5, -3.5]] * 2)
     assert any("1 other faces" in found.message for found in findings)
+
+
+def test_a_file_of_openface_that_is_cut_short_is_refused_with_its_line(write):
+    """The last 3 was 30: a place that is wrong without a trace."""
+    whole = (OPENFACE, "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40")
+    for cut in ("2, 0, 0.040, 0.98, 1, 10, 20, 3", "2, 0"):
+        with pytest.raises(InputError, match=r"line 3: \d cells; expected 9") as raised:
+            read_openface(write(*whole, cut))
+        assert raised.value.code == "COLUMNS_WRONG"
+    assert len(read_openface(write(*whole))[0].times) == 1
 
 
 def test_a_real_file_of_openface(shared_data):
