@@ -106,7 +106,7 @@ def test_other_columns_are_announced(read):
 
 
 def test_positions_without_a_name_are_announced(read):
-    text = long_text() + "0,0,,9,9,9\n0,0,,,,\n1,0.02\n"
+    text = long_text() + "0,0,,9,9,9\n0,0,,,,\n1,0.02,,,,\n"
     take, findings = read(text)
     np.testing.assert_array_equal(take.select(("Chin", "Nose")), POSITIONS)
     assert codes(findings) == ["CHANNEL_IGNORED"]

@@ -112,6 +112,7 @@ def test_fewer_frames_than_announced(read):
         (motive_text(kinds=("Bone", "Bone Marker")), "no columns of type Marker"),
         (motive_text().replace(",X,Y,Z\n", ",X,Y,W\n"), "'Face:Nose' lacks one"),
         (motive_text(POSITIONS[:0]), "no frames"),
+        (motive_text().rstrip().rpartition(",")[0], r"line \d+: \d+ cells; expected"),
         (motive_text(np.full((2, 2, 3), np.nan)), "no marker is visible"),
     ],
 )

@@ -3,8 +3,13 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.labels_file import read_labels
+from usdface.io.takes.csv_markers import read_csv_markers
+from usdface.io.takes.deeplabcut import read_deeplabcut
 from usdface.io.takes.files import read_take
+from usdface.io.takes.mediapipe import read_mediapipe
+from usdface.io.takes.sleap import read_sleap
 from usdface.io.takes.text_table import positive, read_numbers, read_rows, read_text
+from usdface.options import TakeOptions
 
 
 def test_byte_order_mark_and_latin_1_are_read(tmp_path):
@@ -75,3 +80,27 @@ def test_a_table_in_which_nothing_is_written_is_refused(tmp_path, name, content)
     read = read_labels if name == "labels.csv" else read_take
     with pytest.raises(InputError, match=name):
         read(path)
+
+
+SHORT = {
+    read_csv_markers: "time,a_x,a_y,a_z\n0.0,10,20,30\n0.1,11,21,31",
+    read_deeplabcut: "scorer,s,s,s\nbodyparts,a,a,a\ncoords,x,y,likelihood\n0,1,2,0.9\n1,1,2,0.9",
+    read_mediapipe: "frame,landmark,x,y\n0,0,0.10,0.20\n1,0,0.11,0.21",
+    read_sleap: "track,frame_idx,instance.score,a.x,a.y\n,0,0.9,10,20\n,1,0.9,11,21",
+}
+
+
+@pytest.mark.parametrize("reader", SHORT)
+def test_a_table_that_is_cut_off_is_refused_with_its_line(tmp_path, reader):
+    """The last number that is left may be cut, too: a position that is wrong without a trace."""
+    path = tmp_path / "take.csv"
+    options = TakeOptions(units="m", up_axis="Y", image_size=(640, 480))
+    whole = SHORT[reader]
+    path.write_text(whole)
+    assert len(reader(path, options)[0].times) == 2
+    start = whole.rindex("\n") + 1
+    for end in range(start + 2, whole.rindex(",") + 1):
+        path.write_text(whole[:end])
+        with pytest.raises(InputError, match=r"line \d: \d cells; expected") as raised:
+            reader(path, options)
+        assert raised.value.code == "FILE_CUT_OFF"

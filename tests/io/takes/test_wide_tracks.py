@@ -95,7 +95,7 @@ def test_a_file_of_openface_that_is_cut_short_is_refused_with_its_line(write):
     for cut in ("2, 0, 0.040, 0.98, 1, 10, 20, 3", "2, 0"):
         with pytest.raises(InputError, match=r"line 3: \d cells; expected 9") as raised:
             read_openface(write(*whole, cut))
-        assert raised.value.code == "COLUMNS_WRONG"
+        assert raised.value.code == "FILE_CUT_OFF"
     assert len(read_openface(write(*whole))[0].times) == 1
 
 

@@ -14,7 +14,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take, listed
-from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
+from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text, refuse_cut_table
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -38,13 +38,14 @@ def read_csv_markers(
     Raises
     ------
     InputError
-        If the file is missing or no such table, a cell is not a number, a marker lacks an
+        If the file is missing, cut off or no such table, a cell is not a number, a marker lacks an
         axis or has two positions in a frame.
     """
     text = read_text(path)
     first_line = text.lstrip().splitlines()[0]
     delimiter = max(",;\t", key=first_line.count)
     rows = read_rows(path, text, delimiter)
+    refuse_cut_table(path, rows)
     header = [_UNIT_SUFFIX.sub("", cell.lower()) for cell in rows[0][1]]
     columns = {name: i for i, name in reversed(list(enumerate(header)))}
     long = {"x", "y"} <= columns.keys() and not _MARKER.isdisjoint(columns)

@@ -12,7 +12,14 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
-from usdface.io.takes.text_table import Row, positive, read_numbers, read_rows, read_text
+from usdface.io.takes.text_table import (
+    Row,
+    positive,
+    read_numbers,
+    read_rows,
+    read_text,
+    refuse_cut_table,
+)
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -32,7 +39,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     Raises
     ------
     InputError
-        If the file is missing, not a Motive export, or holds no usable marker frame.
+        If the file is missing, cut off, not a Motive export, or holds no usable marker frame.
     """
     rows = read_rows(path, read_text(path), ",")
     first = rows[0][1]
@@ -46,6 +53,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         raise InputError(
             f"{path}: the row 'Frame, Time (Seconds), X, Y, Z ...' is missing", "COLUMNS_WRONG"
         )
+    refuse_cut_table(path, rows[top:])
     markers, ignored = _columns(path, rows[1 : top + 1])
     data = rows[top + 1 :]
     check_size(path, len(data), len(markers))

@@ -31,7 +31,7 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
     Raises
     ------
     InputError
-        If the file is missing, no such table, has no landmarks in the image, or is cut short.
+        If the file is missing, no such table, or has no landmarks in the image.
     """
     (_, header), *rows = read_table(path)
     columns = {name: column for column, name in reversed(list(enumerate(header)))}
@@ -43,21 +43,13 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
             "export the 2D landmarks of OpenFace (-2Dfp)",
             "COLUMNS_WRONG",
         )
-    for line, cells in rows:
-        if len(cells) < len(header):
-            # The last number of a file that is cut short would be wrong without a trace.
-            raise InputError(
-                f"{path}, line {line}: {len(cells)} cells; expected {len(header)}, as many as "
-                "columns. The file is cut short; export or copy it again, or delete this line",
-                "COLUMNS_WRONG",
-            )
     ignored = ["gaze, pose, landmarks in space, action units"]
     if "face_id" in columns:
         face = columns["face_id"]
-        others = {cells[face] for _, cells in rows}
+        others = {cells[face] for _, cells in rows if len(cells) > face}
         if len(others) > 1:
             first = rows[0][1][face]
-            rows = [row for row in rows if row[1][face] == first]
+            rows = [row for row in rows if len(row[1]) > face and row[1][face] == first]
             ignored.append(f"{len(others) - 1} other faces")
     timed = "timestamp" in columns
     shared = [columns[name] for name in _ROW] + ([columns["timestamp"]] if timed else [])

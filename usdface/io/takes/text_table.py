@@ -12,7 +12,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 
-__all__ = ["Row", "positive", "read_numbers", "read_rows", "read_text"]
+__all__ = ["Row", "positive", "read_numbers", "read_rows", "read_text", "refuse_cut_table"]
 
 Row: TypeAlias = tuple[int, list[str]]  # line number from 1, cells without outer blanks
 
@@ -85,6 +85,25 @@ def read_numbers(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> Flo
     except ValueError:
         flat = np.fromiter(_parse_cells(path, rows, columns), np.float64, count)
     return flat.reshape(len(rows), len(columns))
+
+
+def refuse_cut_table(path: Path, rows: Sequence[Row]) -> None:
+    """Refuse a table whose last row has fewer cells than the first, the header.
+
+    The last number of that row may be cut, too: a position that is wrong without a trace.
+
+    Raises
+    ------
+    InputError
+        If it is so.
+    """
+    (_, header), (line, cells) = rows[0], rows[-1]
+    if len(cells) < len(header):
+        raise InputError(
+            f"{path}, line {line}: {len(cells)} cells; expected {len(header)}, as many as columns. "
+            "The file is cut off; export or copy it again, or delete this line",
+            "FILE_CUT_OFF",
+        )
 
 
 def positive(text: str) -> float:

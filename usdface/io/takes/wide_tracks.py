@@ -12,7 +12,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.takes.raw_take import check_size
-from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
+from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text, refuse_cut_table
 from usdface.io.takes.track_text import TrackTable
 
 __all__ = ["read_table", "samples_of_columns"]
@@ -24,11 +24,13 @@ def read_table(path: Path) -> list[Row]:
     Raises
     ------
     InputError
-        If the file is missing, unreadable, or no table.
+        If the file is missing, unreadable, no table, or cut short.
     """
     text = read_text(path)
     first_line = text.lstrip().splitlines()[0]
-    return read_rows(path, text, max(",;\t", key=first_line.count))
+    rows = read_rows(path, text, max(",;\t", key=first_line.count))
+    refuse_cut_table(path, rows)
+    return rows
 
 
 def samples_of_columns(
