@@ -113,19 +113,25 @@ def assert_valid_usd() -> Callable[[Path], None]:
 
 
 @pytest.fixture(scope="session")
-def validate_gltf() -> Callable[[Path], dict[str, Any]]:
-    """A function from a glTF file to the report of the Khronos validator."""
+def validate_gltf() -> Iterator[Callable[[Path], dict[str, Any]]]:
+    """A function from a glTF file to the report of the Khronos validator, which runs once."""
     root = Path(__file__).resolve().parents[1]
     node = shutil.which("node")
     if node is None:
         pytest.skip("node is not installed")
     if not (root / "node_modules" / "gltf-validator").is_dir():
         pytest.skip("gltf-validator is missing: npm install --no-save gltf-validator")
-    script = root / "tests" / "gltf_validate.mjs"
+    command = [node, str(root / "tests" / "gltf_validate.mjs")]
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, cwd=root, text=True) as validator:
+        asked, answered = validator.stdin, validator.stdout
+        assert asked and answered
 
-    def validate(path: Path) -> dict[str, Any]:
-        command = [node, str(script), str(path)]
-        done = subprocess.run(command, capture_output=True, check=True, cwd=root)
-        return json.loads(done.stdout)
+        def validate(path: Path) -> dict[str, Any]:
+            asked.write(f"{path.absolute()}\n")
+            asked.flush()
+            report = json.loads(answered.readline())
+            assert "failure" not in report, report
+            return report
 
-    return validate
+        yield validate
