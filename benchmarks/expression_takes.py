@@ -31,11 +31,12 @@ from makehuman_face import landmarks_on, posable_face, published_expressions  # 
 
 from benchmarks.solve.faces import Face as Performer  # noqa: E402
 from benchmarks.solve.faces import bent  # noqa: E402
-from usdface.arrays import FloatArray  # noqa: E402
+from usdface.arrays import FloatArray, IntArray  # noqa: E402
 from usdface.correction import likeness  # noqa: E402
 from usdface.correction.likeness import ExpressionLikeness  # noqa: E402
 from usdface.face.face_motion import face_motion  # noqa: E402
 from usdface.face.marker_surface import MarkerSurface  # noqa: E402
+from usdface.geometry.triangulation import triangulated  # noqa: E402
 from usdface.retarget.solve_take import Solution, solve_take  # noqa: E402
 from usdface.rule_design.movements import single_movements  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
@@ -45,6 +46,8 @@ RIGS = ("ict68", "ict41", "makehuman68", "makehuman41", "example", "example68")
 BUILDING, END = (1, 2), (11, 12, 13)
 MODES, BEND = 3.0, 0.005
 MISPLACED = 0.004
+# Places of each triangle, for misplaced markers.
+SAMPLES = 20
 # Least output that counts as detected; the threshold of `expressions.py`.
 DETECTED = 0.35
 PUBLISHED = {
@@ -98,10 +101,12 @@ class Actor:
 
 def actor(face: Face, kind: str, seed: int | None, misplaced: float = 0.0) -> Actor:
     """Return an actor; without a seed the character itself. Places are off by `misplaced` [m]."""
-    points = np.array(face.setup.binding.points)
     mesh = face.mesh
     if misplaced:
-        points = moved_places(face, misplaced, 0 if seed is None else seed)
+        corners, shares = moved_places(face, misplaced, 0 if seed is None else seed)
+    else:
+        corners = np.array(face.setup.binding.points)[:, None]
+        shares = np.ones(corners.shape)
     if seed is not None and kind.startswith("ict"):
         rng = np.random.default_rng(seed)
         offsets = identities()
@@ -109,9 +114,14 @@ def actor(face: Face, kind: str, seed: int | None, misplaced: float = 0.0) -> Ac
         shifted = mesh.points + np.tensordot(weights, offsets[:, : len(mesh.points)], axes=1)
         mesh = replace(mesh, points=shifted, normals=None)
     elif seed is not None:
+        points = np.array(face.setup.binding.points)
         other = Performer(mesh, points, np.zeros((1, len(mesh.shapes))), RATE)
         mesh = bent(other, seed, BEND).mesh
-    return Actor(mesh.points[points], mesh.offsets_at(points))
+    offsets = mesh.offsets_at(corners.ravel()).reshape(len(mesh.shapes), *corners.shape, 3)
+    return Actor(
+        np.einsum("mc,mck->mk", shares, mesh.points[corners]),
+        np.einsum("mc,smck->smk", shares, offsets),
+    )
 
 
 @cache
@@ -120,20 +130,33 @@ def identities() -> FloatArray:
     return 0.01 * np.array([packed[name] for name in packed.files], dtype=np.float64)
 
 
-def moved_places(face: Face, distance: float, seed: int) -> np.ndarray:
-    """Return for each marker a vertex of the skin about so far away, in a direction by chance."""
+def moved_places(face: Face, distance: float, seed: int) -> tuple[IntArray, FloatArray]:
+    """Return for each marker a place of the skin about so far away [m], in a direction by chance.
+
+    The skin there faces the same way: no marker is in the mouth. Each place is three vertices and
+    their shares: (M, 3), (M, 3). Vertices of some meshes are further apart than `distance`.
+    """
     rng = np.random.default_rng(100 + seed)
-    mesh, points = face.mesh, face.setup.binding.points
+    mesh = face.mesh
     reach = np.linalg.norm(mesh.offsets_at(np.arange(len(mesh.points))), axis=2).max(axis=0)
-    skin = np.flatnonzero(reach > 1e-4)
-    tree = cKDTree(mesh.points[skin])
+    corners, _ = triangulated(mesh.face_counts, mesh.face_indices, mesh.points)
+    triangles = mesh.face_indices[corners]
+    worn = np.isin(triangles, face.setup.binding.points).any(axis=1)
+    triangles = triangles[(reach[triangles] > 1e-4).all(axis=1) | worn]
+    shares = rng.dirichlet((1.0, 1.0, 1.0), size=(SAMPLES, len(triangles)))
+    samples = np.einsum("ntc,tck->ntk", shares, mesh.points[triangles]).reshape(-1, 3)
+    tree = cKDTree(samples)
+    a, b, c = np.moveaxis(mesh.points[triangles], 1, 0)
+    normals = np.cross(b - a, c - a)
     moved = []
-    for point in points:
-        near = skin[tree.query(mesh.points[point], k=min(60, len(skin)))[1]]
-        away = np.linalg.norm(mesh.points[near] - mesh.points[point], axis=1)
-        close = near[np.argsort(np.abs(away - distance))[:6]]
-        moved.append(int(rng.choice(close)))
-    return np.array(moved)
+    for point in face.setup.binding.points:
+        own = normals[(triangles == point).any(axis=1)].sum(axis=0)
+        near = np.array(tree.query_ball_point(mesh.points[point], 1.5 * distance), dtype=np.int64)
+        near = near[normals[near % len(triangles)] @ own > 0.0]
+        error = np.abs(np.linalg.norm(samples[near] - mesh.points[point], axis=1) - distance)
+        moved.append(int(rng.choice(near[np.argsort(error)[: max(6, len(near) // 20)]])))
+    chosen = np.array(moved)
+    return triangles[chosen % len(triangles)], shares.reshape(-1, 3)[chosen]
 
 
 def ease(frames: int) -> FloatArray:

@@ -95,7 +95,11 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.rule_design.feature_selection", "_LEAST_SIGNAL", DESIGNED),
         *rows("usdface.rule_design.selection_cost", "_DEAD_ZONE _TOP", DESIGNED),
         *rows("usdface.rule_design.feature_selection", "_STRONG _EVEN _HALF_MOVES", DESIGNED),
-        *rows("usdface.rule_design.selection_cost", "_FACE_ERROR _DIRECTION_ERROR", DESIGNED),
+        *rows(
+            "usdface.rule_design.feature_errors",
+            "_FACE_ERROR _DIRECTION_ERROR _MISPLACED",
+            DESIGNED,
+        ),
         *rows("usdface.rule_design.selection_cost", "_ERROR_COST _ENOUGH _MISSING_COST", DESIGNED),
         *rows("usdface.rule_design.selection_cost", "_WORST", DESIGNED),
         *rows("usdface.rule_design.feature_selection", "_MOST_PAIRS _LEAST_GAIN", DESIGNED),

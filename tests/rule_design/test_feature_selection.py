@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.rule_design.feature_errors import feature_errors
 from usdface.rule_design.feature_selection import SelectedFeatures, select_features
 from usdface.rule_design.movements import Movements
 from usdface.rule_design.selection_cost import group_firing
+from usdface.rule_design.trial_faces import features_at
 
 NOISE = 0.0001
 
@@ -28,12 +30,15 @@ def selected(
     twin = np.arange(count)
     for a, b in twins:
         twin[[a, b]] = b, a
+    evaluator, poses = BlendShapeEvaluator(basis), np.asarray(poses, dtype=float)
+    jitter = np.full(count, noise) if np.isscalar(noise) else noise
+    own = features_at(evaluator, poses[index : index + 1])[0]
     return select_features(
         index,
-        np.asarray(poses, dtype=float),
+        poses,
         Movements(rows["whole"], rows["whole"], rows["mixed"]),
-        BlendShapeEvaluator(basis),
-        np.full(count, noise) if np.isscalar(noise) else noise,
+        evaluator,
+        feature_errors(own, jitter, np.zeros(count)),
         np.isin(np.arange(count) // 3, list(upper)),
         twin,
         apart,

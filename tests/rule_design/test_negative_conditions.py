@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from usdface.rule_design.feature_errors import FeatureErrors
 from usdface.rule_design.negative_conditions import (
     LEAST_FIRING,
     negative_conditions,
@@ -21,8 +22,9 @@ def rule(features):
     return ramp_membership(features[:, 0], *RAMP)
 
 
-def excluded(own=OWN, others=(OTHER,), single=SPEECH, noise=QUIET, twins=ALONE):
-    return negative_conditions(own, np.array(others), rule, single, noise, twins)
+def excluded(own=OWN, others=(OTHER,), single=SPEECH, noise=QUIET, error=QUIET, twins=ALONE):
+    errors = FeatureErrors(noise, np.maximum(noise, error))
+    return negative_conditions(own, np.array(others), rule, single, errors, twins)
 
 
 def test_a_ramp_goes_either_way():
@@ -37,6 +39,17 @@ def test_what_only_the_other_does_and_speech_does_not():
     assert feature == 2
     assert (foot, top) == pytest.approx((0.1 * 0.008, 0.4 * 0.008))
     assert left.tolist() == [0.0]
+
+
+def test_of_two_the_one_that_is_large_against_its_error():
+    """On another person a feature moves that does not in the rig's own pose."""
+    own, other = np.append(OWN, 0.0), np.append(OTHER, 0.0079)
+    wide = np.array([0.0, 0.0, 0.006, 0.0, 0.0])
+    speech, twins = np.append(SPEECH, [[0.0]], axis=1), np.arange(5)
+    for error, expected in ((np.zeros(5), 2), (wide, 4)):
+        given = {"noise": np.full(5, 1e-5), "error": error, "twins": twins}
+        (((feature, _),),), _ = excluded(own, (other,), speech, **given)
+        assert feature == expected
 
 
 def test_at_no_intensity_is_much_left_of_the_other():

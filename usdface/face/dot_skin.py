@@ -127,8 +127,9 @@ def interpolated(weights: FloatArray) -> Callable[[FloatArray], FloatArray]:
     """
 
     def at_places(values: FloatArray) -> FloatArray:
-        at = values.reshape(len(values), -1, 3)
-        return np.asarray(np.einsum("bv,svd->sbd", weights, at, optimize=True).reshape(len(at), -1))
+        at = values.reshape(len(values), values.shape[1] // 3, 3)
+        moved = np.einsum("bv,svd->sbd", weights, at, optimize=True)
+        return np.asarray(moved.reshape(len(values), 3 * len(weights)))
 
     return at_places
 

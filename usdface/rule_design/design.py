@@ -25,6 +25,7 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.retarget_setup import Expression
+from usdface.rule_design.feature_errors import feature_errors, misplacement
 from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import SelectedFeatures, select_features
 from usdface.rule_design.marker_roles import (
@@ -37,6 +38,7 @@ from usdface.rule_design.marker_roles import (
 from usdface.rule_design.movements import movements
 from usdface.rule_design.negative_conditions import Ramp
 from usdface.rule_design.selection_cost import FEWEST
+from usdface.rule_design.trial_faces import features_at
 
 __all__ = ["design_system", "face_features"]
 
@@ -76,9 +78,17 @@ def design_system(
     moves, twins = movements(shape_names), _twins(face)
     jitter = solved_noise(face.evaluator.offsets, features.offsets, noise)
     upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
+    misplaced, shown = misplacement(face, poses), features_at(features, poses)
     selections = {
         expression.name: select_features(
-            i, poses, moves, features, jitter, upper, twins, shown_by_both_halves(face, expression)
+            i,
+            poses,
+            moves,
+            features,
+            feature_errors(shown[i], jitter, misplaced[i]),
+            upper,
+            twins,
+            shown_by_both_halves(face, expression),
         )
         for i, expression in enumerate(expressions)
     }

@@ -14,6 +14,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.rule_design.feature_errors import FeatureErrors
 from usdface.rule_design.feature_noise import exceeds_noise
 from usdface.rule_design.movements import Movements
 from usdface.rule_design.negative_conditions import (
@@ -94,7 +95,7 @@ def select_features(
     poses: FloatArray,
     moves: Movements,
     features: BlendShapeEvaluator,
-    noise: FloatArray,
+    errors: FeatureErrors,
     upper: BoolArray,
     twins: IntArray,
     apart: bool,
@@ -110,8 +111,8 @@ def select_features(
     moves : Movements
     features : BlendShapeEvaluator
         Of the features, N = I.
-    noise : (I,) float64 [m]
-        Standard deviation of each feature.
+    errors : FeatureErrors
+        At the expression's pose.
     upper : (I,) bool
         Features of markers above the nose tip.
     twins : (I,) int64
@@ -121,11 +122,11 @@ def select_features(
     """
     own = features_at(features, poses[index : index + 1])[0]
     ramps = feature_ramps(own)
-    candidates = _candidates(own, noise, upper, twins, apart)
+    candidates = _candidates(own, errors.noise, upper, twins, apart)
     if not candidates:
         return SelectedFeatures({})
     scene = trial_faces(index, poses, moves, features, upper)
-    chosen = _search(candidates, scene, own, noise, apart)
+    chosen = _search(candidates, scene, own, errors, apart)
     groups = tuple(
         tuple(f for pair in chosen for f in pair.features if pair.group == group)
         for group in sorted({pair.group for pair in chosen})
@@ -139,7 +140,7 @@ def select_features(
         return np.asarray(np.min([group_firing(group) for group in held], axis=0))
 
     movements = features_at(features, moves.single)
-    negative, firing = negative_conditions(own, moved, rule, movements, noise, twins)
+    negative, firing = negative_conditions(own, moved, rule, movements, errors, twins)
     partly = (firing > LEAST_FIRING) & (firing <= _CONFUSED)
     shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
     confused = map(int, others[firing > _CONFUSED])
@@ -185,7 +186,7 @@ def _search(
     candidates: Sequence[FeaturePair],
     scene: TrialFaces,
     own: FloatArray,
-    noise: FloatArray,
+    errors: FeatureErrors,
     apart: bool,
 ) -> list[FeaturePair]:
     """Return the candidates of least cost: greedily adding, replacing and dropping one at a time.
@@ -199,7 +200,7 @@ def _search(
     most, joined = 2 * (_MOST_PAIRS if apart else _MOST_PAIRS + _MORE_PAIRS), False
     if len(sizes) > 1 and min(sizes.values()) < FEWEST:
         most, joined = max(min(sizes.values()), 2), True
-    cost = SelectionCost(candidates, scene, own, noise, joined)
+    cost = SelectionCost(candidates, scene, own, errors, joined)
     chosen = [
         min((k for k, p in enumerate(candidates) if p.group == group), key=lambda k: cost([k]))
         for group in sorted(sizes)

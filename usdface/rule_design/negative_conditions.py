@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.rule_design.feature_errors import FeatureErrors
 from usdface.rule_design.feature_noise import exceeds_noise
 
 __all__ = [
@@ -56,7 +57,7 @@ def negative_conditions(
     others: FloatArray,
     rule: Callable[[FloatArray], FloatArray],
     single: FloatArray,
-    noise: FloatArray,
+    errors: FeatureErrors,
     twins: IntArray,
 ) -> tuple[tuple[NegativeCondition, ...], FloatArray]:
     """Choose a negated condition for each other expression that fires the rule.
@@ -69,8 +70,8 @@ def negative_conditions(
         How far the rule fires (N,) on features (N, I).
     single : (N, I) float64 [m]
         Features of single movements, weighted by their size: speech moves the jaw.
-    noise : (I,) float64 [m]
-        Standard deviation of each feature.
+    errors : FeatureErrors
+        At the expression's pose.
     twins : (I,) int64
         The feature on the other side; itself where there is none.
 
@@ -85,7 +86,7 @@ def negative_conditions(
     for strongest in np.argsort(-firing, kind="stable"):
         if firing[strongest] <= LEAST_FIRING:
             break
-        found = _condition(own, others[strongest], rule, single, noise, twins)
+        found = _condition(own, others[strongest], rule, single, errors, twins)
         if found is not None:
             excluded.append(found)
             firing = np.minimum(firing, 1.0 - suppression(others, found))
@@ -102,17 +103,17 @@ def _condition(
     other: FloatArray,
     rule: Callable[[FloatArray], FloatArray],
     single: FloatArray,
-    noise: FloatArray,
+    errors: FeatureErrors,
     twins: IntArray,
 ) -> NegativeCondition | None:
     """Choose the feature, with its twin, that best distinguishes the `other` pose (I,).
 
     It leaves the least firing strength at any intensity of the other expression, suppresses the
-    expression least under an additional movement, and has little noise. Of equals, the largest
-    motion.
+    expression least under an additional movement, and is large against its error. Of equals, the
+    largest motion.
     """
     motion = np.abs(other)
-    usable = exceeds_noise(motion, noise, _CLEAR) & (own * np.sign(other) <= _BEGIN * motion)
+    usable = exceeds_noise(motion, errors.noise, _CLEAR) & (own * np.sign(other) <= _BEGIN * motion)
     if not usable.any():
         return None
     partner = np.where(usable[twins], twins, np.arange(len(own)))
@@ -130,7 +131,7 @@ def _condition(
         remaining = float(np.minimum(fired, 1.0 - suppression(scaled, condition)).max())
         suppressed = float(share @ suppression(own + single, condition))
         weakest = min(motion[f] for f, _ in condition)
-        unsure = max(noise[f] / motion[f] for f, _ in condition)
+        unsure = max(errors.total[f] / motion[f] for f, _ in condition)
         score = round(remaining + suppressed + unsure, _SCORE_DIGITS)
         scores.append((score, -round(float(weakest), _MOTION_DIGITS), remaining))
     best = min(range(len(scores)), key=lambda k: scores[k][:2])

@@ -7,6 +7,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.fuzzy.norms import most_of
+from usdface.rule_design.feature_errors import FeatureErrors
 from usdface.rule_design.negative_conditions import Ramp, ramp_membership
 from usdface.rule_design.trial_faces import TrialFaces
 
@@ -20,11 +21,8 @@ FEWEST = 3
 # Shares of the value at the pose: where a term begins (dead zone), and where it holds fully.
 _DEAD_ZONE = 0.02
 _TOP = 0.94
-# Error of a feature on another person's face [m]: residual of the solve for a bend of the space
-# map.
-_FACE_ERROR = 0.0005
-# Other people's skin moves in other directions: error of a feature by its marker's motion.
-_DIRECTION_ERROR = 0.3
+# Smallest motion [m] that the error of a feature is divided by.
+_LEAST_MOTION = 0.0005
 # Cost of a feature whose motion is as small as its error.
 _ERROR_COST = 40.0
 # Fewer conditions than `_ENOUGH` cost something each: of five one may be wrong.
@@ -65,7 +63,7 @@ class SelectionCost:
         candidates: Sequence[FeaturePair],
         scene: TrialFaces,
         own: FloatArray,
-        noise: FloatArray,
+        errors: FeatureErrors,
         joined: bool,
     ) -> None:
         self._scene = scene
@@ -73,9 +71,7 @@ class SelectionCost:
         self._all = sorted(set(self._groups))
         self._counts = [len(pair.features) for pair in candidates]
         self._markers = [pair.features[0] // 3 for pair in candidates]
-        travel = np.repeat(np.linalg.norm(own.reshape(-1, 3), axis=1), 3)
-        error = np.sqrt(noise**2 + _FACE_ERROR**2 + (_DIRECTION_ERROR * travel) ** 2)
-        error /= np.maximum(np.abs(own), _FACE_ERROR)
+        error = errors.total / np.maximum(np.abs(own), _LEAST_MOTION)
         self._error = np.array([(error[list(p.features)] ** 2).max() for p in candidates])
         ramps = feature_ramps(own)
 
