@@ -38,7 +38,7 @@ ERROR_CODES: dict[str, str] = {
     # files
     "FILE_UNREADABLE": "a file is missing, may not be read, or is of another kind",
     "FILE_KIND_UNKNOWN": "files of this kind are not read, or not written",
-    "FILE_CUT_OFF": "a file ends before its header says",
+    "FILE_CUT_OFF": "a file ends before its header says, or within a row of its table",
     "SCHEMA_BROKEN": "a file does not follow the schema of its format",
     "ROW_WRONG": "a line of a text file has the wrong content",
     "COLUMNS_WRONG": "a table lacks a column, or has one twice",
