@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import fill
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -15,6 +16,7 @@ __all__ = ["draw_sheets"]
 
 COLUMNS = 6
 DPI = 100
+LETTERS = 34  # in a line above a picture
 
 
 def draw_sheets(
@@ -46,9 +48,8 @@ def draw_sheets(
             seconds = result.solved.times[frame] - result.solved.times[0]
             if still is not None:
                 _draw_markers(axes[0, column], still, frame)
-            axes[0, column].set_title(
-                f"frame {frame}, {seconds:.2f} s\n{frames[frame]}", fontsize=10
-            )
+            reasons = fill(frames[frame], LETTERS)
+            axes[0, column].set_title(f"frame {frame}, {seconds:.2f} s\n{reasons}", fontsize=10)
             axes[-2, column].imshow(raw[start + column])
             axes[-1, column].imshow(corrected[start + column])
             caption = f"changed by {change[frame]:.2f}{_strongest(result, frame)}"

@@ -27,6 +27,20 @@ def test_the_sheet_names_frames_reasons_and_residuals(
 
 
 @pytest.mark.slow
+def test_many_reasons_take_two_lines(
+    shot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """One line of them would cover the next picture's."""
+    many = "correction, residual, brows, cheeks, jaw, mouth"
+    monkeypatch.setattr("usdface.figures.sheet.sheet_frames", lambda *_: {0: many, 1: "rest"})
+    path = tmp_path / "sheet.svg"
+    assert main(["process", str(shot), "--sheet", str(path)]) == 0
+    drawn = path.read_text()
+    assert many not in drawn
+    assert "correction, residual, brows," in drawn and "cheeks, jaw, mouth" in drawn
+
+
+@pytest.mark.slow
 def test_the_same_result_gives_the_same_bytes(shot: Path, tmp_path: Path) -> None:
     drawn = []
     for name in ("one.png", "two.png"):

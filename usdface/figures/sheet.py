@@ -1,6 +1,7 @@
 """Contact sheet of a result: the solved face above the corrected one, frame by frame."""
 
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ __all__ = ["write_sheet"]
 _COLUMNS, _ROWS = 6, 2
 _SIZE = (250, 280)
 _DPI = 110  # of saved figures
+_LETTERS = 34  # in a line above a picture
 _LEAST_OUTPUT = 0.05  # of an emotion that is named
 
 
@@ -48,7 +50,8 @@ def write_sheet(result: ShotResult, path: Path) -> None:
             above.imshow(images[place])
             below.imshow(images[len(numbers) + place])
             seconds = solved.times[frame] - solved.times[0]
-            above.set_title(f"frame {frame}, {seconds:.2f} s\n{frames[frame]}", fontsize=9)
+            reasons = fill(frames[frame], _LETTERS)
+            above.set_title(f"frame {frame}, {seconds:.2f} s\n{reasons}", fontsize=9)
             below.set_xlabel(_caption(result, frame), fontsize=9)
         for row, axis in enumerate(axes[:, 0]):
             axis.set_ylabel(("solved", "corrected")[row % 2], fontsize=11)
