@@ -17,6 +17,7 @@ from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.progress import Progress
+from usdface.retarget.calibrated_shapes import as_large
 from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.film.dot_radii import dot_radii
 from usdface.retarget.film.film_head import FilmedFace, film_head
@@ -232,7 +233,10 @@ def _film(
         return solution.weights.weights
 
     found = setup.solve.places == "found"
-    return film_head(take, setup.binding.markers, surface, setup.neutral, weights, refined=found)
+    return film_head(
+        take, setup.binding.markers, surface, setup.neutral, weights,
+        sized=lambda shapes: as_large(shapes, face.shape_names, setup), refined=found,
+    )  # fmt: skip
 
 
 @one_blas_thread()

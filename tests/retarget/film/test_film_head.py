@@ -16,9 +16,11 @@ from filmed import (
     true_weights,
 )
 
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.retarget.film.dot_centres import dot_centre_offsets
 from usdface.retarget.film.film_head import film_head
+from usdface.retarget.film.filmed_take import as_they_are
 
 
 def test_the_head_moves_as_it_did_and_its_markers_stand_still() -> None:
@@ -38,6 +40,27 @@ def test_hidden_markers_stay_hidden_and_cost_nothing() -> None:
     head, _ = found(replace(take, positions=positions, focal_length=FOCAL))
     assert np.isnan(head.still(replace(take, positions=positions)).positions[5:20, 3]).all()
     np.testing.assert_allclose(head.motion.rotations, motion.rotations, atol=1e-6)
+
+
+def test_of_a_performer_who_moves_more_the_head_moves_as_it_did() -> None:
+    """Else larger motion of the face is taken for the head's."""
+    positions = WORLD.take.positions
+    larger = positions[:1] + 1.25 * (positions - positions[:1])
+    performer = replace(WORLD, take=replace(WORLD.take, positions=larger))
+    take, motion = filmed(performer, 20.0)
+    take = replace(take, focal_length=FOCAL)
+
+    def sized(shapes: BlendShapeEvaluator) -> BlendShapeEvaluator:
+        return replace(shapes, offsets=1.25 * shapes.offsets)
+
+    off = []
+    for given in (sized, as_they_are):
+        face, _ = film_head(
+            take, take.names, SURFACE, NEUTRAL, true_weights, sized=given, refined=False
+        )
+        assert face is not None
+        off.append(np.abs(face.head.motion.rotations - motion.rotations).max())
+    assert off[0] < 1e-6 < 1e-3 < off[1]
 
 
 def test_five_markers_are_too_few() -> None:

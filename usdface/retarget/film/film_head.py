@@ -19,7 +19,7 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.filmed_places import refined_shifts
-from usdface.retarget.film.filmed_take import FilmedTake
+from usdface.retarget.film.filmed_take import FilmedTake, Sized, as_they_are
 from usdface.retarget.film.focal_length import film_camera
 from usdface.retarget.film.solved_film import SolvedFilm, solve_film
 from usdface.retarget.film.views import Views
@@ -77,6 +77,7 @@ def film_head(
     neutral: tuple[int, int],
     solve: SolveOnSkin,
     *,
+    sized: Sized = as_they_are,
     refined: bool = True,
 ) -> tuple[FilmedFace | None, list[Finding]]:
     """Find how a head moved before the camera that filmed it.
@@ -94,6 +95,7 @@ def film_head(
     solve : callable
         Solves a take of a still head with these neutral frames, for weights of the skin's
         evaluator.
+    sized : callable
     refined : bool
         Markers may sit beside their vertices.
 
@@ -112,7 +114,7 @@ def film_head(
     bound = np.array(known)[used]
     own = np.array([take.names.index(markers[k]) for k in bound.tolist()])
     skin, shifts = surface.skin, np.zeros((len(markers), 3))
-    film = FilmedTake(take.with_markers(own), skin.select(bound), neutral)
+    film = FilmedTake(take.with_markers(own), skin.select(bound), neutral, sized)
     camera, findings = film_camera(film, partial(solve, skin))
     solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS)
     if refined and len(bound) <= MOST_MARKERS:

@@ -15,6 +15,7 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.film.filmed_depths import DEPTH_SPREAD, error_directions
 from usdface.retarget.film.filmed_head import certainty
+from usdface.retarget.film.filmed_take import Sized
 from usdface.retarget.film.image_residual import ImageResidual, image_residual
 from usdface.retarget.film.solved_film import SolvedFilm
 from usdface.retarget.places import PlaceGuess
@@ -52,7 +53,7 @@ def refined_shifts(
         Search for the places of markers that move unlike theirs.
     """
     film, head, weights = solved.film, solved.head, solved.weights
-    placed = surface.at(shifts)
+    placed = surface.at(shifts).mapped(film.sized)
     count = len(shifts)
     sure = certainty(head.facing, visible(film.image))
     still = film.without(head.beside)
@@ -85,7 +86,9 @@ def refined_shifts(
         # The residual of one marker among many would hide in the variance of all.
         residual = replace(residual, variance=residual.variance * usual / float(away.mean()))
     for marker in np.flatnonzero(away > _UNLIKE**2 * usual).tolist():
-        refined[marker] = _searched(marker, surface, residual, head.moved, weights, guess)
+        refined[marker] = _searched(
+            marker, surface, residual, head.moved, weights, guess, film.sized
+        )
     return surface.within_reach(refined)
 
 
@@ -102,6 +105,7 @@ def _searched(
     moved: FloatArray,
     weights: FloatArray,
     guess: PlaceGuess,
+    sized: Sized,
 ) -> FloatArray:
     """Return the shift (3,) [m] of one marker to the nearby vertex that moves most like it.
 
@@ -114,11 +118,12 @@ def _searched(
         The markers' displacements at their present places.
     weights : (F, S) float64
     guess : PlaceGuess
+    sized : callable
     """
     near = surface.vertices_near(marker)
     frames = np.arange(0, len(weights), max(1, len(weights) // _SEARCHED))
     evaluator, _ = evaluator_of(surface.mesh, near)
-    there = evaluator.displacements(weights[frames]).reshape(len(frames), -1, 3)
+    there = sized(evaluator).displacements(weights[frames]).reshape(len(frames), -1, 3)
     change = (there - moved[frames, None, marker]) @ residual.slopes[frames, marker].transpose(
         0, 2, 1
     )

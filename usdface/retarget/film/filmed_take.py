@@ -1,16 +1,26 @@
 """A take of one camera, and the skin of the character under its markers."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.dot_skin import DotSkin
 from usdface.retarget.neutral import neutral_markers
 from usdface.takes import MarkerTake
 
-__all__ = ["FilmedTake"]
+__all__ = ["FilmedTake", "Sized", "as_they_are"]
+
+# Makes of the character's blend shapes those of a calibrated performer.
+Sized = Callable[[BlendShapeEvaluator], BlendShapeEvaluator]
+
+
+def as_they_are(shapes: BlendShapeEvaluator) -> BlendShapeEvaluator:
+    """Return the blend shapes of a performer who is not calibrated: the character's."""
+    return shapes
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,11 +35,13 @@ class FilmedTake:
         Of the character under them: head space.
     neutral : (int, int)
         First and last neutral frame index, inclusive.
+    sized : callable
     """
 
     take: MarkerTake
     skin: DotSkin
     neutral: tuple[int, int]
+    sized: Sized = as_they_are
 
     @property
     def image(self) -> FloatArray:
@@ -45,6 +57,11 @@ class FilmedTake:
     def rest(self) -> FloatArray:
         """Where they rest in the image: (M, 2) [px]."""
         return neutral_markers(self.image, self.neutral)
+
+    @cached_property
+    def moving(self) -> DotSkin:
+        """The same skin, moved by blend shapes of the performer's size."""
+        return replace(self.skin, evaluator=self.sized(self.skin.evaluator))
 
     def without(self, beside: FloatArray) -> "FilmedTake":
         """Return the take of the means of the skin, without the offsets `beside` (F, M, 2) [px]."""
@@ -65,5 +82,5 @@ class FilmedTake:
 
     def moved(self, weights: FloatArray) -> FloatArray:
         """Return the markers' displacements by weights (F, S): (F, M, 3) [m]."""
-        moved = self.skin.marker_evaluator.displacements(weights)
+        moved = self.moving.marker_evaluator.displacements(weights)
         return np.asarray(moved.reshape(len(weights), -1, 3))

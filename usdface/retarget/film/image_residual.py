@@ -115,7 +115,7 @@ def image_residual(
     scale = camera.focal_length / -float(np.median(pose.translations[:, 2]))
     frame_variance = max(_mean_square(left, known), (least * scale) ** 2)
     poses = pose_columns(rest + moved, pose, camera) * known[..., None]
-    taken = _explained(poses, slopes @ film.skin.offsets.transpose(1, 2, 0), frame_variance)
+    taken = _explained(poses, slopes @ film.moving.offsets.transpose(1, 2, 0), frame_variance)
     both = (known[1:] > 0.0) & (known[:-1] > 0.0)
     noise = _mean_square(np.where(both, np.diff(left, axis=0), 0.0), both) / 2.0
     return ImageResidual(left, slopes, taken, lasting * frame_variance, noise, scale)

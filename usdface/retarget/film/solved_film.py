@@ -84,7 +84,7 @@ def solve_film(
     refined : bool
         Depths are refined where weights are known.
     """
-    filmed, skin, count = film, film.skin, len(film.image)
+    filmed, skin, count = film, film.moving, len(film.image)
     look = start_pose(film.face, film.rest[None], camera)
     look, _ = fit_pose(film.face, film.rest[None], camera, look)
     deep = film.face[:, 2] if depths is None else depths
