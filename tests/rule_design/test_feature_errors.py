@@ -45,3 +45,16 @@ def test_a_marker_at_the_rim_of_a_lip_may_sit_on_the_other_one():
     face = BoundFace(lips, ("rim", "far"), np.array([rim, far]))
     found = misplacement(face, np.ones((1, 1))).reshape(2, 3)
     assert found[0, 1] > 0.001 and found[1, 1] == 0.0
+
+
+def test_of_a_dense_skin_few_vertices_are_looked_at(monkeypatch):
+    """As many as it takes: every second one has the same slope."""
+    points = flat_skin(columns=60, rows=60).points
+    along = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+    shape = BlendShape.from_dense("slope", 0.5 * points @ along[:, None] * [0.0, 0.0, 1.0])
+    skin = flat_skin((shape,), columns=60, rows=60)
+    spread = np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1))[[0, 1500, 1600]]
+    face = BoundFace(skin, ("a", "b", "c"), spread)
+    whole = misplacement(face, np.ones((1, 1)))
+    monkeypatch.setattr("usdface.rule_design.feature_errors._MOST", 12)
+    np.testing.assert_allclose(misplacement(face, np.ones((1, 1))), whole, rtol=0.3)

@@ -23,8 +23,8 @@ _FACE_ERROR = 0.0005
 _DIRECTION_ERROR = 0.3
 # How far markers sit beside their vertices, as a share of their spread: 4 mm on the ICT face.
 _MISPLACED = 0.067
-# Vertices around a marker at least, for coarse meshes.
-_AROUND = 6
+# Vertices around a marker: at least, for coarse meshes, and at most, about, for dense ones.
+_AROUND, _MOST = 6, 64
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -97,6 +97,6 @@ def _vertices_around(face: BoundFace, away: float) -> list[IntArray]:
     within = tree.query_ball_point(face.neutral, away)
     around = []
     for vertex, near, few in zip(face.vertices, within, nearest, strict=True):
-        close = skin[np.union1d(near, few).astype(np.int64)]
+        close = skin[np.union1d(near[:: len(near) // _MOST + 1], few).astype(np.int64)]
         around.append(close[part[close] == part[vertex]])
     return around
