@@ -30,7 +30,7 @@ def test_a_marker_is_off_by_the_slope_of_the_motion_around_it():
     inner = np.argsort(np.linalg.norm(points - points.mean(axis=0), axis=1))[:9]
     face = BoundFace(flat_skin(shapes), tuple(map(str, inner)), inner)
     found = misplacement(face, np.array([[1.0, 0.0], [0.0, 1.0], [0.5, 1.0]])).reshape(3, 9, 3)
-    away = 0.067 * rms_radius(points[inner])
+    away = 0.03 * rms_radius(points[inner])
     expected = np.zeros((3, 9, 3))
     expected[[0, 2], :, 2] = np.array([[0.5], [0.25]]) * away * np.sqrt(3 / 7)
     np.testing.assert_allclose(found, expected, atol=1e-9)

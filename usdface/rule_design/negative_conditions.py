@@ -42,6 +42,9 @@ _BEGIN, _END = 0.1, 0.4
 _INTENSITIES = np.linspace(0.0, 1.0, 21)
 # A condition has to leave no more than this share of the firing strength.
 _REMAINS = 0.75
+# Cost of a feature whose motion is as small as its error: of conditions that exclude alike, the
+# larger motion.
+_ERROR_COST = 0.02
 # Numerical: scores and motions [m] are rounded, as the choice between mirrored markers must not
 # hang on last bits.
 _SCORE_DIGITS, _MOTION_DIGITS = 3, 6
@@ -131,7 +134,7 @@ def _condition(
         remaining = float(np.minimum(fired, 1.0 - suppression(scaled, condition)).max())
         suppressed = float(share @ suppression(own + single, condition))
         weakest = min(motion[f] for f, _ in condition)
-        unsure = max(errors.total[f] / motion[f] for f, _ in condition)
+        unsure = _ERROR_COST * max(errors.total[f] / motion[f] for f, _ in condition)
         score = round(remaining + suppressed + unsure, _SCORE_DIGITS)
         scores.append((score, -round(float(weakest), _MOTION_DIGITS), remaining))
     best = min(range(len(scores)), key=lambda k: scores[k][:2])
