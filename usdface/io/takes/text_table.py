@@ -95,7 +95,7 @@ def refuse_cut_table(path: Path, rows: Sequence[Row]) -> None:
     Raises
     ------
     InputError
-        If it is so.
+        If it is so; the message names the line.
     """
     (_, header), (line, cells) = rows[0], rows[-1]
     if len(cells) < len(header):

@@ -24,7 +24,7 @@ def read_table(path: Path) -> list[Row]:
     Raises
     ------
     InputError
-        If the file is missing, unreadable, no table, or cut short.
+        If the file is missing, unreadable, no table, or cut off.
     """
     text = read_text(path)
     first_line = text.lstrip().splitlines()[0]

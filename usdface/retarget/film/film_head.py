@@ -96,6 +96,7 @@ def film_head(
         Solves a take of a still head with these neutral frames, for weights of the skin's
         evaluator.
     sized : callable
+        Makes of the character's blend shapes those of a calibrated performer.
     refined : bool
         Markers may sit beside their vertices.
 

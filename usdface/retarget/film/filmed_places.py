@@ -119,6 +119,7 @@ def _searched(
     weights : (F, S) float64
     guess : PlaceGuess
     sized : callable
+        `FilmedTake.sized`.
     """
     near = surface.vertices_near(marker)
     frames = np.arange(0, len(weights), max(1, len(weights) // _SEARCHED))

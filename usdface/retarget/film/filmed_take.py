@@ -36,6 +36,7 @@ class FilmedTake:
     neutral : (int, int)
         First and last neutral frame index, inclusive.
     sized : callable
+        Makes of the skin's blend shapes those of a calibrated performer.
     """
 
     take: MarkerTake
