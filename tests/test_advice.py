@@ -53,6 +53,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return files[-1]
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("as_users_have_it")
 @pytest.mark.parametrize(
     ("module", "name", "what"),
@@ -96,6 +97,7 @@ def test_without_the_regions_the_rest_is_written(
     assert all(path.is_file() for path in result.written)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("far", [0.55, pytest.param(100.0, marks=pytest.mark.slow), 1e20])
 def test_one_vertex_of_one_shape_far_off_ends_no_job(tmp_path: Path, far: float) -> None:
     world = make_world()

@@ -206,6 +206,7 @@ def test_recorded_weights_out_of_range(tmp_path: Path) -> None:
     assert played.column("jawOpen")[10] == 1.0 and played.column("mouthFrownLeft")[12] == 0.0
 
 
+@pytest.mark.slow
 def test_an_image_has_no_say_on_depth(tmp_path: Path) -> None:
     """A shape that only moves along the view is not used, whatever the pixels say."""
     from worlds import camera_pixels

@@ -23,6 +23,7 @@ def test_a_random_bend_comes_with_its_jacobian(monkeypatch: pytest.MonkeyPatch) 
         np.testing.assert_allclose(turn[:, :, axis], (ahead - behind) / 2e-6, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_it_finds_its_modules_from_any_folder(tmp_path: Path) -> None:
     command = [sys.executable, str(CHECKOUT / "benchmarks" / "binding.py"), "--help"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)

@@ -52,6 +52,7 @@ def lids(base):
     return rim[: half + 1], rim[np.r_[0, np.arange(len(rim) - 1, half - 1, -1)]]
 
 
+@pytest.mark.slow
 def test_the_rig_has_the_52_shapes_and_each_moves_something(rig):
     assert sorted(rig.shape_names) == sorted(shapes.ARKIT_NAMES)
     assert len(shapes.ARKIT_NAMES) == 52
@@ -62,11 +63,13 @@ def test_the_rig_has_the_52_shapes_and_each_moves_something(rig):
         assert 1 * MM < largest < 60 * MM, name
 
 
+@pytest.mark.slow
 def test_the_neutral_head_is_its_own_mirror_image(base):
     np.testing.assert_array_equal(base.points[base.mirror] * FLIP, base.points)
     np.testing.assert_array_equal(base.mirror[base.mirror], np.arange(len(base.points)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", shapes.ARKIT_NAMES)
 def test_right_mirrors_left_and_the_others_mirror_themselves(name, moves, base):
     swap = {"Left": "Right", "Right": "Left"}

@@ -114,6 +114,7 @@ def half_smile(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "shot.usda"
 
 
+@pytest.mark.slow
 def test_what_half_a_face_does_explains_what_its_shapes_do(
     half_smile: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -218,6 +219,7 @@ def test_hedges_count_in_conditions(explained: Explanation) -> None:
     assert found["conditions"][0]["degree"] == pytest.approx(1 - degree**2, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_time_is_a_frame(
     shot: Path, explained: Explanation, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -268,6 +270,7 @@ def test_a_shot_without_a_system_is_one_line(
     assert "no fuzzy system" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_figure_is_written_though_nobody_reads_the_text_to_its_end(
     shot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

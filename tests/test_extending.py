@@ -81,6 +81,7 @@ def test_from_python(recording: Path, tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.slow
 def test_from_the_command_line(recording: Path, package: Path, tmp_path: Path) -> None:
     """The documented command, in a process of its own."""
     (words,) = (line.split() for line in block("sh").splitlines())

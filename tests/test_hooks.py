@@ -172,6 +172,7 @@ def test_the_layers_hold_what_the_hooks_made(install: Install, shot: Path) -> No
     assert "HOOK_APPLIED" in {f.code for f in result.findings}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "point",
     [

@@ -58,6 +58,7 @@ def own_shot(folder, face, file):
     return own, peaks
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [

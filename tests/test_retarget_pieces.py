@@ -114,6 +114,7 @@ def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: 
     assert errors[0] < 1.3 * errors[1], errors  # of a sixth of the frames
 
 
+@pytest.mark.slow
 def test_cuts_cover_the_take_and_do_not_part_a_block(solved: Solved) -> None:
     for frames in (1, 63, 64, 65, 128, 191, 192, 193, 1500, 5000):
         cuts = PieceCuts.of(frames)

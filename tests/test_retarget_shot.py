@@ -67,6 +67,7 @@ def test_arrays_and_files_give_the_same_weights(folder: Path, shot: Shot) -> Non
         np.testing.assert_allclose(curve, result.emotions[name], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_no_file_format_is_loaded(world: World, tmp_path: Path) -> None:
     """A program that has arrays needs neither USD nor glTF."""
     mesh = world.rig.meshes[0]
@@ -138,6 +139,7 @@ def test_an_explanation_needs_a_trace(shot: Shot) -> None:
         explain_result(usdface.retarget(shot, options=ProcessOptions(express=False)))
 
 
+@pytest.mark.slow
 def test_what_the_callback_raises_ends_the_job(folder: Path, shot: Shot) -> None:
     announced: list[str] = []
 

@@ -51,10 +51,12 @@ def codes(verdict: Verdict) -> list[str]:
     return [reason.criterion.code for reason in verdict.reasons]
 
 
+@pytest.mark.slow
 def test_a_good_take_is_good(shot: Shot) -> None:
     assert verdict_on(shot) == Verdict("good")
 
 
+@pytest.mark.slow
 def test_mirrored_labels_are_not_usable(shot: Shot) -> None:
     points, vertices = shot.mesh.points, shot.setup.binding.points
     across = cKDTree(points).query(points[vertices] * [-1, 1, 1])[1]
@@ -62,6 +64,7 @@ def test_mirrored_labels_are_not_usable(shot: Shot) -> None:
     assert verdict.level == "not_usable" and codes(verdict)[0] == "SIDES_MIRRORED"
 
 
+@pytest.mark.slow
 def test_exchanged_places_are_not_usable_and_named(shot: Shot) -> None:
     binding = shot.setup.binding
     wrong = ["brow_left_outer", "chin", "cheek_right_outer", "lip_corner_left"]
@@ -84,6 +87,7 @@ def test_a_wrong_unit_is_to_be_looked_at(shot: Shot) -> None:
     assert reason.measured.value == pytest.approx(10, rel=0.2)
 
 
+@pytest.mark.slow
 def test_a_neutral_that_is_none_is_found(shot: Shot) -> None:
     peak = 97  # of the first expression
     verdict = verdict_on(replace(shot, setup=replace(shot.setup, neutral=(peak, peak))))

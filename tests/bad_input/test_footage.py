@@ -124,6 +124,7 @@ def test_cuts_and_missing_images_are_findings(place: Place, places: FloatArray) 
     assert {"FRAMES_DROPPED", "FOOTAGE_CUT"} <= set(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "given"),
     [

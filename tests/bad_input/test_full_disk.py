@@ -68,6 +68,7 @@ def largest(written: Place) -> Iterator[Callable[[int], None]]:
     resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [pytest.param(1000, marks=pytest.mark.slow), 3000])
 def test_files_that_cannot_grow(
     written: Place, refused: Refused, largest: Callable[[int], None], size: int

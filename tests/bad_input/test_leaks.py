@@ -135,6 +135,7 @@ def run(scene: Path, out: Path, *more: object) -> tuple[bytes, list[str]]:
     return b"".join(p.read_bytes() for p in files), codes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_no_secret_gets_out(
@@ -219,6 +220,7 @@ def test_buffers_of_a_gltf_come_from_a_wider_folder_only_if_told(
     assert "is no folder" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", ["../secret.png", "link.png"])
 def test_process_brings_no_secret_in(place: Place, tmp_path: Path, way: str) -> None:
     top = place / "asset"

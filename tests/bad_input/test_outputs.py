@@ -94,6 +94,7 @@ def test_a_shot_without_a_name(refused: Refused, name: str) -> None:
     assert "is no USD file" in refused(["process", name])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["out.fbx", "out", "out.glb"])
 def test_an_output_of_another_kind(place: Place, refused: Refused, name: str) -> None:
     csv = wide_csv(place, ["0,1,2,3,4,5,6"])

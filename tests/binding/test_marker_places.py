@@ -144,6 +144,7 @@ def test_the_number_of_markers_that_is_named_as_possible_is() -> None:
     assert len(marker_places(MESH, NONE, count=most, noise=3e-4).vertices) == most
 
 
+@pytest.mark.slow
 def test_the_command_writes_a_binding_and_draws_it(tmp_path: Path) -> None:
     folder = WORLD.write(tmp_path)
     rig, bind = str(folder / "rig.usda"), str(folder / "bind.json")
@@ -197,6 +198,7 @@ def torn(mesh: Mesh, far: float) -> Mesh:
     return replace(mesh, shapes=tuple(wrong if s is opened else s for s in mesh.shapes))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("spoil", [far_off, corner_far_off, torn])
 @pytest.mark.parametrize("far", [0.55, 30.0, 100.0, 1e6, 1e20])
 def test_one_vertex_far_off_changes_neither_the_advice_nor_what_it_takes(

@@ -66,6 +66,7 @@ def test_left_for_right_on_the_whole_face_is_asked() -> None:
     assert off(proposal.setup.binding, exchanged()).max() < 0.014  # those in the middle
 
 
+@pytest.mark.slow
 def test_one_given_vertex_decides_on_the_sides() -> None:
     names = exchanged()
     proposal = proposed(names, brow_right_inner=PLACE["brow_left_inner"])
@@ -73,6 +74,7 @@ def test_one_given_vertex_decides_on_the_sides() -> None:
     assert off(proposal.setup.binding, names).max() < 0.014
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("one", "other"),
     [("brow_left_inner", "brow_right_inner"), ("brow_left_inner", "nasolabial_left")],

@@ -57,6 +57,7 @@ def codes(findings: list[Finding], code: str) -> list[str]:
     return [f.where for f in findings if f.code == code]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_anonymous_markers_in_any_pose_and_size_find_their_vertices(
     world: World, seed: int
@@ -87,6 +88,7 @@ def test_vertices_whose_confidence_fails_are_proposed_without_one(
     assert [f.code for f in findings] == ["ADVICE_FAILED", "BIND_PROPOSED"]
 
 
+@pytest.mark.slow
 def test_places_that_are_given_stay(world: World) -> None:
     take, truth = anonymous(world, 3)
     chosen = np.array([0, 9, 14])
@@ -100,6 +102,7 @@ def test_places_that_are_given_stay(world: World) -> None:
     np.testing.assert_array_equal(binding.confidence[:3], 1.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [4, pytest.param(2, marks=pytest.mark.slow)])
 def test_a_given_place_that_is_wrong_is_named_and_not_followed(world: World, count: int) -> None:
     take, truth = anonymous(world, 3)

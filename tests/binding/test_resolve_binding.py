@@ -44,6 +44,7 @@ def codes(report: dict) -> set[str]:
     return {finding["code"] for finding in report["findings"]}
 
 
+@pytest.mark.slow
 def test_without_a_binding_one_is_proposed_and_the_shot_can_be_processed(
     folder: Path, world: World
 ) -> None:
@@ -204,6 +205,7 @@ def senseless(world: World, folder: Path) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_shot_of_mostly_unsure_places_is_refused_and_the_proposal_written(
     senseless: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -68,6 +68,7 @@ def test_a_second_run_on_its_own_result_changes_nothing(weak: ShotResult) -> Non
     np.testing.assert_allclose(again.weights, closure_of(weak).weights, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_left_out_by_option_or_by_setting() -> None:
     take = markers(MESH, performance(NAMES))
     off = ProcessOptions(express=False, closure=False)
@@ -87,6 +88,7 @@ def test_a_squint_stays_open() -> None:
 _slow = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "last", "of_weights"),
     [
@@ -113,6 +115,7 @@ def test_blinks_close_eyes_that_are_exaggerated(
     assert min(min(each.after) for each in closings) > 0.95
 
 
+@pytest.mark.slow
 def test_a_larger_mouth_contradicts_no_marker() -> None:
     """Lips that opened less on the performer open as far as the animator wants."""
     opened = 0.2 * np.clip(np.sin(2 * np.pi * TIMES), 0, None)

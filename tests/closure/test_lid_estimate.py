@@ -41,6 +41,7 @@ def test_an_eye_without_markers_is_not_seen() -> None:
     assert np.isnan(estimate[:, 1]).all() and np.isfinite(estimate[:, 0]).all()
 
 
+@pytest.mark.slow
 def test_eyes_that_may_look_down_need_not_be_closed() -> None:
     """Markers that move as a scanned face's do under a glance, on a rig that only blinks."""
     face = result(markers(MESH, performance(NAMES))).shot.face

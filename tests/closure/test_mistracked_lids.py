@@ -35,6 +35,7 @@ def codes(shot: ShotResult) -> list[str]:
     return [finding.where for finding in shot.findings if finding.code == "LID_DISBELIEVED"]
 
 
+@pytest.mark.slow
 def test_a_lost_marker_moves_as_the_other_lid_and_is_named() -> None:
     """A half closed eye that the lost marker would show wide open."""
     squint = {f"eyeBlink{side}": 0.5 * COURSE for side in ("Left", "Right")}
@@ -48,6 +49,7 @@ def test_a_lost_marker_moves_as_the_other_lid_and_is_named() -> None:
     assert shot.solved.column("eyeWideRight")[LOST].max() < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "curves",
     [

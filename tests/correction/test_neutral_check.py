@@ -20,6 +20,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "shot.usda"
 
 
+@pytest.mark.slow
 def test_the_paper_is_angry_at_rest_and_the_design_is_calm(
     shot: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -35,6 +36,7 @@ def test_the_paper_is_angry_at_rest_and_the_design_is_calm(
     assert max(designed["jitter_max"].values()) <= 0.1
 
 
+@pytest.mark.slow
 def test_a_rule_that_fires_at_rest_is_heard(shot: Path, capsys: pytest.CaptureFixture[str]) -> None:
     stage = Usd.Stage.Open(str(shot))
     system = stage.GetPrimAtPath("/Shot/Fuzzy")
@@ -50,6 +52,7 @@ def test_a_rule_that_fires_at_rest_is_heard(shot: Path, capsys: pytest.CaptureFi
     assert max(heard["neutral"].values()) > 0.9 and max(heard["jitter_mean"].values()) > 0.9
 
 
+@pytest.mark.slow
 def test_the_face_rests_whatever_the_performer_showed_in_the_neutral_frames(
     shot: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -14,6 +14,7 @@ MESH = WORLD.rig.face()
 BINDING = Binding(tuple(WORLD.points), np.array(list(WORLD.points.values())))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "suffix", [".png", *(pytest.param(name, marks=pytest.mark.slow) for name in (".svg", ".pdf"))]
 )

@@ -44,6 +44,7 @@ def with_sides(explained: Explanation, **sides: SideTrace) -> Explanation:
     return replace(explained, trace=replace(explained.trace, sides=sides))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "suffix", [".png", *(pytest.param(name, marks=pytest.mark.slow) for name in (".svg", ".pdf"))]
 )
@@ -57,6 +58,7 @@ def test_a_figure_is_drawn_and_repeats(tmp_path: Path, suffix: str) -> None:
         assert first == (tmp_path / f"two{suffix}").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "explained",
     [
@@ -72,6 +74,7 @@ def test_little_to_show_is_shown(tmp_path: Path, explained: Explanation) -> None
     assert (tmp_path / "out.png").read_bytes().startswith(PNG)
 
 
+@pytest.mark.slow
 def test_what_a_rule_denies_is_drawn_as_it_asks_for_it(tmp_path: Path) -> None:
     explained = explanation()
     other = explanation(rule="IF lip_y IS NOT raised THEN joy IS 1")
@@ -94,6 +97,7 @@ def test_a_half_that_says_something_else_has_its_curve(tmp_path: Path) -> None:
     assert "no emotion; left half: joy 0.50 -->" in said
 
 
+@pytest.mark.slow
 def test_of_thousands_of_rules_those_that_fire_most_have_a_row(tmp_path: Path) -> None:
     explained = explanation()
     rules, loud = explained.system.fuzzy.rules * 3000, 2017

@@ -42,6 +42,7 @@ def test_process_draws_the_take_and_the_same_take_the_same(shot: Path, tmp_path:
     assert drawn[0] == drawn[1]
 
 
+@pytest.mark.slow
 def test_the_regions_and_the_largest_weights_are_named(solved: ShotResult, tmp_path: Path) -> None:
     path = tmp_path / "take.svg"
     details = report_of(solved).details

@@ -17,6 +17,7 @@ PAINTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAINTS)
 def test_the_colour_of_the_dots_is_found(name: str) -> None:
     true = layout()
@@ -26,6 +27,7 @@ def test_the_colour_of_the_dots_is_found(name: str) -> None:
     assert len(found) == len(true) and away.max() < 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PAINTS)
 def test_a_colour_by_name_or_by_a_click_finds_these_dots_among_others(name: str) -> None:
     true = layout()

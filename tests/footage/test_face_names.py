@@ -52,6 +52,7 @@ def test_the_characters_own_dots_get_the_names_of_its_vertices(
     assert named.sum() >= len(points) - 1
 
 
+@pytest.mark.slow
 def test_another_persons_dots_get_them_too_where_some_are_hidden(points: FloatArray) -> None:
     right = wrong = shown = 0
     for seed in range(8):

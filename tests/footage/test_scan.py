@@ -2,6 +2,7 @@ from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
+import pytest
 from painted import paint, performance
 
 from usdface.footage.choose_channel import choose_model
@@ -14,6 +15,7 @@ def frame(places: np.ndarray, number: int, light: float = 1.0) -> Pixels:
     return (pixels * light).astype(np.uint8)
 
 
+@pytest.mark.slow
 def test_each_image_is_looked_at_once_and_few_are_held() -> None:
     places, _ = performance(50)
     asked: list[int] = []
@@ -34,6 +36,7 @@ def test_each_image_is_looked_at_once_and_few_are_held() -> None:
     assert len(list(found)) == 49 and sorted(done) == list(range(50))
 
 
+@pytest.mark.slow
 def test_dots_are_found_while_the_light_falls_and_an_image_is_missing() -> None:
     places, _ = performance(64)
     lights = np.linspace(1.0, 0.35, 64).tolist()

@@ -222,6 +222,7 @@ def test_one_image_is_a_film() -> None:
     assert tracks.places.shape == (1, 20, 2) and (tracks.confidence > 0.9).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("last", [35, 50])
 @pytest.mark.parametrize(("fill", "shown"), [(0.99, True), (0.87, False)])
 def test_a_dot_that_the_skin_stretches_is_shown_and_two_that_run_together_are_not(

@@ -90,6 +90,7 @@ def off_by(path: Path, folder: Path) -> float:
     return certificate.vertex_largest / certificate.diagonal
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_lines_and_steps_are_exact(tmp_path: Path, write_glb, seed: int) -> None:
     forest = Forest(seed, ["LINEAR", "STEP"])
@@ -103,6 +104,7 @@ def test_lines_and_steps_are_exact(tmp_path: Path, write_glb, seed: int) -> None
         np.testing.assert_allclose(names[clip.name].times, clip.joints.times, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5, 8))
 def test_curves_are_within_the_stated_error(tmp_path: Path, write_glb, seed: int) -> None:
     forest = Forest(seed, ["CUBICSPLINE"])

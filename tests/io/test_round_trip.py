@@ -87,6 +87,7 @@ def read_usd(path: Path) -> tuple[Rig, WeightsTake | None]:
     return rig_of_stage(stage)[0], weights_of_stage(stage)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [*range(6), *(pytest.param(k, marks=pytest.mark.slow) for k in range(6, 12))]
 )
@@ -102,6 +103,7 @@ def test_usd_to_gltf_to_usd(tmp_path: Path, seed: int) -> None:
     assert_same(one, take, other, again)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "seed", [*range(12, 18), *(pytest.param(k, marks=pytest.mark.slow) for k in range(18, 24))]
 )

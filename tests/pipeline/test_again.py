@@ -44,6 +44,7 @@ def test_bytes_do_not_depend_on_the_hash_seed(tmp_path: Path) -> None:
     assert seen[0] == seen[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strip", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_in_place_adds_layers_to_the_shot_once(tmp_path: Path, strip: bool) -> None:
     world = make_world()

@@ -21,6 +21,7 @@ def data_of(page: Path) -> dict[str, Any]:
     return json.loads(found[1])
 
 
+@pytest.mark.slow
 def test_rig_and_take_are_proposed_for(done: Done, tmp_path: Path) -> None:
     page, take = tmp_path / "bind.html", done.folder / "take.usda"
     result = make_bind_page(done.folder / "rig.usda", page, take=take)

@@ -22,6 +22,7 @@ def test_the_clock_does_not_change_the_weights(done: Done, tmp_path: Path, rate:
     np.testing.assert_allclose(*solves, atol=EXACT)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rig_unit", "up"),
     [

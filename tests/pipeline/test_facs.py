@@ -34,6 +34,7 @@ def test_the_example_is_right(capsys: pytest.CaptureFixture[str]) -> None:
     assert "sadness" in said and "criteria of the paper met" in said
 
 
+@pytest.mark.slow
 def test_faults_are_findings_in_table_and_json(
     spoilt: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

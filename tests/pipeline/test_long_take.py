@@ -57,6 +57,7 @@ def test_a_folder_that_cannot_keep_pieces_is_refused(
     assert "shot.usda is no folder" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("piece", ["estimates", "0"])
 def test_what_cannot_be_kept_fails_a_piece(
     shot: Path, capsys: pytest.CaptureFixture[str], piece: str
@@ -81,6 +82,7 @@ def test_workers_without_pieces_are_refused(shot: Path, capsys: pytest.CaptureFi
     assert "--pieces DIR" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_changed_take_is_solved_anew(shot: Path) -> None:
     run(shot, "--piece", "0-1")
     take = make_world().take

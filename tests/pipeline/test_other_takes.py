@@ -65,6 +65,7 @@ def test_a_flat_take_gives_the_weights_nearly(tmp_path: Path) -> None:
     assert np.sqrt(np.mean(error**2)) < 0.02
 
 
+@pytest.mark.slow
 def test_a_filmed_head_that_turns_gives_the_weights_nearly(tmp_path: Path) -> None:
     world, still = make_world(), make_world(head_moves=False)
     errors = {}
@@ -75,6 +76,7 @@ def test_a_filmed_head_that_turns_gives_the_weights_nearly(tmp_path: Path) -> No
     assert errors["turns"] < 1.5 * max(errors["rests"], 0.01), errors
 
 
+@pytest.mark.slow
 def test_a_film_may_lose_the_face_for_some_frames(tmp_path: Path) -> None:
     world = make_world()
     film = replace(filmed(world.take), focal_length=1300.0)

@@ -43,6 +43,7 @@ def retimed(plain: Path, folder: Path, arc: str, offset: float, scale: float) ->
     return folder / "edit.usda"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arc", ["reference", "sublayer"])
 @pytest.mark.parametrize(("offset", "scale"), [(1000.0, 1.0), (-12.5, 1.0), (100.0, 2.0)])
 def test_the_result_plays_where_the_take_does(

@@ -121,6 +121,7 @@ def full(made: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     [
@@ -213,6 +214,7 @@ def test_numbered_files_beside_one_that_is_read_count(tmp_path: Path) -> None:
     assert found == {str(tmp_path / "skin.#.png"): ["skin.1001.png", "skin.1002.png"]}
 
 
+@pytest.mark.slow
 def test_a_shot_is_made_anew_from_a_changed_binding_but_not_over_edits(place: Path) -> None:
     plan, shot = plan_in(place), place / "shots/a.usda"
     before = shot.read_bytes()

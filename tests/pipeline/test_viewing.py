@@ -140,6 +140,7 @@ def test_the_page_shows_images_of_the_footage_with_labelled_dots(
     assert all(each["image"].startswith("data:image/jpeg;base64,") for each in footage["frames"])
 
 
+@pytest.mark.slow
 def test_what_is_no_footage_of_the_take_is_refused(
     filmed_shot: Path, done: Done, tmp_path: Path
 ) -> None:

@@ -80,6 +80,7 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS)
 def test_what_is_written_is_listed(
     place: Path, capfd: pytest.CaptureFixture[str], command: str

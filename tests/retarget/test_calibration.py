@@ -67,6 +67,7 @@ def test_true_gains_solve_another_performer_like_the_character() -> None:
     assert solved_error(truth, GAINS) < 1.2 * solved_error(None, np.ones(len(NAMES)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("extremes", [pytest.param(False, marks=pytest.mark.slow), True])
 def test_where_there_is_nothing_to_calibrate_nothing_gets_worse(extremes: bool) -> None:
     same = np.ones(len(NAMES))
@@ -93,6 +94,7 @@ def test_a_shape_that_never_moves_keeps_gain_1_and_is_named() -> None:
     assert "jawOpen" in next(f.message for f in findings if f.code == "GAIN_UNSEEN")
 
 
+@pytest.mark.slow
 def test_a_neutral_that_is_not_at_rest_is_found_and_made_good() -> None:
     rest = np.zeros(len(NAMES))
     jaw = NAMES.index("jawOpen")

@@ -146,6 +146,7 @@ def test_a_take_of_weights_obeys_too(shot: Shot) -> None:
     np.testing.assert_allclose(played(bare, face=0.5).solved.weights, 0.5 * world.weights)
 
 
+@pytest.mark.slow
 def test_a_layer_over_the_shot_animates_it_and_the_command_goes_before(tmp_path: Path) -> None:
     folder = make_world().write(tmp_path, exaggeration={"face": 0.5, "mouth": 0.8})
     files = (folder / "rig.usda", folder / "take.usda", folder / "shot.usda")

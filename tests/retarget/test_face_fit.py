@@ -246,6 +246,7 @@ def test_places_are_found_of_a_moving_head_of_another_size() -> None:
     assert error(moving) < 0.8 * error(kept)
 
 
+@pytest.mark.slow
 def test_known_gains_find_the_places_of_a_rig_with_shapes_of_that_size() -> None:
     moved = other_person()
     larger = moved[0] + 1.6 * (moved - moved[0])
@@ -289,6 +290,7 @@ def other_face(positions: np.ndarray) -> np.ndarray:
     return np.asarray(other[worn] + np.tensordot(HEAD.weights, moved[:, worn], 1)) + positions
 
 
+@pytest.mark.slow
 def test_a_face_that_moves_by_its_own_proportions_is_found_to() -> None:
     positions = other_face(2e-5 * np.random.default_rng(7).normal(size=(120, MARKERS, 3)))
     fit = laid(positions, HEAD.surface)

@@ -156,6 +156,7 @@ def test_a_short_take_of_a_known_performer_is_solved_better(
     assert errors[1] < 0.85 * errors[0]
 
 
+@pytest.mark.slow
 def test_bound_markers_wear_no_face(learned: tuple[Calibration, list[Finding]]) -> None:
     take = take_of(HEAD.weights[:20], 2)
     bound = replace(SETUP, solve=replace(SETUP.solve, places="bound"))

@@ -120,6 +120,7 @@ def test_skin_that_no_blend_shape_moves_does_not_count(world: World, shot: Shot)
     assert sum(t.markers for t in after.values()) == sum(t.markers for t in before.values()) - 1
 
 
+@pytest.mark.slow
 def test_an_image_has_two_axes(world: World, shot: Shot) -> None:
     flat = shot_of(replace(world, take=camera_pixels(make_world(head_moves=False).take)))
     for region, travel in travels(flat).items():

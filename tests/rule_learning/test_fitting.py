@@ -34,6 +34,7 @@ def fitted(folder: Path):
     )
 
 
+@pytest.mark.slow
 def test_what_was_labelled_is_heard_in_the_recording_that_was_left_out(fitted):
     result, fit = fitted, fitted.value
     assert fit.system.emotions == tuple(dict.fromkeys(emotion for emotion, _ in SHOWN))
@@ -112,12 +113,14 @@ def test_an_emotion_without_a_pose_is_named_when_the_shot_is_made(fitted, folder
     assert "joy" not in unknown
 
 
+@pytest.mark.slow
 def test_the_same_takes_give_the_same_bytes(fitted, folder, tmp_path):
     args = folder / "rig.usda", tmp_path / "again.usda"
     fit_fuzzy(*args, bind=folder / "bind.json", labels=folder / "labels.csv")
     assert (tmp_path / "again.usda").read_bytes() == (folder / "fitted.usda").read_bytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("space", "paper"),
     [
@@ -175,6 +178,7 @@ def test_the_papers_way_works_on_the_rigs_poses(folder, tmp_path):
         fit_fuzzy(rig, tmp_path / "x.fis", options=FitOptions(space="take"), bind=bind)
 
 
+@pytest.mark.slow
 def test_a_marker_that_a_take_lacks_is_not_relied_on(folder, tmp_path):
     """Renamed in the binding, it is missing from all takes: the rest must do."""
     bind = json.loads((folder / "bind.json").read_text())

@@ -62,6 +62,7 @@ def test_an_empty_stage_is_not_too_late() -> None:
     succeeds("from pxr import Usd; stage = Usd.Stage.CreateInMemory()\n" + REGISTER + KNOWN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "earlier",
     [

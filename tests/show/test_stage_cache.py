@@ -90,6 +90,7 @@ def test_nothing_changed_nothing_computed(place: Path) -> None:
     assert stages(place) == ""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "old", "new"),
     [
@@ -108,6 +109,7 @@ def test_an_input_of_the_solve_computes_both(place: Path, name: str, old: str, n
     assert stages(place) in (f"{again} express", again)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new"),
     [
@@ -123,6 +125,7 @@ def test_an_input_of_the_correction_computes_that_alone(place: Path, old: str, n
     assert stages(place) == "express"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "wanted"),
     [
@@ -178,6 +181,7 @@ def test_another_character_shares_the_cleaned_take_with_the_bytes_of_its_own_cle
     assert stages(folder).startswith("solve clean")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new"),
     [
@@ -205,6 +209,7 @@ def test_another_character_shares_the_cleaned_take_of_markers_that_it_binds(plac
     assert used["clean"] == "computed"
 
 
+@pytest.mark.slow
 def test_damaged_files_are_computed_anew(place: Path) -> None:
     for file in (place / "cache").iterdir():
         data = bytearray(file.read_bytes())

@@ -55,6 +55,7 @@ def test_any_changed_word_is_a_system_or_an_error(tmp_path, suffix):
     assert refused > 20
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".fis", ".fcl", ".fll"])
 @pytest.mark.parametrize("name", ["mamdani", pytest.param("default", marks=pytest.mark.slow)])
 def test_any_splice_into_a_file_is_a_system_or_an_error(tmp_path, suffix, name):

@@ -65,6 +65,7 @@ def comes_back(tmp_path, system, suffix):
     np.testing.assert_array_equal(one.firing, other.firing)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", [".fcl", ".fll", ".usdc"])
 def test_any_system_comes_back(tmp_path, suffix):
     @ANY

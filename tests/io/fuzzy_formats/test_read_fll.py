@@ -119,6 +119,7 @@ def test_the_weighted_sum_too(judge):
     judge(sugeno("min", "max", normalisation="weighted_sum"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("defuzzifier", "implication", "aggregation"),
     [
@@ -132,6 +133,7 @@ def test_and_our_mamdani_systems(judge, defuzzifier, implication, aggregation):
     judge(mamdani(defuzzifier=defuzzifier, implication=implication, aggregation=aggregation), 1e-9)
 
 
+@pytest.mark.slow
 def test_a_bisector_halves_the_area_as_pyfuzzylites_does_up_to_its_steps(tmp_path):
     system = mamdani(defuzzifier="bisector", samples=500)
     inputs = np.random.default_rng(0).uniform(-1.5, 1.5, (20, 3))

@@ -216,6 +216,7 @@ def test_images_of_another_size_are_refused(copied: Path) -> None:
         codes(copied)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dots", ["blue", "1000,10", "gren"])
 def test_dots_of_a_colour_that_is_not_there_are_refused(
     film: tuple[Path, FloatArray], dots: str
@@ -237,6 +238,7 @@ def test_options_of_other_formats_are_refused(film: tuple[Path, FloatArray]) -> 
         read_take("examples/performance.trc", options=TakeOptions(dots="green"))
 
 
+@pytest.mark.slow
 def test_the_command_writes_take_sheet_and_report(
     film: tuple[Path, FloatArray], tmp_path: Path
 ) -> None:

@@ -98,6 +98,7 @@ def test_what_is_no_take_is_refused(tmp_path):
         read_take(tmp_path / "a.c3d")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "text"),
     [

@@ -34,6 +34,7 @@ def with_clock(place: Path, name: str, clock: str) -> Path:
     return place / f"x_{name}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clock", ["inf", "-inf", "nan", "0", "-24"])
 @pytest.mark.parametrize("name", PLACES)
 def test_what_is_no_clock_is_refused(place: Path, name: str, clock: str) -> None:

@@ -136,6 +136,7 @@ def test_muted_it_stands_still_again(tmp_path: Path) -> None:
     np.testing.assert_array_equal(to_world(skel_root(stage), 20.0), np.eye(4))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_gltf_shows_the_head_moving(tmp_path: Path, kind: str) -> None:
     """Brought back to USD it shows what the result shows; written beside or exported."""
@@ -157,6 +158,7 @@ def test_gltf_shows_the_head_moving(tmp_path: Path, kind: str) -> None:
         np.testing.assert_allclose(found, expected, atol=2e-6)
 
 
+@pytest.mark.slow
 def test_the_head_stays_where_it_is_told_to(tmp_path: Path) -> None:
     for folder, flags, bind in (
         ("flag", ("--no-head",), {}),
@@ -302,6 +304,7 @@ def test_muted_or_again_the_joint_is_as_it_was(tmp_path: Path) -> None:
     assert layer.read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_host_sees_the_head_move_and_may_apply_again(tmp_path: Path, kind: str) -> None:
     world = jointed(make_world()) if kind == "joints" else make_world()

@@ -25,6 +25,7 @@ def said(tmp_path: Path, where: str, text: str) -> dict[str, str]:
     return {f.where: f.message for f in findings if f.code == "SETTING_UNREAD"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("where", "text", "place", "message"),
     [

@@ -128,6 +128,7 @@ def pin(shot: Path, samples: dict[str, dict[float, float]]) -> None:
 FRAME = 13
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", ["take", "frame"])
 def test_a_pin_survives_the_solve_and_the_expressions(
     world: World, tmp_path: Path, mode: str

@@ -50,6 +50,7 @@ def test_text_that_is_nested_too_deeply(tmp_path: Path, capfd: pytest.CaptureFix
     assert capfd.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_references_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for n in range(9):
         named = "".join(f'def "c{k}" (references = @{n + 1}.usda@</a>) {{}}\n' for k in range(10))
@@ -80,6 +81,7 @@ def test_the_layer_that_is_damaged_is_named(tmp_path: Path) -> None:
         open_stage(cut)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clock", ["0", "-24", "inf", "nan"])
 def test_a_clock_that_does_not_run(tmp_path: Path, clock: str) -> None:
     (tmp_path / "a.usda").write_text(f"#usda 1.0\n(\n timeCodesPerSecond = {clock}\n)\n")
@@ -99,6 +101,7 @@ def test_a_file_is_tried_once(tmp_path: Path, asked: list[str]) -> None:
     assert asked == ["root.usda", "root.usda"]
 
 
+@pytest.mark.slow
 def test_a_refused_file_is_not_tried_again_at_once(
     tmp_path: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

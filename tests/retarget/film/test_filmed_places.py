@@ -53,6 +53,7 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [0.0, 20.0])
 def test_markers_beside_their_vertices_are_found(degrees: float) -> None:
     head = solved(film(SHIFTS, degrees, noise=0.2))
@@ -77,6 +78,7 @@ def test_a_mesh_of_points_stays_on_its_vertices(monkeypatch: pytest.MonkeyPatch)
     assert not solved(film(SHIFTS, 20.0)).shifts.any()
 
 
+@pytest.mark.slow
 def test_hidden_markers_are_found_where_they_show() -> None:
     take = film(SHIFTS, 20.0, noise=0.2)
     positions = take.positions.copy()
@@ -86,6 +88,7 @@ def test_hidden_markers_are_found_where_they_show() -> None:
     assert rms(head.shifts - SHIFTS) < 0.4 * rms(SHIFTS)
 
 
+@pytest.mark.slow
 def test_markers_that_are_not_filmed_stay_on_their_vertices() -> None:
     take = film(SHIFTS, 20.0, noise=0.2)
     kept = np.delete(np.arange(len(NAMES)), [4, 11])
