@@ -71,15 +71,10 @@ def markers(
     return MarkerTake(tuple(own), TIMES, moved, 60.0)
 
 
-def result(
-    take: MarkerTake,
-    *,
-    mesh: Mesh | None = None,
-    pins: Sequence[Pin] = (),
-    options: ProcessOptions = ProcessOptions(express=False),
-    **settings: object,
-) -> ShotResult:
-    """Retarget a take to the face of slits, without an expression layer."""
+def shot_of(
+    take: MarkerTake, mesh: Mesh | None = None, pins: Sequence[Pin] = (), **settings: object
+) -> Shot:
+    """Return a shot of a take on the face of slits."""
     mesh = mesh or slit_face()
     places: Mapping[str, int] = slit_markers(mesh)
     binding = Binding(take.names, np.array([places[name] for name in take.names]), "Face")
@@ -92,4 +87,16 @@ def result(
     )
     setup = replace(setup, **settings)
     face = BoundFace(mesh, (), np.zeros(0, int)).with_layout(())
-    return retarget(Shot(Rig("Face", (mesh,)), take, setup, layout=face.layout), options=options)
+    return Shot(Rig("Face", (mesh,)), take, setup, layout=face.layout)
+
+
+def result(
+    take: MarkerTake,
+    *,
+    mesh: Mesh | None = None,
+    pins: Sequence[Pin] = (),
+    options: ProcessOptions = ProcessOptions(express=False),
+    **settings: object,
+) -> ShotResult:
+    """Retarget a take to the face of slits, without an expression layer."""
+    return retarget(shot_of(take, mesh, pins, **settings), options=options)

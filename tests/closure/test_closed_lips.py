@@ -1,6 +1,7 @@
 """Lips that touch on the performer and were solved open."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from closing_world import TIMES, markers, performance, result
@@ -9,27 +10,32 @@ from slits import slit_face
 from usdface.closure.closed_lips import close_lips
 from usdface.closure.lip_contact import lip_gaps_of
 from usdface.options import ProcessOptions
+from usdface.shot import ShotResult
 
 MESH = slit_face()
 NAMES = MESH.shape_names
 OPEN = 0.3 * np.clip(np.sin(2 * np.pi * TIMES), 0, None)
-SPEAKING = result(
-    markers(MESH, performance(NAMES, jawOpen=OPEN)),
-    options=ProcessOptions(express=False, closure=False),
-)
 FREE = np.zeros((len(TIMES), len(NAMES)))
+
+
+@cache
+def speaking() -> ShotResult:
+    return result(
+        markers(MESH, performance(NAMES, jawOpen=OPEN)),
+        options=ProcessOptions(express=False, closure=False),
+    )
 
 
 def left_open(by: float) -> np.ndarray:
     """Return the solved weights with a jaw that is open too far."""
-    weights = SPEAKING.solved.weights.copy()
+    weights = speaking().solved.weights.copy()
     weights[:, NAMES.index("jawOpen")] += by
     return weights
 
 
 def test_lips_that_touch_are_brought_together_and_open_ones_are_left() -> None:
-    face, solution = SPEAKING.shot.face, SPEAKING.solution
-    wrong = replace(SPEAKING.solved, weights=left_open(0.12))
+    face, solution = speaking().shot.face, speaking().solution
+    wrong = replace(speaking().solved, weights=left_open(0.12))
     assert solution is not None
     closed = close_lips(face, wrong, wrong.weights, solution, FREE)
     gaps = lip_gaps_of(face, NAMES)
@@ -47,17 +53,17 @@ def test_lips_that_touch_are_brought_together_and_open_ones_are_left() -> None:
 
 
 def test_a_solve_that_the_markers_agree_with_stays() -> None:
-    solution = SPEAKING.solution
+    solution = speaking().solution
     assert solution is not None
-    solved = SPEAKING.solved
-    closed = close_lips(SPEAKING.shot.face, solved, solved.weights, solution, FREE)
+    solved = speaking().solved
+    closed = close_lips(speaking().shot.face, solved, solved.weights, solution, FREE)
     assert closed is not None and not closed.findings
     np.testing.assert_array_equal(closed.weights, solved.weights)
 
 
 def test_pinned_frames_stay() -> None:
-    face, solution = SPEAKING.shot.face, SPEAKING.solution
-    wrong = replace(SPEAKING.solved, weights=left_open(0.12))
+    face, solution = speaking().shot.face, speaking().solution
+    wrong = replace(speaking().solved, weights=left_open(0.12))
     pinned = FREE.copy()
     pinned[40:60, NAMES.index("jawOpen")] = 1.0
     assert solution is not None

@@ -1,7 +1,7 @@
 """Solved lids: known weights, known openings."""
 
 import numpy as np
-from closing_world import TIMES, markers, performance, result
+from closing_world import TIMES, markers, performance, shot_of
 from slits import slit_face
 
 from usdface.closure.lid_gaps import lid_gaps_of
@@ -10,7 +10,7 @@ from usdface.takes import WeightsTake
 
 MESH = slit_face()
 NAMES = MESH.shape_names
-FACE = result(markers(MESH, performance(NAMES))).shot.face
+FACE = shot_of(markers(MESH, performance(NAMES))).face
 GAPS = lid_gaps_of(FACE, NAMES)
 
 
