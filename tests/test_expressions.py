@@ -20,6 +20,9 @@ from face_answers import (
 from face_answers import weak_expressions as weak
 from faces import FACES, Face, make_face
 
+from usdface.io.expressions_file import read_expressions_file
+
+EXPRESSIONS = Path(__file__).resolve().parents[1] / "examples" / "expressions"
 # Both halves of a smile are joy, those of a wrinkled nose disgust: units 12 and 9 of FACS. Half of
 # that nose is on ICT, and much of MakeHuman's mouth, which has few blend shapes.
 ALONE = {"mouthSmile": "joy", "noseSneer": "disgust"}
@@ -60,6 +63,24 @@ def test_an_expression_is_heard_as_loud_as_it_is(face: tuple[str, Face]) -> None
         assert heard.error <= 0.1, emotion
         assert heard.fall <= 0.05, emotion
         assert heard.rest <= 0.02, emotion
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "files"), [("ict41", ("vrm",)), ("makehuman", ("contempt", "plutchik"))]
+)
+def test_a_smile_is_joy_beside_expressions_that_contain_most_of_it(
+    shared_data: Path, kind: str, files: tuple[str, ...]
+) -> None:
+    given = {
+        name: pose
+        for file in files
+        for name, pose in read_expressions_file(EXPRESSIONS / f"{file}.json").items()
+    }
+    joy = sweep(make_face(kind, shared_data, given))["joy"]
+    assert joy.right == 1.0
+    # Their rules share the smile.
+    assert joy.error <= 0.45
 
 
 @pytest.mark.slow

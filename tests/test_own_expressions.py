@@ -59,14 +59,7 @@ def own_shot(folder, face, file):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        "contempt",
-        pytest.param("plutchik", marks=pytest.mark.slow),
-        pytest.param("vrm", marks=pytest.mark.slow),
-    ],
-)
+@pytest.mark.parametrize("name", ["contempt", "plutchik", "vrm"])
 def test_emotions_of_a_file_are_designed_heard_explained_and_corrected(
     tmp_path, face, name, capsys
 ):

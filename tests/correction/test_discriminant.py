@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import multivariate_normal
 
-from usdface.correction.discriminant import fisher_discriminant
+from usdface.correction.discriminant import fisher_discriminant, with_room_for_wider_classes
 
 RNG = np.random.default_rng(0)
 CLASSES = np.repeat(np.arange(3), 4000)
@@ -38,3 +38,21 @@ def test_fewer_examples_than_features_give_the_same():
     ]
     ratio = np.ptp(scores[1]) / np.ptp(scores[0])
     np.testing.assert_allclose(scores[1], ratio * scores[0], rtol=1e-9)
+
+
+def test_a_narrow_class_leaves_room_for_the_typical_member_of_a_wide_one():
+    wide = RNG.standard_normal((4000, 2)) * [2.0, 0.5]
+    narrow = [1.2, 0.0] + 0.1 * RNG.standard_normal((4000, 2))
+    classes = np.repeat([0, 1], 4000)
+    members = np.array([[0.9, 0.0], [1.2, 0.0]])
+    found = fisher_discriminant(np.concatenate([wide, narrow]), classes, 0.0)
+    assert found.scores(members)[0].argmax() == 1
+    made = with_room_for_wider_classes(found, members, np.array([False, True]), 7.0)
+    scores = made.scores(members)
+    # The boundary is midway between the two members.
+    np.testing.assert_allclose(np.diff(scores[0]), -np.diff(scores[1]))
+    assert (scores.argmax(axis=1) == [0, 1]).all()
+    # Neither a wide class nor one that is far enough behind gives way.
+    for flags, lead in (([True, False], 7.0), ([False, False], 7.0), ([False, True], -99.0)):
+        same = with_room_for_wider_classes(found, members, np.array(flags), lead)
+        np.testing.assert_array_equal(same.offsets, found.offsets)

@@ -1,12 +1,12 @@
 """A linear discriminant of classes with one covariance (Fisher 1936), shrunk towards a sphere."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["Discriminant", "fisher_discriminant"]
+__all__ = ["Discriminant", "fisher_discriminant", "with_room_for_wider_classes"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,3 +45,31 @@ def fisher_discriminant(features: FloatArray, classes: IntArray, shrinkage: floa
         covariance = rest.T @ rest + sphere * np.eye(rest.shape[1])
         directions = np.linalg.solve(covariance, means.T)
     return Discriminant(directions, -0.5 * np.einsum("ki,ik->k", means, directions))
+
+
+def with_room_for_wider_classes(
+    discriminant: Discriminant, members: FloatArray, narrow: BoolArray, lead: float
+) -> Discriminant:
+    """Lower the offsets of narrow classes that win over a typical member of another class.
+
+    One covariance for all is too small for a class of many kinds of examples and too large for one
+    of few: the boundary between the two lies too far on the side of the first. It is moved to the
+    middle between their typical members, or less far if that member leads by `lead` before.
+
+    Parameters
+    ----------
+    discriminant : Discriminant
+        Of K classes.
+    members : (E, I) float64
+        A typical member of each of the first E classes.
+    narrow : (E,) bool
+        Classes of few kinds of examples; the others keep their offsets.
+    lead : float
+        Log odds.
+    """
+    scores = discriminant.scores(members)[:, : len(members)]
+    ahead = np.diagonal(scores)[:, None] - scores
+    lowered = np.clip(np.minimum(lead - ahead, (ahead.T - ahead) / 2.0), 0.0, None)
+    offsets = discriminant.offsets.copy()
+    offsets[: len(members)] -= np.where(narrow, lowered.max(axis=0, initial=0.0), 0.0)
+    return replace(discriminant, offsets=offsets)

@@ -15,11 +15,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.correction.discriminant import Discriminant, fisher_discriminant
+from usdface.correction.discriminant import (
+    Discriminant,
+    fisher_discriminant,
+    with_room_for_wider_classes,
+)
 from usdface.correction.synthetic_faces import synthetic_faces, weights_without_emotion
 from usdface.face.both_halves import shown_by_both_halves
 from usdface.face.bound_face import BoundFace
 from usdface.face.drawn_expressions import DRAWN
+from usdface.face.expression_poses import EMOTIONS
 from usdface.face.mirror import Side, half_weights
 from usdface.face.symmetry import symmetric_pairs
 from usdface.retarget_setup import Expression
@@ -119,9 +124,14 @@ class ExpressionLikeness:
         self._rivals |= [[shown_by_both_halves(face, e)] for e in expressions]
         made = synthetic_faces(face, expressions, shown, drawn=drawn, rigs=rigs)
         faces = [_directions(each) for each in made]
+        own = _directions(poses)
         nothing = _directions(shown(weights_without_emotion(face.shape_names)))
-        meaning = (nothing @ _directions(poses).T).max(axis=1, initial=0.0) >= _SAME
-        self._discriminant = _designed([*faces, nothing[~meaning]])
+        meaning = (nothing @ own.T).max(axis=1, initial=0.0) >= _SAME
+        # Of expressions beyond the six no drawing is known: all examples are like the pose.
+        narrow = np.array([e.name not in EMOTIONS for e in expressions], dtype=bool)
+        self._discriminant = with_room_for_wider_classes(
+            _designed([*faces, nothing[~meaning]]), own, narrow, _AHEAD[1]
+        )
         middle = np.array([each.mean(axis=0) for each in faces])
         sizes = np.einsum("ei,ei->e", poses, middle)
         self._along = (middle / np.maximum(sizes, 1e-12)[:, None]).T
