@@ -63,7 +63,6 @@ def sequence(folder: Path, *options: str) -> tuple[int, dict[str, dict[str, obje
     return status, {row["name"]: row for row in rows}
 
 
-@pytest.mark.slow
 def test_the_sequence_goes_on_and_the_table_says_why(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
