@@ -220,6 +220,7 @@ def test_nothing_is_found_on_files_that_are_right(right: Path) -> None:
     assert len(found) == 6 and not any(found.values()), found
 
 
+@pytest.mark.slow
 def test_nothing_is_found_on_the_valid_conversion_cases_and_what_becomes_of_them(
     shared_data: Path, tmp_path: Path
 ) -> None:

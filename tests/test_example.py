@@ -80,6 +80,7 @@ def test_right_mirrors_left_and_the_others_mirror_themselves(name, moves, base):
     )
 
 
+@pytest.mark.slow
 def test_brows_and_eyes_are_mirror_images_with_their_shapes(rig):
     for part in ("brow", "eye"):
         left, right = rig.mesh(f"{part}_left"), rig.mesh(f"{part}_right")

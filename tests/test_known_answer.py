@@ -137,6 +137,7 @@ WHOLE = pytest.param(slice(None), marks=pytest.mark.slow, id="whole take")
 LENGTHS = pytest.mark.parametrize("frames", [pytest.param(SHORT, id="20 seconds"), WHOLE])
 
 
+@pytest.mark.slow
 @LENGTHS
 @pytest.mark.parametrize(
     ("head", "bound"),
@@ -186,6 +187,7 @@ def landmark_rig(truth: Truth) -> Rig:
     return Rig("landmarks", (mesh,))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rate", "rig_unit", "rig_up", "take_unit", "take_up"),
     [

@@ -58,13 +58,14 @@ def errors(
 
 
 # The vertices of the example's head are 6 % apart.
+@pytest.mark.slow
 @pytest.mark.parametrize(("head", "most"), [("ict", 0.04), ("makehuman", 0.04), ("example", 0.055)])
 @pytest.mark.parametrize(
     ("file", "marker_set"),
     [
         ("Jaw.c3d", "animface"),
         ("Eyebrows.trc", "animface"),
-        pytest.param("Jaw.c3d", "camel", marks=pytest.mark.slow),
+        ("Jaw.c3d", "camel"),
     ],
 )
 def test_named_markers_land_where_a_person_puts_them(

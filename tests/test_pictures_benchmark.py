@@ -29,6 +29,7 @@ def test_lashes_and_tear_film_are_not_drawn(dressed: Rig) -> None:
     assert shown.triangles.max() == 24590  # the last vertex of the eyeballs
 
 
+@pytest.mark.slow
 def test_eyes_are_seen_while_they_are_open(dressed: Rig) -> None:
     names = ("eyeBlink_L", "eyeBlink_R")
     view = face_view(dressed, (250, 280))

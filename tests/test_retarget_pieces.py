@@ -128,6 +128,7 @@ def test_cuts_cover_the_take_and_do_not_part_a_block(solved: Solved) -> None:
         assert set(range(neutral[0], neutral[1] + 1)) <= set(sample.tolist())
 
 
+@pytest.mark.slow
 def test_what_is_not_solved_in_pieces_is_refused(solved: Solved) -> None:
     weights = WeightsTake(("jawOpen",), np.arange(9.0), np.zeros((9, 1)))
     with pytest.raises(InputError, match="as a whole"):

@@ -29,6 +29,7 @@ LONG = "robotexpressive/RobotExpressive.glb"  # 14 clips of 43 joints
 FILES = [path.relative_to(HERE).as_posix() for path in sources(HERE)] or ["none"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=pytest.mark.slow) if n == LONG else n for n in FILES]
 )

@@ -143,6 +143,7 @@ def around(place: Place) -> Place:
     return place
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("case", "option", "suffix", "tried"), list(outputs()))
 def test_no_output_takes_the_place_of_a_file_that_is_read(
     around: Place,

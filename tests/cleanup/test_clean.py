@@ -43,6 +43,7 @@ def test_a_clean_take_is_not_touched(real: MarkerTake) -> None:
     assert clean(real).take is real
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 3e-4])
 def test_swaps_and_spikes_are_found_and_nothing_else_is_touched(
     real: MarkerTake, noise: float
@@ -102,6 +103,7 @@ def test_gaps_come_back(shared_data: Path, frames: int, bound: float) -> None:
     assert np.mean(errors) <= bound
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [1e-6, 3e-4, 1e-3])
 def test_a_known_answer_raises_no_false_alarm(shared_data: Path, noise: float) -> None:
     """Real weight curves at 30 Hz on the ICT face, 68 landmarks, with its own jumps and blinks."""

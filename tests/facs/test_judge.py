@@ -70,6 +70,7 @@ def test_faults_of_the_example_are_named_and_nothing_else(head: Rig) -> None:
     }
 
 
+@pytest.mark.slow
 def test_faults_of_ict_are_named_and_nothing_else(ict: Rig) -> None:
     swap = ("mouthFrown_L", "mouthStretch_L")
     assert wrong(spoilt(ict, swap, "noseSneer_R", "jawForward")) == {

@@ -66,6 +66,7 @@ def test_the_exported_face_plays_what_process_computes(maya: Maya, folder: Path)
     assert "40 frames, verdict: " in maya.messages[0]
 
 
+@pytest.mark.slow
 def test_options_are_strings_and_have_an_effect(maya: Maya, folder: Path) -> None:
     plain, raw, softer = (exported(folder) for _ in range(3))
     assert maya.export(plain, options(folder))

@@ -53,6 +53,7 @@ def solved_error(calibration: Calibration | None, gains: FloatArray, world: Worl
     return float(np.sqrt(np.mean((weights.weights - world.weights) ** 2)))
 
 
+@pytest.mark.slow
 def test_a_range_of_motion_gives_the_gains_and_a_better_solve_of_another_take() -> None:
     found, _ = calibrate(performance(range_of_motion(), GAINS), FACE, SETUP, extremes=True)
     assert found.calibration.shapes == NAMES

@@ -210,6 +210,7 @@ def test_occluded_markers_break_nothing(found: Solution) -> None:
     assert rms(hidden.weights.weights - found.weights.weights) < error(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "case", ["take", "character", pytest.param("both", marks=pytest.mark.slow)]
 )
@@ -231,6 +232,7 @@ def scaled(size: float) -> Head:
     return replace(HEAD, mesh=replace(HEAD.mesh, points=size * HEAD.mesh.points, shapes=shapes))
 
 
+@pytest.mark.slow
 def test_places_are_found_of_a_moving_head_of_another_size() -> None:
     """With the pose solved as well: the performer nods, and is a tenth larger."""
     angle = np.radians(6) * np.sin(np.linspace(0, 7, len(HEAD.weights)) * (HEAD.times > 0.3))

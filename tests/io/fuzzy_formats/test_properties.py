@@ -76,6 +76,7 @@ def test_any_system_comes_back(tmp_path, suffix):
     check()
 
 
+@pytest.mark.slow
 def test_any_system_of_matlabs_comes_back_from_fis(tmp_path):
     @ANY
     @given(systems(plain=True))

@@ -160,6 +160,7 @@ def real_files(shared_data: Path) -> list[Path]:
     return sorted(found)
 
 
+@pytest.mark.slow
 def test_real_files_survive_being_rewritten(
     shared_data: Path, tmp_path: Path, validate_gltf
 ) -> None:

@@ -353,6 +353,7 @@ def test_the_dots_of_a_movie_are_looked_for_after_its_slate(
     assert not np.isnan(take.positions[12:]).any()
 
 
+@pytest.mark.slow
 def test_a_photograph_of_a_face_with_21_dots() -> None:
     photograph = SHARED / "marked_photo" / "jc.jpg"
     if not photograph.exists():

@@ -22,6 +22,7 @@ REACH = 45.0
 CENTRE_ERROR = 0.15  # px, RMS of each coordinate
 
 
+@pytest.mark.slow
 def test_dots_of_a_warped_photograph_are_followed(tmp_path: Path) -> None:
     if not PHOTOGRAPH.exists():
         pytest.skip("needs ../shared/data/marked_photo")

@@ -118,6 +118,7 @@ def test_a_damaged_ply_is_one_clear_line(tmp_path, data):
         read_shape_folder(tmp_path, METRES)
 
 
+@pytest.mark.slow
 def test_a_folder_of_real_scans_keeps_quads_and_order(shared_data):
     folder = shared_data / "ict_facekit"
     rig, findings = read_shape_folder(folder, RigOptions())

@@ -192,6 +192,7 @@ def test_only_meshes_below_the_named_prim_are_read(face_rig, tmp_path):
             rig_of_stage(stage, wrong)
 
 
+@pytest.mark.slow
 def test_a_real_face_comes_back(shared_data, tmp_path):
     packed = np.load(shared_data / "ict_facekit" / "ict_expressions.npz")
     names = [str(name) for name in packed["shapes"]][:53]

@@ -61,6 +61,7 @@ print(json.dumps([
 TYPES = {"Error": "error", "Warn": "warning", "Info": "info"}
 
 
+@pytest.mark.slow
 @usd_validators.needed
 @pytest.mark.parametrize("way", ["plugin path", "import"])
 def test_usd_validation_finds_what_our_check_finds(way, tmp_path):
