@@ -60,6 +60,7 @@ def test_a_calibrated_shot_gives_the_character_its_own_range(face: Path) -> None
     )  # what goes beyond the character's the take itself tells
 
 
+@pytest.mark.slow
 def test_the_same_take_gives_the_same_bytes(face: Path) -> None:
     one, two = face / "one.json", face / "two.json"
     calibrate(face / "s.usda", one)

@@ -68,6 +68,7 @@ def test_it_can_be_left_out(world: World, tmp_path: Path) -> None:
     assert error(root, world) > 0.05
 
 
+@pytest.mark.slow
 def test_a_host_gets_the_repairs_too(world: World, tmp_path: Path) -> None:
     processed(world, tmp_path)
     stage = Usd.Stage.Open(str(tmp_path / "shot.usda"))

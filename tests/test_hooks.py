@@ -155,6 +155,7 @@ def fail(value, *rest):
 """
 
 
+@pytest.mark.slow
 def test_the_layers_hold_what_the_hooks_made(install: Install, shot: Path) -> None:
     plain = process(shot)
     solved = plain.value.solved

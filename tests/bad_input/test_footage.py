@@ -117,6 +117,7 @@ def codes_of(place: Place, images: Path) -> list[str]:
     return [each["code"] for each in json.loads((place / "x.json").read_text())["findings"]]
 
 
+@pytest.mark.slow
 def test_cuts_and_missing_images_are_findings(place: Place, places: FloatArray) -> None:
     film(place, np.concatenate([places, 0.45 * places + (150.0, 120.0)]))
     (place / "face.0002.png").unlink()

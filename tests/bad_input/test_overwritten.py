@@ -219,6 +219,7 @@ def test_two_outputs_are_two_files(around: Place, refused: Refused) -> None:
         assert "is the same file as the output" in refused(both)
 
 
+@pytest.mark.slow
 def test_a_result_that_another_layer_reads_is_an_input(place: Place, refused: Refused) -> None:
     """Processed in place, a shot may be processed again; what others made of it stays."""
     assert main(["process", str(place / "shot.usda"), "--in-place"]) == 0

@@ -59,6 +59,7 @@ def test_a_face_without_lips_or_lids_reveals_none() -> None:
     assert find_landmarks(face_surface(make_world().rig.face())) is None
 
 
+@pytest.mark.slow
 def test_landmarks_are_those_of_the_ict_model(shared_data: Path) -> None:
     mesh = ict_mesh(shared_data)
     found = find_landmarks(face_surface(mesh))

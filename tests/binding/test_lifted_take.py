@@ -117,6 +117,7 @@ def test_markers_whose_names_tell_no_place_need_a_vertex(
         lifted_take(replace(take, names=tuple("abcdefg")), surface)
 
 
+@pytest.mark.slow
 def test_filmed_landmarks_are_placed_by_their_names(
     surface: FaceSurface, landmarks: FaceLandmarks
 ) -> None:

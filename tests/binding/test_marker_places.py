@@ -87,6 +87,7 @@ def test_no_marker_is_asked_for_on_lashes() -> None:
     assert marker_places(mesh, NONE, count=10, noise=3e-4).vertices.max() < len(MESH.points)
 
 
+@pytest.mark.slow
 def test_markers_on_a_real_head_are_asked_for_on_its_face(shared_data: Path) -> None:
     """Not on the back of the head, the neck, the ears, the eyes or the teeth."""
     mesh = ict_mesh(shared_data)
@@ -218,6 +219,7 @@ def test_one_vertex_far_off_changes_neither_the_advice_nor_what_it_takes(
     assert taken < 60e6
 
 
+@pytest.mark.slow
 def test_places_of_a_dense_skin_take_memory_with_its_size() -> None:
     """Not with the pairs of places that are near each other, which are some hundred million."""
     size = 250

@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from worlds import make_world
 
 from usdface.binding.candidates import candidate_vertices
@@ -36,6 +37,7 @@ def test_names_say_which_way_up_the_search_starts() -> None:
     assert {upright(linear) for linear in told} == {True} and len(told) >= len(free) / 3
 
 
+@pytest.mark.slow
 def test_a_face_in_any_pose_is_found_by_its_names_too() -> None:
     """The performer lies on the floor; what is higher by name is higher on the face."""
     lying = np.array([[1.0, 0, 0], [0, 0, 1], [0, -1, 0]])

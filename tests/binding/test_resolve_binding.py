@@ -141,6 +141,7 @@ def test_peak_frames_can_be_named_or_looked_for(folder: Path, world: World) -> N
     assert away[frames[0]] > 0.7 * away.max()
 
 
+@pytest.mark.slow
 def test_places_are_proposed_by_the_peak_frames_that_are_named(folder: Path, world: World) -> None:
     some = dict(list(world.bind["markers"].items())[:6])
     (folder / "some.json").write_text(json.dumps(world.bind | {"markers": some, "peaks": [35, 20]}))

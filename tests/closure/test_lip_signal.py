@@ -1,6 +1,7 @@
 """How far apart markers show the performer's lips."""
 
 import numpy as np
+import pytest
 from closing_world import TIMES, markers, performance, result, slit_markers
 from slits import slit_face
 
@@ -37,6 +38,7 @@ def test_they_are_as_far_apart_as_the_jaw_opens() -> None:
     np.testing.assert_allclose(distances.seen, distances.shown, atol=0.0006)
 
 
+@pytest.mark.slow
 def test_a_pair_that_does_not_open_with_the_mouth_is_not_believed() -> None:
     take = markers(MESH, performance(NAMES, jawOpen=OPEN))
     positions = take.positions.copy()

@@ -10,6 +10,7 @@ from usdface.rule_learning.cross_validation import Validation, cross_validate
 from usdface.rule_learning.learned_system import fit_system
 
 
+@pytest.mark.slow
 def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:
     examples = make_examples({("joy", ""): RULES["joy", ""]}, takes=2)
     system = fit_system(examples).system
@@ -20,6 +21,7 @@ def test_the_same_system_gives_the_same_picture(tmp_path: Path) -> None:
     assert one.read_bytes() == other.read_bytes()
 
 
+@pytest.mark.slow
 def test_only_what_was_tested_has_a_row(tmp_path: Path) -> None:
     system = fit_system(make_examples()).system
     counts = np.array([[2, 1, 0], [0, 0, 0], [0, 0, 3]])

@@ -43,6 +43,7 @@ def test_a_slanted_dot_is_an_ellipse() -> None:
     assert np.allclose(found.fills, 1.0, atol=0.08)
 
 
+@pytest.mark.slow
 def test_two_dots_that_run_into_each_other_in_a_soft_image_are_two() -> None:
     true = layout()
     true[1] = true[0] + (11.0, 3.0)  # 11 px apart, 10 px across

@@ -40,6 +40,7 @@ def outdated(folder: Path, options: ProcessOptions, **places: Path) -> list[str]
     return [f.where for f in found if f.code == "GLTF_OUTDATED"]
 
 
+@pytest.mark.slow
 def test_one_run_is_one_generation(folder: Path) -> None:
     assert mixed(folder / "shot.usdface.usda", folder / "face.glb") == []
     assert outdated(folder, ProcessOptions()) == []  # the same again
@@ -76,6 +77,7 @@ def test_export_of_a_result_is_of_its_generation(folder: Path) -> None:
     assert gltf_generation(folder / "rig.glb") is None
 
 
+@pytest.mark.slow
 def test_layers_that_were_added_to_the_shot_are_compared_too(folder: Path) -> None:
     usdface.process(folder / "shot.usda", in_place=True, gltf=folder / "own.glb")
     assert mixed(folder / "own.glb", folder / "shot.usda") == []

@@ -155,6 +155,7 @@ def test_a_move_that_fails_undoes_those_before(tmp_path: Path) -> None:
     assert listed(tmp_path / "layers") == {"a"}
 
 
+@pytest.mark.slow
 def test_a_journal_from_elsewhere_does_nothing(tmp_path: Path) -> None:
     number = 0
     while not list((tmp_path / "dead").glob(".usdface-*/journal")):  # that it decides

@@ -92,6 +92,7 @@ def test_a_film_may_lose_the_face_for_some_frames(tmp_path: Path) -> None:
     assert np.abs(weights["lost"][17:19] - line).max() < 0.15
 
 
+@pytest.mark.slow
 def test_a_filmed_head_turns_the_character_as_markers_in_space_do(
     done: Done, tmp_path: Path
 ) -> None:

@@ -66,6 +66,7 @@ def test_the_result_plays_where_the_take_does(
     )
 
 
+@pytest.mark.slow
 def test_a_cut_is_on_the_timeline_of_the_shot(plain: Path, tmp_path: Path) -> None:
     shot = retimed(plain, tmp_path, "reference", 1000.0, 2.0)
     process(shot, deliver=tmp_path / "face.usdc")

@@ -56,6 +56,7 @@ def played(stage: Usd.Stage) -> np.ndarray:
     return np.array([attribute.Get(code) for code in attribute.GetTimeSamples()])
 
 
+@pytest.mark.slow
 def test_the_exported_face_plays_what_process_computes(maya: Maya, folder: Path) -> None:
     stage = exported(folder)
     assert maya.export(stage, options(folder))

@@ -85,6 +85,7 @@ def test_without_extremes_a_small_movement_is_not_taken_for_a_low_gain() -> None
     assert "GAIN_UNKNOWN" in {f.code for f in findings}
 
 
+@pytest.mark.slow
 def test_a_shape_that_never_moves_keeps_gain_1_and_is_named() -> None:
     weights = range_of_motion()
     quiet = NAMES.index("jawOpen")
@@ -157,6 +158,7 @@ def test_the_rigs_own_neutral_is_at_rest_whatever_the_performers_is() -> None:
     assert not calibrated.calibration.offsets.any()
 
 
+@pytest.mark.slow
 def test_a_calibration_finds_what_the_neutral_weights_leave_of_the_rest() -> None:
     jaw = NAMES.index("jawOpen")
     rest, one = np.zeros(12), np.ones(12)

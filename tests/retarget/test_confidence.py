@@ -154,6 +154,7 @@ def test_with_symmetry_they_are_how_far_weights_are_off() -> None:
     np.testing.assert_allclose(weight_deviations(NORMAL, 0.0, held), off, rtol=0.04)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sparsity", "noise"), [(30.0, 0.02), (8.0, 0.05), (300.0, 0.004)])
 def test_weights_that_sparsity_presses_to_0_are_as_sure_as_their_posterior(
     sparsity: float, noise: float

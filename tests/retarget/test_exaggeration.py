@@ -42,6 +42,7 @@ def plain(shot: Shot) -> ShotResult:
     return played(shot)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.0, 0.5, 1.3, 4.0])
 def test_the_motion_of_an_exact_world_grows_by_the_factor_up_to_the_bounds(
     shot: Shot, plain: ShotResult, factor: float

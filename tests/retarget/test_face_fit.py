@@ -159,6 +159,7 @@ def test_a_take_of_another_person_finds_its_places_and_better_weights(
     assert found.misfit < 0.7 * kept.misfit
 
 
+@pytest.mark.slow
 def test_motion_tells_more_of_places_than_rest(monkeypatch: pytest.MonkeyPatch) -> None:
     """On another head of markers; what does not explain the motion better is not kept."""
     shifts = HEAD.beside(0.003, seed=7)
@@ -200,6 +201,7 @@ def test_an_image_solves_as_if_there_were_no_skin() -> None:
     assert on_skin.shifts is not None and not on_skin.shifts.any()
 
 
+@pytest.mark.slow
 def test_occluded_markers_break_nothing(found: Solution) -> None:
     positions = other_person()
     positions[40:70, :6] = positions[30:, 20] = positions[90] = np.nan
@@ -270,6 +272,7 @@ def test_a_rig_without_faces_keeps_markers_on_their_vertices() -> None:
     np.testing.assert_array_equal(solution.feature_points[0].shape, SHIFTS.shape)
 
 
+@pytest.mark.slow
 def test_a_marker_seen_in_frames_without_a_say_on_places_only_is_no_obstacle(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -171,6 +171,7 @@ def test_bound_markers_wear_no_face(learned: tuple[Calibration, list[Finding]]) 
     np.testing.assert_array_equal(one.weights.weights, two.weights.weights)
 
 
+@pytest.mark.slow
 def test_shapes_that_the_take_does_not_show_are_named() -> None:
     weights = HEAD.weights.copy()
     weights[:, 3] = 0.0

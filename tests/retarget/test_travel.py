@@ -64,6 +64,7 @@ def test_the_size_and_the_stance_of_the_performer_do_not_count(world: World, sho
         assert travel.ratio == pytest.approx(1.0, abs=0.005), region
 
 
+@pytest.mark.slow
 def test_noise_does_not_look_like_a_muted_performance(world: World) -> None:
     """The weights are the true ones, so that only the measure sees the noise."""
     rng = np.random.default_rng(3)
@@ -133,6 +134,7 @@ def test_regions_merge_into_those_of_the_gains(shot: Shot) -> None:
     assert sum(t.markers for t in merged.values()) == sum(t.markers for t in single.values())
 
 
+@pytest.mark.slow
 def test_a_muted_region_is_reported_with_the_factor_that_makes_up_for_it(tmp_path: Path) -> None:
     folder = make_world().write(tmp_path, exaggeration={"brows": 0.6})
     files = (folder / "rig.usda", folder / "take.usda", folder / "shot.usda")

@@ -300,6 +300,7 @@ def test_no_nose_tip_is_refused():
         design_system(marker_face(("a",), np.zeros((1, 3))), (), NOISE)
 
 
+@pytest.mark.slow
 def test_the_order_of_the_blend_shapes_does_not_matter(world):
     """As another program exports them."""
     order = np.random.default_rng(3).permutation(len(world.shapes))

@@ -51,6 +51,7 @@ def test_an_emotion_of_one_recording_cannot_be_tested(examples):
     assert np.isnan(found.margins[examples.rows("joy")]).all()
 
 
+@pytest.mark.slow
 def test_two_variants_with_nothing_in_common_do_not_teach_each_other(examples):
     found = cross_validate(examples, "variant")
     assert found.tested == examples.rows("anger").sum()
@@ -70,6 +71,7 @@ def test_what_is_left_out_is_what_there_are_several_of(examples):
     assert np.isnan(nothing.accuracy)
 
 
+@pytest.mark.slow
 def test_what_looks_alike_is_said_to_be_confused():
     twins = {**RULES, ("awe", ""): RULES["surprise", ""]}
     found = cross_validate(make_examples(twins), "recording")

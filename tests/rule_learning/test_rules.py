@@ -46,6 +46,7 @@ def test_the_first_condition_is_never_negated():
             assert "NOT" not in conditions[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_every_condition_asks_another_marker(seed):
     rng = np.random.default_rng(seed)

@@ -86,6 +86,7 @@ def test_every_part_of_a_stage_can_be_read_again() -> None:
     assert parts_of(roots, {Finding}) == set(stage_cache._CLASSES)
 
 
+@pytest.mark.slow
 def test_nothing_changed_nothing_computed(place: Path) -> None:
     assert stages(place) == ""
 

@@ -86,6 +86,7 @@ def test_any_system_of_matlabs_comes_back_from_fis(tmp_path):
     check()
 
 
+@pytest.mark.slow
 @ANY
 @given(systems(), st.integers(0, 2**32 - 1))
 def test_any_system_answers_frame_by_frame_as_all_at_once(system, seed):
@@ -98,6 +99,7 @@ def test_any_system_answers_frame_by_frame_as_all_at_once(system, seed):
         np.testing.assert_array_equal(alone.firing[0], whole.firing[i])
 
 
+@pytest.mark.slow
 @ANY
 @given(systems(), st.integers(0, 2**32 - 1))
 def test_any_answer_lies_in_its_range_and_any_firing_in_its_weight(system, seed):

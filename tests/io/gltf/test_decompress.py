@@ -264,6 +264,7 @@ for _ in range(3000):
 """
 
 
+@pytest.mark.slow
 def test_damaged_meshopt_data_end_no_process(tmp_path: Path) -> None:
     # Why it is decoded in this process, and Draco is not.
     (tmp_path / "points").write_bytes(encoder.encode_vertex_buffer(POINTS, 40, 12))

@@ -54,6 +54,7 @@ def test_files_of_another_origin_are_kept(folder: Path) -> None:
     check_unedited(folder / "none.usda")
 
 
+@pytest.mark.slow
 def test_layers_in_place_are_no_edit(folder: Path) -> None:
     shot = make(folder)
     usdface.process(shot, in_place=True)

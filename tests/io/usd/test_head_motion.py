@@ -317,6 +317,7 @@ def test_a_host_sees_the_head_move_and_may_apply_again(tmp_path: Path, kind: str
         np.testing.assert_allclose(shown(stage), result, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_layer_of_another_clock_gets_the_joints_of_its_moments(tmp_path: Path) -> None:
     world = jointed(make_world())
     processed(tmp_path, world=world)

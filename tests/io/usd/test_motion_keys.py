@@ -1,6 +1,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from pxr import Gf, Usd, UsdGeom
 from sheets import sheet
 
@@ -38,6 +39,7 @@ def test_arcs_need_no_more_keys_and_curves_do() -> None:
     assert 10 < len(keys) < 600 and keys[0] == 0 and keys[-1] == 2
 
 
+@pytest.mark.slow
 def test_a_prim_that_turns_about_a_pivot_goes_as_usd_shows_it(tmp_path: Path) -> None:
     stage = sheet()
     mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))

@@ -87,6 +87,7 @@ def test_a_shot_without_result_is_empty(done: Done) -> None:
     np.testing.assert_array_equal(plain.solved.weights, plain.corrected.weights)
 
 
+@pytest.mark.slow
 def test_a_result_in_place_is_read_too(tmp_path) -> None:
     from processed import run
 

@@ -61,6 +61,7 @@ def test_a_shot_with_shared_layers_is_the_shot_without(folder: Path) -> None:
     ).replace("dictionary ", "").replace(" ", "")
 
 
+@pytest.mark.slow
 def test_a_change_of_a_shared_layer_is_one_of_every_shot(folder: Path) -> None:
     for name in ("a", "b"):
         assert "LAYER_KEPT" not in shoot(folder, name)

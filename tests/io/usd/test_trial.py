@@ -89,6 +89,7 @@ def test_a_clock_that_does_not_run(tmp_path: Path, clock: str) -> None:
         open_stage(tmp_path / "a.usda")
 
 
+@pytest.mark.slow
 def test_a_file_is_tried_once(tmp_path: Path, asked: list[str]) -> None:
     layer, root = tmp_path / "layer.usda", tmp_path / "root.usda"
     layer.write_text('#usda 1.0\ndef "a" {}\n')
@@ -129,6 +130,7 @@ def test_trusted_files_are_opened_at_once(
     assert asked == []
 
 
+@pytest.mark.slow
 def test_a_folder_that_others_may_write_is_not_believed(tmp_path: Path, asked: list[str]) -> None:
     (tmp_path / "a.usda").write_text('#usda 1.0\ndef "a" {}\n')
     (tmp_path / "cache/usdface/opened").mkdir(parents=True)
