@@ -4,7 +4,8 @@ The head pose is found with the weights because brows, lids and jaw move with th
 expression: a rigid fit on face markers alone puts a tenth of a weight into the answer.
 Each round solves the weights with small head motions projected out of the problem (so that
 one normal matrix serves the whole take), then takes the residual as the pose's error.
-Occluded markers follow the same rounds: they are filled with the rig's prediction.
+Occluded markers follow the same rounds: they are filled with the rig's prediction and the residual
+that they had before and have after (`usdface.retarget.carried_residual`).
 
 Once they have settled the error of a noisy neutral is estimated, too
 (`usdface.retarget.neutral_error`).
@@ -20,6 +21,7 @@ from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
 from usdface.progress import Progress, Step
+from usdface.retarget.carried_residual import carried_residual
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.neutral_error import bootstrap_residual, neutral_correction
 from usdface.retarget.pins import pin_bounds
@@ -36,6 +38,12 @@ __all__ = ["PoseAndWeights", "reach_of_ends", "solve_pose_and_weights"]
 
 # A bound on time. Set by hand; docs/constants.md.
 _ROUNDS = 30
+# First rounds, in which occluded markers are interpolated in time, until the head's pose has
+# settled. What they are filled with in a wrong pose is kept for long: a gap of 5 frames over
+# AnimFace's open jaw steps by 1.6 mm with 4 of these rounds, by 0.09 mm with 10.
+_HELD = 10
+# Markers that determine a head pose.
+_FEWEST = 3
 # Corrections of the neutral. Weight errors by the exact ones after 2, 3 and 4 of them (5 frames of
 # 0.3 mm, ICT face, python -m benchmarks.known_answer): 0.44, 0.42, 0.41.
 _NEUTRAL_STEPS = 4
@@ -125,6 +133,7 @@ def solve_pose_and_weights(
     fit_pose = setup.head == "solve" and rows.axes == 3
     back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
 
+    hidden = np.repeat(~seen, rows.axes, axis=1)
     here = pose.to_head(markers)
     rest = None
     if known is None:
@@ -133,6 +142,7 @@ def solve_pose_and_weights(
         )
 
     iterate: Iterate | None = None
+    carried = np.zeros((len(times), rows.axes * len(target)))
     regularisation = known or Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
     bounds = Bounds(rows=rows.model.limit_rows, limits=np.zeros(len(rows.model.limit_rows)))
     to_correct = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
@@ -141,7 +151,8 @@ def solve_pose_and_weights(
     for done in range(1, rounds + 1):
         if progress:  # at most so far: the rounds end when markers have settled
             progress(Step("solve", (done - 1) / rounds))
-        displaced, observed = _displaced(here, space, rows, iterate, times)
+        held = iterate if done > _HELD else None
+        displaced, observed = _displaced(here, space, rows, held, times, carried)
         if rest is not None:
             noise = max(rest.noise(observed), least_noise) if done <= 2 else regularisation.noise
             # An error of the pose in the first rounds resembles misfit.
@@ -150,10 +161,21 @@ def solve_pose_and_weights(
         if not (fit_pose or to_correct or exactly) and seen.all():
             break
         iterate = rows.solve(observed, times, regularisation, iterate)
-        leftover = (observed - rows.displacements(iterate.weights)).reshape(*seen.shape, -1)
-        moved = _rms(leftover[~seen])
+        residual = observed - rows.displacements(iterate.weights)
+        moved = _rms((residual - carried)[hidden])
+        if hidden.any():
+            carried = carried_residual(
+                residual, hidden, times, noise=regularisation.noise, misfit=regularisation.misfit
+            )
+        leftover = residual.reshape(*seen.shape, -1)
         if fit_pose:
-            pose, _ = rigid_fit(here - np.where(seen[..., None], leftover, 0.0) @ back, markers)
+            pose = _pose_of(
+                pose,
+                here,
+                markers,
+                space.centres + observed.reshape(leftover.shape) @ back,
+                leftover @ back,
+            )
             before, here = here, pose.to_head(markers)
             moved = max(moved, _rms((here - before)[seen]))
         error = max(regularisation.noise, regularisation.misfit)
@@ -171,7 +193,7 @@ def solve_pose_and_weights(
             )
             space = replace(space, start=start + correction)
             regularisation = regularisation.unlearned()
-    displaced, observed = _displaced(here, space, rows, iterate, times)
+    displaced, observed = _displaced(here, space, rows, iterate, times, carried)
     if known is None and regularisation.covariance is None:
         regularisation = rows.learned(observed, times, regularisation, iterate)
     weights = _final_weights(rows, observed, times, regularisation, iterate, bounds, setup.pins)
@@ -229,12 +251,29 @@ def reach_of_ends(
     return reach(normal, times, known, rounds, rows.model.limit_rows)
 
 
+def _pose_of(
+    pose: Pose, here: FloatArray, markers: FloatArray, expected: FloatArray, residual: FloatArray
+) -> Pose:
+    """Return the head's pose of markers (F, M, 3) without their residual.
+
+    Occluded markers of a frame in which others determine a pose take part where they are expected,
+    so that the pose does not jump as they vanish. `here`, `expected` and `residual` are in the
+    frame of a still head.
+    """
+    seen = visible(markers)
+    there = np.where(seen[..., None], here, expected)
+    posed = seen.sum(axis=1) >= _FEWEST
+    kept = np.where(posed[:, None, None], pose.to_take(there), np.nan)
+    return rigid_fit(there - residual, np.where(seen[..., None], markers, kept))[0]
+
+
 def _displaced(
     here: FloatArray,
     space: SpaceMap,
     rows: TakeRows,
     iterate: Iterate | None,
     times: FloatArray,
+    carried: FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """Carry markers of a still head over to the character.
 
@@ -248,7 +287,7 @@ def _displaced(
     if iterate is None:
         # A marker that no frame of a piece shows begins at rest.
         return displaced, np.nan_to_num(interpolate_gaps(observed, hidden, times))
-    return displaced, np.where(hidden, rows.displacements(iterate.weights), observed)
+    return displaced, np.where(hidden, rows.displacements(iterate.weights) + carried, observed)
 
 
 def _rms(values: FloatArray) -> float:
