@@ -46,11 +46,20 @@ def test_beyond_the_last_frame_that_shows_a_marker_it_decays() -> None:
     np.testing.assert_allclose(carried[50:, 0], np.exp(49 / 100.0 - TIMES[50:]))
 
 
-def test_noise_is_not_carried_nor_is_anything_of_a_marker_that_is_never_shown() -> None:
-    ones = np.where(GAP, np.nan, 1.0)
-    assert not carried_residual(ones, GAP, TIMES, noise=1e-3, misfit=0.0).any()
-    half = carried_residual(ones, GAP, TIMES, noise=1e-3, misfit=1e-3)
-    np.testing.assert_allclose(half, 0.5 * carried_residual(ones, GAP, TIMES, **MISFIT))
+def test_the_mean_of_noise_is_carried() -> None:
+    noise = np.random.default_rng(3).normal(size=(101, 1))
+    hidden = GAP[:, :1]
+    carried = carried_residual(np.where(hidden, np.nan, noise), hidden, TIMES, noise=1.0, misfit=0)
+    before, after = noise[10:30].mean(), noise[61:81].mean()
+    np.testing.assert_allclose(carried[45], (before + after) / 2 / np.cosh(0.16), rtol=1e-9)
+    constant = np.where(GAP, np.nan, 1.0)
+    np.testing.assert_allclose(
+        carried_residual(constant, GAP, TIMES, noise=1.0, misfit=0.0),
+        carried_residual(constant, GAP, TIMES, **MISFIT),
+    )
+
+
+def test_nothing_is_carried_of_a_marker_that_is_never_shown() -> None:
     never = np.ones((101, 2), dtype=bool)
     assert not carried_residual(np.zeros((101, 2)), never, TIMES, **MISFIT).any()
 

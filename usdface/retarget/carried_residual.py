@@ -14,6 +14,8 @@ __all__ = ["carried_residual"]
 # hand; gaps of 0.1 to 4 s in AnimFace's Jaw are as good with 3 s, at 0.3 s an open jaw sinks by a
 # tenth.
 _LASTS = 1.0
+# Time [s] over which noise is averaged at either end. Set by hand.
+_STEADY = 0.2
 
 
 def carried_residual(
@@ -22,7 +24,7 @@ def carried_residual(
     """Return the expected residual of coordinates where they are hidden, 0 elsewhere.
 
     The mean of an Ornstein-Uhlenbeck process between its values at both ends of a gap; from one
-    end alone it decays. The share of the noise in it is left out.
+    end alone it decays. As far as residuals are noise, their mean is carried.
 
     Parameters
     ----------
@@ -47,11 +49,24 @@ def carried_residual(
     since = np.where(before >= 0, times[:, None] - times[np.maximum(before, 0)], np.inf)
     last = len(times) - 1
     until = np.where(after <= last, times[np.minimum(after, last)] - times[:, None], np.inf)
-    first = _bridge(since, until) * np.take_along_axis(own, np.maximum(before, 0), axis=0)
-    second = _bridge(until, since) * np.take_along_axis(own, np.minimum(after, last), axis=0)
     share = misfit**2 / max(misfit**2 + noise**2, 1e-300)
-    carried[:, columns] = np.where(seen, 0.0, share * (first + second))
+    count = max(1, round(_STEADY / float(np.median(np.diff(times))))) if last else 1
+    first = share * own + (1.0 - share) * _running_mean(own, seen, count)
+    second = share * own + (1.0 - share) * _running_mean(own[::-1], seen[::-1], count)[::-1]
+    from_first = _bridge(since, until) * np.take_along_axis(first, np.maximum(before, 0), axis=0)
+    from_second = _bridge(until, since) * np.take_along_axis(
+        second, np.minimum(after, last), axis=0
+    )
+    carried[:, columns] = np.where(seen, 0.0, from_first + from_second)
     return carried
+
+
+def _running_mean(values: FloatArray, seen: BoolArray, count: int) -> FloatArray:
+    """Return the mean of seen values (F, N) in the last `count` frames; others are 0."""
+    sums, counts = np.cumsum(values, axis=0), np.cumsum(seen, axis=0)
+    for each in (sums, counts):
+        each[count:] -= each[:-count].copy()
+    return np.asarray(sums / np.maximum(counts, 1))
 
 
 def _bridge(since: FloatArray, until: FloatArray) -> FloatArray:
