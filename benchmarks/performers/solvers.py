@@ -103,7 +103,8 @@ def write_trc(path: Path, names: tuple[str, ...], positions: FloatArray, rate: f
     )
     with path.open("w", encoding="utf-8") as file:
         file.write("\n".join(head) + "\n")
-        np.savetxt(file, table, "%.5f", "\t")
+        for row in np.char.mod("%.5f", table):  # an occluded marker is left empty
+            file.write("\t".join(row).replace("nan", "") + "\n")
 
 
 def filtered(performance: Performance, face: Face, linear: FloatArray) -> FloatArray:
