@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from marker_sets import MARKER_SETS, renamed
 
-from usdface.face.named_places import named_place, named_places, words_of
+from usdface.face.named_places import NamedPlace, named_places
 from usdface.face.place_words import PARTS, WORDS
 from usdface.takes import MarkerTake
 
@@ -13,38 +13,8 @@ ANIMFACE = (
 )
 
 
-@pytest.mark.parametrize(
-    ("name", "words"),
-    [
-        ("LBrow1", "left brow"),
-        ("actor:LBrow1", "left brow"),
-        ("Mouth_UpR1", "mouth upper right"),
-        ("Mouth_Lend", "mouth left end"),
-        ("LMC", "left mouth corner"),
-        ("UpLip", "upper lip"),
-        ("LLLip", "left lower lip"),
-        ("LLip", "lip"),  # the left, or the lower
-        ("rLipLowerOuter", "right lip lower outer"),
-        ("lEyelidUpperInner", "left lid upper inner"),
-        ("TNOSE", "nose tip"),
-        ("RNSTRL", "right nostril"),
-        ("LC1", "left cheek"),
-        ("CH2", "chin"),
-        ("browL", "brow left"),
-        ("brow.L.001", "brow left"),
-        ("eye brow-left", "eye brow left"),
-        ("Augenbraue_rechts_außen", "brow right outer"),
-        ("Mundwinkel links", "mouth corner left"),
-        ("sourcil_gauche_int", "brow left inner"),
-        ("paupière_sup_droite", "lid upper right"),
-        ("labio_superior_izq", "lip upper left"),
-        ("sopracciglio_esterno_dx", "brow outer right"),
-        ("sobrancelha_esquerda", "brow left"),
-        ("hidari_mayu", "brow left"),
-    ],
-)
-def test_words_are_found_in_names(name: str, words: str) -> None:
-    assert words_of(name) == set(words.split())
+def named_place(name: str) -> NamedPlace | None:
+    return named_places((name,))[0]
 
 
 @pytest.mark.parametrize(
@@ -52,6 +22,40 @@ def test_words_are_found_in_names(name: str, words: str) -> None:
 )
 def test_other_names_tell_no_place(name: str) -> None:
     assert named_place(name) is None
+
+
+@pytest.mark.parametrize(
+    ("behind", "words"),
+    [
+        ("OBRO", "outer brow"),
+        ("MBRO", "middle brow"),
+        ("IBRO", "inner brow"),
+        ("BRO", "brow"),
+        ("ULID", "upper lid"),
+        ("LLID", "lower lid"),
+        ("LIP", "lip"),
+        ("OEYE", "outer eye"),
+        ("CHEEK", "cheek"),
+        ("MOUTH", "mouth"),
+        ("FHD", "forehead"),
+        ("NSTRL", "nostril"),
+        ("C1", "cheek"),
+        ("Brow_Outer", "brow outer"),
+        ("MC", "mouth corner"),
+    ],
+)
+def test_a_first_letter_is_a_side_where_there_is_the_other(behind: str, words: str) -> None:
+    for letter, other, side in (("L", "R", "left"), ("R", "L", "right")):
+        pair = named_places((letter + behind, f"actor:{other}{behind}"))
+        assert pair[0] == named_place(f"{side} {words}") and pair[1] is not None
+        assert pair[0] is not None and pair[0].side == -pair[1].side
+
+
+def test_no_other_side_no_letter_of_one() -> None:
+    upper, lower = named_places(("ULip", "LLip"))
+    assert upper is not None and lower is not None and lower.side == 0
+    assert [place and place.side for place in named_places(("LLip", "RLip"))] == [1, -1]
+    assert named_places(("LKNE", "RKNE", "LBHD", "RBHD")) == (None,) * 4
 
 
 def test_case_separators_and_numbers_change_nothing() -> None:

@@ -1,35 +1,25 @@
 """Places on a face by the names of markers: words, and their places on an average face."""
 
-import re
-import unicodedata
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cache
 from types import MappingProxyType
 
 import numpy as np
 
 from usdface.face.landmark_sets import landmark_places
-from usdface.face.place_words import AMBIGUOUS, IGNORED, IMPLIED, LETTERS, PARTS, TWOFOLD, WORDS
+from usdface.face.name_words import SIDES, label_of, other_side, words_of
+from usdface.face.place_words import PARTS
 
 __all__ = [
     "LANDMARKS",
     "NamedPlace",
-    "named_place",
     "named_places",
     "names_nose_tip",
-    "words_of",
 ]
 
-# Longer names are not taken apart: no label of a marker is.
-_LONGEST = 120
 # If at least this many names have a side, those without are on the midline.
 _FEWEST_SIDED = 2
-_SIDES = {"left": 1, "right": -1}
-
-# Cost of a single letter, and of a word that goes on over a capital letter, against 1 for a word.
-_LETTER, _OVER = 1.5, 2.0
 
 # The average face in millimetres: x from the midline to a side, y from the line of the eyes; after
 # L. G. Farkas, "Anthropometry of the Head and Face", 1994 (eye corners 33 and 90 apart, mouth 52
@@ -171,11 +161,17 @@ class NamedPlace:
 
 
 def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
-    """Return the place that each name of a set means.
+    """Return the place that each name of a set means, None without a part of the face.
 
     Where other names have a side, one without is of the middle, unless there are several that
-    only a number distinguishes. Numbered landmarks of a tracker have its places
-    (`usdface.face.landmark_sets`).
+    only a number distinguishes. A first letter L or R is a side where the set has the same name
+    with the other. Numbered landmarks of a tracker have its places (`usdface.face.landmark_sets`).
+
+    >>> left, right = named_places(("actor:LBrow_Outer_2", "Mundwinkel_rechts"))
+    >>> left.part, left.side, right.places
+    ('brow', 1, ((-29, -69),))
+    >>> [place.description for place in named_places(("LOBRO", "ROBRO"))]
+    ['left brow', 'right brow']
     """
     tracked = landmark_places(names)
     if tracked is not None:
@@ -185,21 +181,11 @@ def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
             else None
             for place in tracked
         )
-    words = [words_of(name) for name in names]
+    labels = {label_of(name).lower() for name in names}
+    words = [words_of(name, sided=other_side(name) in labels) for name in names]
     alike = Counter(words)
-    sides = sum(bool(each & _SIDES.keys()) for each in words) >= _FEWEST_SIDED
+    sides = sum(bool(each & SIDES.keys()) for each in words) >= _FEWEST_SIDED
     return tuple(_place(each, middle=sides and alike[each] == 1) for each in words)
-
-
-def named_place(name: str) -> NamedPlace | None:
-    """Return the place that the name of a marker means, None without a part of the face.
-
-    >>> named_place("actor:LBrow_Outer_2").part
-    'brow'
-    >>> named_place("Mundwinkel_links").places
-    ((29, -69),)
-    """
-    return _place(words_of(name))
 
 
 def names_nose_tip(name: str) -> bool:
@@ -209,14 +195,14 @@ def names_nose_tip(name: str) -> bool:
     [True, True, False, False]
     """
     words = words_of(name)
-    return "nose" in words and bool(words & {"tip", "head"}) and not words & _SIDES.keys()
+    return "nose" in words and bool(words & {"tip", "head"}) and not words & SIDES.keys()
 
 
 def _place(words: frozenset[str], *, middle: bool = False) -> NamedPlace | None:
     parts = [part for part in PARTS if part in words]
     if not parts:
         return None
-    side = sum(_SIDES.get(word, 0) for word in words & set(_SIDES))
+    side = sum(SIDES.get(word, 0) for word in words & set(SIDES))
     part = parts[0]
     if part == "lip" and words & {"corner", "end"}:
         part = "mouth"
@@ -253,62 +239,3 @@ def _point(
     y = base.y + sum(step[1] for step in known)
     directions = len(known) + (1 if "middle" in words and "middle" not in base.steps else 0)
     return x, y, base.spread * _NARROWED ** min(directions, 2)
-
-
-@cache
-def words_of(name: str) -> frozenset[str]:
-    """Return the concepts of `usdface.face.place_words` in the name of a marker.
-
-    >>> sorted(words_of("subject:RMouthCorner"))
-    ['corner', 'mouth', 'right']
-    """
-    label = name.rsplit(":", 1)[-1][-_LONGEST:]
-    plain = unicodedata.normalize("NFKD", label.replace("ß", "ss"))
-    plain = "".join(c for c in plain if not unicodedata.combining(c))
-    tokens = re.findall(r"[^\W\d_]+", plain)
-    found: set[str] = set()
-    loose: set[str] = set()
-    for token in tokens:
-        camel = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+", token)
-        pieces = _segmented(token) or [p for each in camel for p in _segmented(each)]
-        loose |= set(pieces)
-        found |= {concept for piece in pieces for concept in _meaning(piece, token)}
-    short = loose & set(AMBIGUOUS)
-    if short and not found & set(PARTS):
-        sided, numbered = bool(found & set(_SIDES)), any(c.isdigit() for c in plain)
-        found -= {LETTERS[piece] for piece in short if piece in LETTERS}
-        found |= {AMBIGUOUS[s] for s in short if sided or (numbered and len(s) > 1)}
-    if not found & set(PARTS):
-        found |= {IMPLIED[concept] for concept in found if concept in IMPLIED}
-    return frozenset(found)
-
-
-def _meaning(piece: str, token: str) -> tuple[str, ...]:
-    if piece in TWOFOLD and piece == token.lower():
-        return TWOFOLD[piece]
-    if piece in WORDS:
-        return WORDS[piece]
-    return (LETTERS[piece],) if piece in LETTERS else ()
-
-
-def _segmented(token: str) -> list[str]:
-    """Return the fewest known words that make up a token of letters; [] if none do.
-
-    Single letters stand only before or behind the words, and a word that goes on over a capital
-    letter counts as three: "UpR" is up and right, not "upr".
-    """
-    humps = [i for i in range(1, len(token)) if token[i - 1].islower() and token[i].isupper()]
-    token, size = token.lower(), len(token)
-    best: list[tuple[float, list[str]]] = [(0.0, []), *([(np.inf, [])] * size)]
-    for end in range(1, size + 1):
-        for start in range(end):
-            cost, before = best[start]
-            piece = token[start:end]
-            letters = start == 0 or end == size or all(len(word) == 1 for word in before)
-            whole = piece == token and piece in AMBIGUOUS
-            if piece in WORDS or piece in IGNORED or whole or (piece in LETTERS and letters):
-                cost += 1.0 if len(piece) > 1 else _LETTER
-                cost += _OVER * any(start < hump < end for hump in humps)
-                if cost < best[end][0]:
-                    best[end] = (cost, [*before, piece])
-    return best[size][1]

@@ -9,7 +9,16 @@ landmarks, Daz and Biped face bones, MediaPipe-based rigs, Vicon's head markers.
 from collections.abc import Mapping
 from types import MappingProxyType
 
-__all__ = ["AMBIGUOUS", "IGNORED", "IMPLIED", "LETTERS", "PARTS", "TWOFOLD", "WORDS"]
+__all__ = [
+    "AMBIGUOUS",
+    "IGNORED",
+    "IMPLIED",
+    "LETTERS",
+    "LETTERS_OF_A_SIDE",
+    "PARTS",
+    "TWOFOLD",
+    "WORDS",
+]
 
 # Parts of a face, the more specific first: an eyebrow is a brow, an eyelid a lid.
 PARTS = (
@@ -86,6 +95,18 @@ _COMPOUNDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 # Letters at the start or the end of a word: "LBrow", "browL", "MULip".
 LETTERS: Mapping[str, str] = MappingProxyType(
     {"l": "left", "r": "right", "u": "upper", "m": "middle", "c": "middle"}
+)
+
+# Letters behind that of a side: "LOBRO", "RLLID".
+LETTERS_OF_A_SIDE: Mapping[str, str] = MappingProxyType(
+    {
+        "o": "outer",
+        "i": "inner",
+        "u": "upper",
+        "l": "lower",
+        "m": "middle",
+        "c": "middle",
+    }
 )
 
 # Short labels that mean a part only where the name has no other, with a side or a number: "LC1",
