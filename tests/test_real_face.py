@@ -184,6 +184,19 @@ def test_every_blink_closes_both_eyes_and_a_mistracked_lid_shuts_none(
         assert len(own) == len(closings)
 
 
+def test_blinks_close_where_both_lid_markers_are_bound_three_millimetres_too_low(
+    ict_rig: Path, shared_data: Path, tmp_path: Path
+) -> None:
+    bind = json.loads(BIND.read_text())
+    bind["markers"] |= {"Leye_Up": {"point": 2922}, "Reye_Up": {"point": 681}}
+    low = tmp_path / "bind.json"
+    low.write_text(json.dumps(bind))
+    take = Performance(ict_rig, shared_data / "animface" / "Jaw.c3d", tmp_path, low)
+    closings = take.report["closings"]
+    assert [each["kind"] for each in closings].count("blink") == 4
+    assert min(min(each["weight_after"]) for each in closings) > 0.93
+
+
 def test_a_frown_crosses_no_eyes(eyebrows: Performance) -> None:
     """It draws the skin around the eyes inwards, as eyes that look inwards do."""
     played = eyebrows.played

@@ -718,6 +718,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "CONTACT_KEPT": ("info", "nothing", "a correction was limited to keep lips or lids in contact"),
     # closure
     "EYES_CLOSED": ("info", "nothing", "eyes that blink or stay shut were closed on the character"),
+    "BLINK_DOUBTED": (
+        "info",
+        "look_at_frames",
+        "pulses like blinks that do not close the eyes were left as solved",
+    ),
     "BLINK_GUESSED": (
         "warning",
         "look_at_frames",

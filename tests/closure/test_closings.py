@@ -1,5 +1,7 @@
 """Blinks and closed eyes, by the course of curves that are made of known ones."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,10 @@ from usdface.closure.solved_lids import SolvedLids
 
 RATES = (24.0, 30.0, 60.0, 120.0)
 BLINKS = (1.0, 2.3, 3.1, 5.0)
+
+
+def closings_in(times: FloatArray, closing: FloatArray, **curves: Any) -> list[EyeClosing]:
+    return find_closings(times, closing, **curves)[0]
 
 
 def blink(times: FloatArray, start: float, height: float = 1.0) -> FloatArray:
@@ -42,7 +48,7 @@ def test_blinks_are_found_whatever_the_rate_and_the_reach_of_the_markers(
     rate: float, scale: float
 ) -> None:
     times, eyes = world(rate, scale)
-    found = find_closings(times, eyes)
+    found = closings_in(times, eyes)
     assert [each.kind for each in found] == ["blink"] * len(BLINKS)
     for each, start in zip(found, BLINKS, strict=True):
         assert each.eyes == (0, 1)
@@ -53,52 +59,54 @@ def test_blinks_are_found_whatever_the_rate_and_the_reach_of_the_markers(
 
 def test_blinks_are_found_in_noise() -> None:
     times, eyes = world(noise=0.05)
-    assert len(find_closings(times, eyes)) == len(BLINKS)
+    assert len(closings_in(times, eyes)) == len(BLINKS)
 
 
 @pytest.mark.parametrize("frames", range(6))
 def test_a_take_of_few_frames_has_no_blinks(frames: int) -> None:
-    assert not find_closings(np.arange(frames) / 30, np.zeros((frames, 2)))
+    assert not closings_in(np.arange(frames) / 30, np.zeros((frames, 2)))
 
 
 @pytest.mark.parametrize("unseen", [0, 1])
 def test_an_eye_that_is_not_seen_does_not_speak_for_lids_that_stay_open(unseen: int) -> None:
     times, eyes = world()
     eyes[:, unseen] = np.nan
-    assert len(find_closings(times, eyes, lids=0.8 * eyes)) == len(BLINKS)
-    assert not find_closings(times, eyes, lids=0.1 * eyes)
+    assert len(closings_in(times, eyes, lids=0.8 * eyes)) == len(BLINKS)
+    closings, left_open = find_closings(times, eyes, lids=0.1 * eyes)
+    assert not closings
+    np.testing.assert_allclose(times[left_open], np.add(BLINKS, 0.09), atol=0.04)
 
 
 def test_noise_alone_has_no_blinks() -> None:
     times, eyes = world(scale=0.0, noise=0.2)
-    assert not find_closings(times, eyes)
+    assert not closings_in(times, eyes)
 
 
 @pytest.mark.parametrize("length", [0.5, 0.8, 1.5, 3.0])
 def test_a_squint_is_no_blink(length: float) -> None:
     times, eyes = world()
     squint = swell(times, 6.0, length, 0.7)[:, None]
-    found = find_closings(times, eyes + squint)
+    found = closings_in(times, eyes + squint)
     assert [round(each.closed, 1) for each in found] == [1.1, 2.4, 3.2, 5.1]
 
 
 def test_a_small_pulse_among_blinks_is_none() -> None:
     times, eyes = world()
-    found = find_closings(times, eyes + blink(times, 6.5, 0.25)[:, None])
+    found = closings_in(times, eyes + blink(times, 6.5, 0.25)[:, None])
     assert len(found) == len(BLINKS)
 
 
 def test_slow_drift_and_a_held_squint_change_no_blink() -> None:
     times, eyes = world()
     drift = 0.3 * np.sin(times)[:, None] + swell(times, 0.5, 6.0, 0.4)[:, None]
-    found = blinks(find_closings(times, eyes + drift))
+    found = blinks(closings_in(times, eyes + drift))
     assert [round(each.closed, 1) for each in found] == [1.1, 2.4, 3.2, 5.1]
 
 
 def test_an_eye_that_stays_shut_is_held() -> None:
     times, eyes = world()
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
-    found = find_closings(times, eyes + shut[:, None] * [1.0, 0.0])
+    found = closings_in(times, eyes + shut[:, None] * [1.0, 0.0])
     held = [each for each in found if each.kind == "held"]
     assert [each.eyes for each in held] == [(0,)]
     assert held[0].closed < 6.25 and held[0].opened > 7.25
@@ -109,7 +117,7 @@ def test_an_eye_alone_must_be_shut_wholly() -> None:
     times, eyes = world()
     narrowed = 0.87 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
     for other, held in ((1.0, 2), (0.5, 0)):
-        found = find_closings(times, eyes + narrowed[:, None] * [1.0, other])
+        found = closings_in(times, eyes + narrowed[:, None] * [1.0, other])
         assert [each.kind for each in found].count("held") == held
 
 
@@ -125,7 +133,7 @@ def test_winks_of_one_eye_do_not_tell_when_the_other_is_closed() -> None:
     narrowed = np.clip(np.minimum(times - 9.0, 11.0 - times) / 0.2, 0, 1)[:, None]
     for depth, held in ((0.5, []), (1.0, [(0,), (1,)])):
         lids = seen + depth * narrowed
-        found = find_closings(times, seen + narrowed, lids=lids, solved=SolvedLids(lids, lids))
+        found = closings_in(times, seen + narrowed, lids=lids, solved=SolvedLids(lids, lids))
         assert [each.eyes for each in blinks(found)] == [(0, 1)] * 2 + [(0,)] * 5
         assert sorted(each.eyes for each in found if each.kind == "held") == held
 
@@ -134,7 +142,7 @@ def test_of_two_eyes_narrowed_alike_none_is_shut_alone() -> None:
     """One of them shows its blinks half as far as the other."""
     times, eyes = world()
     narrowed = 0.5 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
-    found = find_closings(times, eyes * [0.5, 1.0] + narrowed[:, None] * [1.0, 1.1])
+    found = closings_in(times, eyes * [0.5, 1.0] + narrowed[:, None] * [1.0, 1.1])
     assert [each.kind for each in found] == ["blink"] * len(BLINKS)
 
 
@@ -142,7 +150,7 @@ def test_raised_brows_over_which_an_eye_blinks_close_none() -> None:
     """They pull the skin of the lids up, so that the blinks' own level is below rest."""
     times, eyes = world()
     raised = np.clip(np.minimum(times - 0.2, 7.5 - times) / 0.3, 0, 1)
-    found = find_closings(times, eyes - 1.6 * raised[:, None] * [1.0, 0.1])
+    found = closings_in(times, eyes - 1.6 * raised[:, None] * [1.0, 0.1])
     assert [(each.kind, each.eyes) for each in found] == [("blink", (0, 1))] * len(BLINKS)
 
 
@@ -150,22 +158,22 @@ def test_a_fast_pulse_of_the_skin_around_a_lid_is_no_blink() -> None:
     times, eyes = world()
     brow = blink(times, 6.0)[:, None] * [1.0, 1.0]
     for share, count in ((0.2, len(BLINKS)), (0.9, len(BLINKS) + 1)):
-        assert len(find_closings(times, eyes + brow, own=eyes + share * brow)) == count
+        assert len(closings_in(times, eyes + brow, own=eyes + share * brow)) == count
 
 
 def test_pulses_that_hardly_move_the_markers_are_none() -> None:
     times, eyes = world(scale=0.5)
-    assert len(find_closings(times, eyes, least=np.array([0.4, 0.4]))) == len(BLINKS)
-    assert not find_closings(times, eyes, least=np.array([0.6, 0.6]))
-    one_sees = find_closings(times, eyes, least=np.array([0.4, 0.6]))
+    assert len(closings_in(times, eyes, least=np.array([0.4, 0.4]))) == len(BLINKS)
+    assert not closings_in(times, eyes, least=np.array([0.6, 0.6]))
+    one_sees = closings_in(times, eyes, least=np.array([0.4, 0.6]))
     assert [each.eyes for each in one_sees] == [(0, 1)] * len(BLINKS)
 
 
 def test_two_eyes_stand_out_of_noise_where_one_does_not() -> None:
     times, eyes = world(noise=0.4)
-    assert len(find_closings(times, eyes)) == len(BLINKS)
+    assert len(closings_in(times, eyes)) == len(BLINKS)
     eyes[:, 1] = np.nan
-    assert len(find_closings(times, eyes)) < len(BLINKS)
+    assert len(closings_in(times, eyes)) < len(BLINKS)
 
 
 def test_a_lid_that_only_comes_back_to_rest_closes_no_eye() -> None:
@@ -174,8 +182,8 @@ def test_a_lid_that_only_comes_back_to_rest_closes_no_eye() -> None:
     wide = np.clip(np.minimum(times - 5.6, 7.5 - times) / 0.2, 0, 1)
     pulse = blink(times, 6.5)
     moved = eyes + (pulse - wide)[:, None]
-    assert len(find_closings(times, moved)) == len(BLINKS) + 1
-    assert len(find_closings(times, moved, lids=moved)) == len(BLINKS)
+    assert len(closings_in(times, moved)) == len(BLINKS) + 1
+    assert len(closings_in(times, moved, lids=moved)) == len(BLINKS)
 
 
 @pytest.mark.parametrize("reach", [0.4, 1.0])
@@ -184,7 +192,7 @@ def test_a_pulse_that_closes_less_than_half_of_the_blinks_is_none(reach: float) 
     squint = blink(times, 6.5)[:, None] * [1.0, 1.0]
     for share, count in ((0.4, len(BLINKS)), (0.7, len(BLINKS) + 1)):
         lids = reach * (eyes + share * squint)
-        assert len(find_closings(times, eyes + squint, lids=lids)) == count
+        assert len(closings_in(times, eyes + squint, lids=lids)) == count
 
 
 def test_a_pulse_as_large_as_the_blinks_is_one_though_the_lids_seem_open() -> None:
@@ -194,7 +202,7 @@ def test_a_pulse_as_large_as_the_blinks_is_one_though_the_lids_seem_open() -> No
     pulse = blink(times, 6.4)[:, None]
     for share, count in ((0.9, len(BLINKS) + 1), (0.6, len(BLINKS))):
         lids = 0.55 * eyes + drift + 0.55 * share * pulse
-        assert len(find_closings(times, eyes + pulse, lids=lids)) == count
+        assert len(closings_in(times, eyes + pulse, lids=lids)) == count
 
 
 def test_pulses_that_are_small_for_these_lids_make_no_blinks_of_each_other() -> None:
@@ -204,7 +212,7 @@ def test_pulses_that_are_small_for_these_lids_make_no_blinks_of_each_other() -> 
     for narrowed, count in ((0.5, len(BLINKS) + 1), (1.6, len(BLINKS))):
         slow = swell(times, 3.5, 1.3, narrowed)[:, None]
         lids = 0.3 * (eyes + pulse) + drift + slow
-        found = blinks(find_closings(times, eyes + pulse, lids=lids))
+        found = blinks(closings_in(times, eyes + pulse, lids=lids))
         assert len(found) == count
 
 
@@ -213,13 +221,13 @@ def test_quick_squints_of_lids_that_move_more_otherwise_are_no_blinks() -> None:
     narrowed = 0.8 * np.clip(np.minimum(times - 5.6, 7.5 - times) / 0.5, 0, 1)[:, None]
     for share, count in ((0.15, 0), (0.6, len(BLINKS))):
         lids = share * eyes + narrowed
-        assert len(blinks(find_closings(times, eyes + narrowed, lids=lids))) == count
+        assert len(blinks(closings_in(times, eyes + narrowed, lids=lids))) == count
 
 
 def test_an_eye_is_not_held_closed_where_its_lids_are_apart() -> None:
     times, eyes = world()
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
-    kinds = [each.kind for each in find_closings(times, eyes + shut, lids=eyes + 0.4 * shut)]
+    kinds = [each.kind for each in closings_in(times, eyes + shut, lids=eyes + 0.4 * shut)]
     assert kinds == ["blink"] * len(BLINKS)
 
 
@@ -230,7 +238,7 @@ def test_a_squint_that_is_solved_half_open_closes_no_eye_though_the_markers_say_
     seen = eyes + quick + long
     for share, kinds in ((1.0, ["blink"] * 5 + ["held"] * 2), (0.5, ["blink"] * 4)):
         solved = SolvedLids(eyes + share * (quick + long), eyes + share * (quick + long))
-        found = find_closings(times, seen, lids=0.8 * seen, solved=solved)
+        found = closings_in(times, seen, lids=0.8 * seen, solved=solved)
         assert [each.kind for each in found] == kinds
 
 
@@ -239,7 +247,7 @@ def test_pulses_that_are_solved_as_squints_do_not_tell_when_an_eye_is_held_close
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
     seen = eyes + shut
     for share, held in ((1.0, 2), (0.1, 0)):
-        found = find_closings(times, seen, lids=seen, solved=SolvedLids(seen, share * seen))
+        found = closings_in(times, seen, lids=seen, solved=SolvedLids(seen, share * seen))
         assert len(found) - len(blinks(found)) == held
 
 
@@ -247,7 +255,7 @@ def test_an_eye_that_closes_harder_than_it_blinks_is_closed_while_it_does() -> N
     """Squeezed shut, it opens while its markers are still beyond those of a blink."""
     times, eyes = world()
     squeezed = 2.5 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.5, 0, 1)
-    found = find_closings(times, eyes + squeezed[:, None] * [1.0, 0.0])
+    found = closings_in(times, eyes + squeezed[:, None] * [1.0, 0.0])
     (held,) = (each for each in found if each.kind == "held")
     assert held.closed == pytest.approx(6.4, abs=0.04)
     assert held.opened == pytest.approx(7.1, abs=0.04)
@@ -257,16 +265,16 @@ def test_a_wink_is_of_one_eye_and_a_fast_pulse_of_both() -> None:
     times, eyes = world()
     wink = np.clip(np.minimum((times - 6.0) / 0.08, (6.4 - times) / 0.16), 0, 1)
     one = np.array([1.0, 0.0])
-    slow = find_closings(times, eyes + wink[:, None] * one)[-1]
+    slow = closings_in(times, eyes + wink[:, None] * one)[-1]
     assert slow.eyes == (0,) and not slow.guessed
-    fast = blinks(find_closings(times, eyes + blink(times, 6.0)[:, None] * one))[-1]
+    fast = blinks(closings_in(times, eyes + blink(times, 6.0)[:, None] * one))[-1]
     assert fast.eyes == (0, 1) and fast.guessed
 
 
 def test_an_eye_without_markers_blinks_with_the_other() -> None:
     times, eyes = world()
     eyes[:, 1] = np.nan
-    found = find_closings(times, eyes)
+    found = closings_in(times, eyes)
     assert [each.eyes for each in found] == [(0, 1)] * len(BLINKS)
     assert all(each.guessed for each in found)
 
@@ -274,26 +282,26 @@ def test_an_eye_without_markers_blinks_with_the_other() -> None:
 def test_left_and_right_are_alike() -> None:
     times, eyes = world(noise=0.03)
     eyes[:, 0] *= 0.7
-    mirrored = find_closings(times, eyes[:, ::-1])
-    for a, b in zip(find_closings(times, eyes), mirrored, strict=True):
+    mirrored = closings_in(times, eyes[:, ::-1])
+    for a, b in zip(closings_in(times, eyes), mirrored, strict=True):
         assert a.closed == b.closed and a.eyes == tuple(sorted(1 - eye for eye in b.eyes))
 
 
 def test_short_takes_and_takes_without_eyes_have_none() -> None:
-    assert not find_closings(np.zeros(1), np.zeros((1, 2)))
-    assert not find_closings(np.arange(90) / 30, np.full((90, 2), np.nan))
+    assert not closings_in(np.zeros(1), np.zeros((1, 2)))
+    assert not closings_in(np.arange(90) / 30, np.full((90, 2), np.nan))
 
 
 def test_an_eye_is_not_held_closed_where_its_brow_lowers_the_lid() -> None:
     times, eyes = world()
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
     closing = eyes + shut[:, None]
-    kinds = [each.kind for each in find_closings(times, closing, own=closing)]
+    kinds = [each.kind for each in closings_in(times, closing, own=closing)]
     assert "held" in kinds
     assert kinds == [
-        each.kind for each in find_closings(times, closing, own=np.full_like(closing, np.nan))
+        each.kind for each in closings_in(times, closing, own=np.full_like(closing, np.nan))
     ]
-    lowered = find_closings(times, closing, own=eyes + 0.3 * shut[:, None])
+    lowered = closings_in(times, closing, own=eyes + 0.3 * shut[:, None])
     assert [each.kind for each in lowered] == ["blink"] * len(BLINKS)
 
 
@@ -302,7 +310,7 @@ def test_an_eye_that_stays_down_with_the_gaze_is_not_held_closed() -> None:
     times, eyes = world()
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
     down = eyes + shut
-    kinds = [each.kind for each in find_closings(times, down, lids=down)]
+    kinds = [each.kind for each in closings_in(times, down, lids=down)]
     assert kinds.count("held") == 2
-    found = find_closings(times, down, lids=down, glanced=eyes + 0.5 * shut)
+    found = closings_in(times, down, lids=down, glanced=eyes + 0.5 * shut)
     assert [each.kind for each in found] == ["blink"] * len(BLINKS)

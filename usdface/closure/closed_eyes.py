@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.closure.blink_gaze import without_glances
 from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.closings import find_closings
@@ -105,11 +105,11 @@ def close_eyes(
         for down in (False, True)
     )
     as_solved = solved_lids(face, gaps, solved) if solution else None
-    closings = find_closings(
+    closings, left_open = find_closings(
         solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced, solved=as_solved
     )
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
-    findings = _unseen(gaps, signal)
+    findings = _unseen(gaps, signal) + _left_open(left_open)
     if solution:
         findings += _by_another_face(face, gaps, solved.names)
     closed = weights
@@ -160,6 +160,16 @@ def _unseen(gaps: Mapping[Eye, LidGaps], signal: FloatArray) -> list[Finding]:
         for eye in gaps
         if np.isnan(signal[:, EYES.index(eye)]).all()
     ]
+
+
+def _left_open(peaks: IntArray) -> list[Finding]:
+    if not len(peaks):
+        return []
+    message = (
+        "{pulse_count} pulses like blinks close the eyes by too little to be some, at frames "
+        "{frames}: left as solved"
+    )
+    return [finding("BLINK_DOUBTED", "lids", message, len(peaks), peaks.tolist())]
 
 
 def _by_another_face(

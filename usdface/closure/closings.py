@@ -48,8 +48,8 @@ def find_closings(
     lids: FloatArray | None = None,
     glanced: FloatArray | None = None,
     solved: SolvedLids | None = None,
-) -> list[EyeClosing]:
-    """Find blinks and closed eyes.
+) -> tuple[list[EyeClosing], IntArray]:
+    """Find blinks and closed eyes, and the pulses like blinks that leave the eyes open.
 
     Parameters
     ----------
@@ -76,11 +76,13 @@ def find_closings(
 
     Returns
     -------
-    list of EyeClosing
+    closings : list of EyeClosing
         In order of time.
+    left_open : (N,) int64
+        Frame index of the peak of each pulse that was dropped as one that does not close the eye.
     """
     if len(times) < 3:
-        return []
+        return [], np.zeros(0, dtype=np.int64)
     step = float(np.median(np.diff(times)))
     least = np.zeros(2) if least is None else least
     smooth, pulses, skin = _pulses(closing, own, step)
@@ -94,13 +96,14 @@ def find_closings(
     as_solved, by_closer = lid_depth(solved.closed, step), lid_depth(solved.by_closer, step)
     closed = pulses_that_close(depth, peaks, blinks)
     closed[closed] = as_deep_as_others(as_solved, peaks[closed])
+    known = closed.any() and has_closed_level(depth, as_solved, by_closer, peaks[closed])
+    if closed.any() and not known:
+        among = [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
+        closed[closed] = closed_as_solved(as_solved, by_closer, peaks[closed], among)
     blinks = [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
-    peaks = peaks[closed]
-    if not blinks:
-        return []
-    if not has_closed_level(depth, as_solved, by_closer, peaks):
-        closed = closed_as_solved(as_solved, by_closer, peaks, blinks)
-        return [blink for blink, is_closed in zip(blinks, closed, strict=True) if is_closed]
+    left_open, peaks = peaks[~closed], peaks[closed]
+    if not known:
+        return blinks, left_open
     # The level of a closed eye is that of its own blinks: their height above rest, at least.
     own_peaks = _eyes_that_blink(pulses, scale, blinks, peaks, step)
     level = np.maximum(_level(smooth[peaks], own_peaks), scale)
@@ -109,7 +112,7 @@ def find_closings(
         smooth = _no_further_than(each, smooth, level, _level(each.most[peaks], own_peaks))
     held = find_held_eyes(times, smooth, level, _by_itself(own, smooth))
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
-    return sorted(closings, key=lambda each: each.closed)
+    return sorted(closings, key=lambda each: each.closed), left_open
 
 
 def _pulses(
