@@ -104,6 +104,27 @@ def test_without_overlap_they_have_not(solved: Solved) -> None:
 
 
 @pytest.mark.slow
+def test_a_piece_in_which_the_face_is_out_of_sight_has_the_pose_beside_it(
+    solved: Solved, tmp_path: Path
+) -> None:
+    first, end = solved.cuts.piece(1)
+    known = replace(solved.known, overlap=32)
+    take = solved.shot.take
+    assert isinstance(take, MarkerTake)
+    positions = take.positions.copy()
+    positions[first - 128 : end + 128] = np.nan
+    left = replace(solved, shot=replace(solved.shot, take=replace(take, positions=positions)))
+    pieces = [solve_cut(left.read, left.cuts, *left.cuts.piece(k), known) for k in range(3)]
+    joined = join(pieces, known, MappedArrays(tmp_path))
+    assert joined.solution is not None and np.isfinite(joined.weights.weights).all()
+    turns = joined.solution.pose.rotations
+    np.testing.assert_array_equal(turns[first], turns[first - 129])
+    np.testing.assert_array_equal(turns[end], turns[end + 128])
+    codes = {found.code for found in joined.findings}
+    assert {"HEAD_MARKERS_FEW", "FRAME_UNSOLVED"} <= codes
+
+
+@pytest.mark.slow
 def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: Solved) -> None:
     truth = make_world().weights[ORDER]
     usual = retarget(solved.shot).solved

@@ -4,7 +4,7 @@ from worlds import World, make_world
 
 from usdface.errors import InputError
 from usdface.face.fitted_setup import fit_setup
-from usdface.retarget_setup import Binding, Expression, unbound
+from usdface.retarget_setup import Binding, Expression, Pin, unbound
 from usdface.takes import WeightsTake
 
 
@@ -47,6 +47,28 @@ def test_a_binding_has_one_point_for_each_marker() -> None:
         Binding(("a", "b"), np.array([1]))
     with pytest.raises(InputError, match="twice"):
         Binding(("a", "a"), np.array([1, 2]))
+
+
+@pytest.mark.parametrize(
+    ("frames", "weights", "expected"),
+    [
+        ([3, 4], [1.0], "1 weights at 2 frames"),
+        ([], [], "at least one"),
+        ([4, 3], [1.0, 1.0], "do not rise"),
+        ([-1], [1.0], "do not rise from 0"),
+        ([3], [1.1], "outside 0 to 1"),
+    ],
+)
+def test_a_pin_has_rising_frames_and_a_weight_for_each(
+    frames: list[int], weights: list[float], expected: str
+) -> None:
+    with pytest.raises(InputError, match=expected):
+        Pin("jawOpen", np.array(frames), np.array(weights))
+
+
+def test_a_blend_shape_has_one_pin(world: World) -> None:
+    with pytest.raises(InputError, match="pinned twice"):
+        world.setup(pins=(Pin("jaw", [3], [1.0]), Pin("jaw", [4], [0.0])))
 
 
 def test_a_rigid_head_needs_three_markers(world: World) -> None:

@@ -78,7 +78,7 @@ ERROR_CODES: dict[str, str] = {
     "BINDING_OTHER_MESH": "a binding was made for a mesh with other points or faces",
     "BINDING_UNSURE": "most proposed vertices are unsure",
     "VERTEX_OUTSIDE": "a marker is bound to a vertex that the mesh does not have",
-    "FRAMES_OUTSIDE": "neutral or peak frames are not in the take",
+    "FRAMES_OUTSIDE": "neutral, peak or pinned frames are not in the take",
     "SHOT_INCOMPLETE": "a file is no shot, or a target of the shot does not exist",
     "SOLVE_UNDETERMINED": "the numbers do not determine a solution",
     "RESULT_UNUSABLE": "the result is not usable, and is refused as requested; nothing is written",

@@ -18,7 +18,7 @@ from usdface.cleanup.clean import Cleaned
 from usdface.cleanup.repairs import Repair, repair_findings
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.geometry.rigid_fit import Pose
+from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
 from usdface.retarget.first_pose import head_markers_few
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
@@ -268,13 +268,15 @@ def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) 
     take, solution = last
     take = replace(take, times=arrays.mapped("times"), positions=arrays.mapped("positions"))
     weights = replace(solution.weights, times=take.times, weights=arrays.mapped("weights"))
+    pose = Pose(arrays.mapped("rotations"), arrays.mapped("translations"))
+    distances = arrays.mapped("distances")
     whole = replace(
         solution,
         weights=weights,
-        pose=Pose(arrays.mapped("rotations"), arrays.mapped("translations")),
+        pose=pose.bridged(_posed(distances)),
         residual=arrays.mapped("residual"),
         feature_points=arrays.mapped("feature_points"),
-        distances=arrays.mapped("distances"),
+        distances=distances,
     )
     mended = _mended(repairs)
     findings = (*repair_findings(mended), *known.findings, *_of_all_frames(whole, take))
@@ -285,8 +287,13 @@ def _of_all_frames(solution: Solution, take: MarkerTake) -> list[Finding]:
     """Return the findings that count frames."""
     seen = ~np.isnan(solution.distances)
     found = occlusions(solution.markers, (~seen).sum(axis=0), len(seen))
-    found += head_markers_few(np.asarray(seen.sum(axis=1) >= 3), take.source)
+    found += head_markers_few(_posed(solution.distances), take.source)
     return found + unsolved_frames(seen, take.source)
+
+
+def _posed(distances: FloatArray) -> BoolArray:
+    """Return the frames (F,) with a pose: others have distances (F, B) of no marker."""
+    return np.asarray((~np.isnan(distances)).sum(axis=1) >= POSE_MARKERS)
 
 
 def _mended(repairs: Sequence[Repair]) -> tuple[Repair, ...]:

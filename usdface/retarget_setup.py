@@ -122,7 +122,12 @@ class Expression:
 class Pin:
     """Weights of one blend shape that are fixed: `weights` (K,) in [0, 1] at `frames` (K,).
 
-    `frames` are frame indices of the take, rising.
+    `frames` are frame indices of the take, rising; there is at least one.
+
+    Raises
+    ------
+    InputError
+        If they are not, or not as many as weights, or a weight is outside 0 to 1.
 
     Examples
     --------
@@ -137,6 +142,19 @@ class Pin:
     def __post_init__(self) -> None:
         object.__setattr__(self, "frames", frozen(self.frames, np.int64))
         object.__setattr__(self, "weights", frozen(self.weights))
+        if self.frames.ndim != 1 or self.frames.shape != self.weights.shape or not self.frames.size:
+            raise InputError(
+                f"the pins of {self.shape!r} are {self.weights.size} weights at {self.frames.size} "
+                "frames; expected as many, and at least one",
+                "WEIGHTS_LENGTH_WRONG",
+            )
+        if self.frames[0] < 0 or (np.diff(self.frames) <= 0).any():
+            raise InputError(
+                f"the frame indices of the pins of {self.shape!r} do not rise from 0 on",
+                "SETTING_WRONG",
+            )
+        if not ((self.weights >= 0) & (self.weights <= 1)).all():
+            raise InputError(f"a pin of {self.shape!r} is outside 0 to 1", "SETTING_WRONG")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -290,6 +308,9 @@ class RetargetSetup:
                 raise InputError(
                     f"the neutral weight of {name!r} is {weight}; expected 0 to 1", "SETTING_WRONG"
                 )
+        pinned = [pin.shape for pin in self.pins]
+        if len(set(pinned)) != len(pinned):
+            raise InputError("a blend shape is pinned twice; give it one Pin", "NAME_REPEATED")
         parts = MappingProxyType(dict(self.exaggeration))
         object.__setattr__(self, "exaggeration", parts)
         for part, factor in parts.items():

@@ -17,13 +17,13 @@ from usdface.correct_shot import correct_solved, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
 from usdface.findings import Finding, timed
-from usdface.geometry.rigid_fit import Pose
+from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
 from usdface.hooks import Hook, run_hooks
 from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion
-from usdface.retarget.pins import with_pins
+from usdface.retarget.pins import check_pins, with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, clean_inputs, solve
@@ -139,6 +139,8 @@ def retarget(
     >>> max(peaks, key=peaks.get)
     'disgust'
     """
+    names = {*shot.rig.shape_names, *shot.mesh.shape_names}
+    check_pins(shot.setup.pins, names, len(shot.take.times))
     return retarget_in_stages(shot, options, hooks, Progress.of(on_progress), _Uncached())
 
 
@@ -343,6 +345,6 @@ def _head_seen(shot: Shot, solution: Solution) -> BoolArray:
     """Return which markers determine the head's pose: (F, M) bool."""
     seen = ~np.isnan(solution.distances)
     if shot.setup.head == "markers" and isinstance(shot.take, MarkerTake):
-        rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= 3
+        rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= POSE_MARKERS
         seen = np.broadcast_to(rigid[:, None], seen.shape)
     return seen

@@ -14,6 +14,7 @@ from usdface.face.expression_poses import ActionPose, expressions_for
 from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding
 from usdface.options import BindOptions, CorrectionOptions
+from usdface.retarget.usable_markers import check_bound_markers
 from usdface.retarget_setup import Calibration, Expression, RetargetSetup
 from usdface.rigs import Mesh, Rig
 from usdface.shot import Shot
@@ -81,6 +82,8 @@ def assemble_shot(
     mesh, bound = resolved.mesh, resolved.setup
     if calibration is not None:
         bound = replace(bound, calibration=calibration)
+    if isinstance(take, MarkerTake):
+        check_bound_markers(bound, take)
     bound, new_findings = fit_setup(bound, mesh, take)
     findings += new_findings
     expressions, new_findings = expressions_for(rig.shape_names, poses or {})

@@ -200,6 +200,15 @@ def test_what_cannot_be_proposed_is_one_clear_line(world: World) -> None:
     few = replace(take, names=take.names[:5], positions=take.positions[:, :5])
     with pytest.raises(InputError, match="shows 5 markers"):
         propose(few, mesh, NO_BINDING)
+    names = take.names[:5] + tuple(f"{name} again" for name in take.names[:5])
+    copied = replace(take, names=names, positions=take.positions[:, [0, 1, 2, 3, 4] * 2])
+    with pytest.raises(InputError, match="shows 5 markers at different places"):
+        propose(copied, mesh, NO_BINDING)
+    apart = take.positions.copy()
+    for frame, positions in enumerate(apart):  # never two of them at once
+        positions[np.arange(len(take.names)) != frame % len(take.names)] = np.nan
+    with pytest.raises(InputError, match=r"no frame of the take .* shows"):
+        propose(replace(take, positions=apart), mesh, NO_BINDING)
     lost = replace(take, positions=np.full_like(take.positions, np.nan))
     with pytest.raises(InputError, match="shows 0 markers"):
         propose(lost, mesh, NO_BINDING)

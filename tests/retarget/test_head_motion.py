@@ -75,6 +75,20 @@ def test_a_head_that_turns_all_around_is_left_as_it_is() -> None:
     assert smooth_motion(pose, TIMES, FACE, 1e-3, ALL) is pose
 
 
+def test_a_single_wrong_pose_is_kept_and_the_others_are_smoothed() -> None:
+    moved = POSE.to_take(np.broadcast_to(FACE, (len(TIMES), *FACE.shape)))
+    noisy, _ = rigid_fit(FACE, moved + 1e-3 * RNG.normal(size=moved.shape))
+    rotations = noisy.rotations.copy()
+    rotations[100] = Rotation.from_rotvec([0.0, 3.0, 0.0]).as_matrix()
+    smooth = smooth_motion(Pose(rotations, noisy.translations), TIMES, FACE, 1e-3, ALL)
+    np.testing.assert_array_equal(smooth.rotations[100], rotations[100])
+    expected = smooth_motion(noisy, TIMES, FACE, 1e-3, ALL)
+    others = np.delete(np.arange(len(TIMES)), range(95, 106))
+    np.testing.assert_allclose(
+        smooth.rotations[others], expected.rotations[others], atol=1e-3, rtol=0
+    )
+
+
 @pytest.mark.parametrize("noise", [0.0, 3e-4])
 def test_what_no_marker_shows_is_bridged_smoothly(noise: float) -> None:
     """A quarter of a second without markers, in which the fit keeps its last pose."""

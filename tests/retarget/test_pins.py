@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from usdface.errors import InputError
 from usdface.options import PIN_REACH
-from usdface.retarget.pins import faded_at_pins, pin_bounds, with_pins
+from usdface.retarget.pins import check_pins, faded_at_pins, pin_bounds, with_pins
 from usdface.retarget_setup import Pin
 
 TIMES = np.arange(120) / 60
@@ -54,3 +55,11 @@ def test_a_correction_fades_out_towards_pins() -> None:
 def test_without_pins_nothing_changes(pins: tuple[Pin, ...]) -> None:
     np.testing.assert_array_equal(with_pins(pins, NAMES, TIMES, FREE), FREE)
     np.testing.assert_array_equal(faded_at_pins(pins, NAMES, TIMES, FREE, FREE + 0.1), FREE + 0.1)
+
+
+def test_pins_of_no_blend_shape_and_beyond_the_take_are_refused() -> None:
+    check_pins(PINS[:1], NAMES, 101)
+    with pytest.raises(InputError, match="'gone'"):
+        check_pins(PINS, NAMES, 101)
+    with pytest.raises(InputError, match="frame 100; the take has 100 frames"):
+        check_pins(PINS[:1], NAMES, 100)

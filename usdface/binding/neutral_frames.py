@@ -24,6 +24,7 @@ __all__ = [
     "held_poses",
     "neutral_frames",
     "peak_frames",
+    "stabilised_markers",
     "stabilised_take",
 ]
 
@@ -144,13 +145,24 @@ def _stabilised(take: MarkerTake, kind: str) -> StabilisedTake:
             "are proposed, too (--propose). Name them, as in --neutral 0 30",
             "TAKE_KIND_WRONG",
         )
-    if take.visible.sum(axis=1).max() < FEWEST_MARKERS:
+    used = np.flatnonzero(take.visible.any(axis=0))
+    return stabilised_markers(take, used, f"{kind} frames cannot be found")
+
+
+def stabilised_markers(take: MarkerTake, used: IntArray, otherwise: str) -> StabilisedTake:
+    """Remove the head motion from the markers `used` (M,) of a take; each is seen at least once.
+
+    Raises
+    ------
+    InputError
+        If no frame shows enough of them for the head pose; it ends with `otherwise`.
+    """
+    if take.visible[:, used].sum(axis=1).max() < FEWEST_MARKERS:
         raise InputError(
-            f"no frame of the take {take.source} shows {FEWEST_MARKERS} markers; "
-            f"{kind} frames cannot be found",
+            f"no frame of the take {take.source} shows {FEWEST_MARKERS} markers; {otherwise}",
             "MARKERS_TOO_FEW",
         )
-    return stabilised_take(take.positions[:, take.visible.any(axis=0)])
+    return stabilised_take(take.positions[:, used])
 
 
 def stabilised_take(positions: FloatArray) -> StabilisedTake:
@@ -159,7 +171,7 @@ def stabilised_take(positions: FloatArray) -> StabilisedTake:
     Parameters
     ----------
     positions : (F, M, 3) float64 [m]
-        NaN where occluded; each marker is seen at least once.
+        NaN where occluded; each marker is seen at least once, three in one frame.
     """
     seen = visible(positions)
     still = positions
@@ -167,17 +179,25 @@ def stabilised_take(positions: FloatArray) -> StabilisedTake:
     middle = np.where(seen[fullest, :, None], positions[fullest], np.nan)
     calm = np.ones(positions.shape[1], dtype=bool)
     for _ in range(_ROUNDS):
-        pose, _ = rigid_fit(np.where(calm[:, None], middle, np.nan), positions)
+        known = calm & visible(middle)
+        if (seen & known).sum(axis=1).max() < 3:  # the calm ones are never seen together
+            break
+        pose, _ = rigid_fit(np.where(known[:, None], middle, np.nan), positions)
         still = pose.to_head(positions)
         middle = np.nanmedian(still, axis=0)
         restless = np.sqrt(np.nanmean(((still - middle) ** 2).sum(axis=2), axis=0))
         calm = restless <= np.median(restless)
         calm |= np.argsort(np.argsort(restless)) < _FEWEST_CALM
     away = np.where(seen[..., None], still - middle, 0.0).reshape(len(still), -1)
-    some = away[:: max(1, len(away) // _MOST_FRAMES)]
+    some = away[:: _step(len(away))]
     _, _, modes = np.linalg.svd(some - some.mean(axis=0), full_matrices=False)
     scores = (away - some.mean(axis=0)) @ modes[:_MODES].T
     return StabilisedTake(still, median_filter(scores, size=(min(_MEDIAN, len(scores)), 1)))
+
+
+def _step(count: int) -> int:
+    """Return the step that leaves at most `_MOST_FRAMES` of `count` frames."""
+    return max(1, -(-count // _MOST_FRAMES))
 
 
 def held_poses(
@@ -192,7 +212,7 @@ def held_poses(
     count : int
     """
     scores = stabilised.scores
-    step = max(1, len(scores) // _MOST_FRAMES)
+    step = _step(len(scores))
     some = scores[::step]
     spread = rms_radius(some)
     if spread == 0.0 or len(scores) == 1:
@@ -230,7 +250,7 @@ def _hold(scores: FloatArray, times: FloatArray, best: int, *, size: float) -> t
 def distant_frames(stabilised: StabilisedTake, neutral: tuple[int, int], count: int) -> IntArray:
     """Return up to `count` frame indices far from neutral and from each other, most first."""
     scores = stabilised.scores
-    step = max(1, len(scores) // _MOST_FRAMES)
+    step = _step(len(scores))
     some = scores[::step]
     mean = scores[neutral[0] : neutral[1] + 1].mean(axis=0)
     far = np.linalg.norm(some - mean, axis=1)

@@ -23,7 +23,7 @@ from usdface.binding.neutral_frames import (
     check_frames,
     distant_frames,
     held_poses,
-    stabilised_take,
+    stabilised_markers,
 )
 from usdface.binding.observations import Observations, observe
 from usdface.binding.peak_motion import unexplained_motion
@@ -158,7 +158,7 @@ def _registered(
 ) -> _Registered:
     """Register the markers `used` (M,) of a take, with those anchors (M,) that fit the others."""
     names = tuple(take.names[i] for i in used)
-    stabilised = stabilised_take(take.positions[:, used])
+    stabilised = stabilised_markers(take, used, "the vertices of markers cannot be proposed")
     held = held_poses(stabilised, take.times)
     likely = held[0].frames
     neutral = likely if find_neutral else setup.neutral or likely
@@ -211,16 +211,26 @@ def _usable(
     take: MarkerTake, given: dict[str, int]
 ) -> tuple[IntArray, tuple[DuplicateMarker, ...]]:
     """Return the indices of visible markers without duplicates, and the duplicates."""
-    positions = take.positions
     used = np.flatnonzero(take.visible.any(axis=0))
+    copies = _copies(take, used, given)
+    used = np.delete(used, sorted(copies))
     anchored = len(given.keys() & {take.names[i] for i in used})
     least = FEWEST_MARKERS if anchored >= _ANCHORS else _FEWEST
     if len(used) < least:
+        apart = " at different places" if copies else ""
         raise InputError(
-            f"the take {take.source} shows {len(used)} markers; proposing their vertices takes "
-            f"{_FEWEST}, or {FEWEST_MARKERS} of which three are in --bind bind.json",
+            f"the take {take.source} shows {len(used)} markers{apart}; proposing their vertices "
+            f"takes {_FEWEST}, or {FEWEST_MARKERS} of which three are in --bind bind.json",
             "MARKERS_TOO_FEW",
         )
+    return used, tuple(copies.values())
+
+
+def _copies(take: MarkerTake, used: IntArray, given: dict[str, int]) -> dict[int, DuplicateMarker]:
+    """Return the markers that are always at the position of another, by index into `used`."""
+    if len(used) < 2:
+        return {}
+    positions = take.positions
     middle = np.nanmedian(positions[:, used], axis=0)
     size = np.sqrt(((middle - np.median(middle, axis=0)) ** 2).sum(axis=1).mean())
     copies: dict[int, DuplicateMarker] = {}
@@ -231,7 +241,7 @@ def _usable(
             copy, original = (a, b) if take.names[used[b]] in given else (b, a)
             duplicate = DuplicateMarker(take.names[used[copy]], take.names[used[original]])
             copies.setdefault(copy, duplicate)
-    return np.delete(used, sorted(copies)), tuple(copies.values())
+    return copies
 
 
 def _peaks(

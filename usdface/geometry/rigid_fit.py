@@ -7,7 +7,10 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import SolveError
 
-__all__ = ["IN_LINE", "Pose", "rigid_fit", "similarity_fit"]
+__all__ = ["IN_LINE", "POSE_MARKERS", "Pose", "rigid_fit", "similarity_fit"]
+
+# Markers that determine a pose, if they are not in a line.
+POSE_MARKERS = 3
 
 # Markers are in a line if they deviate from it by at most this share of its length: 1 mm of
 # 50, where noise of 0.3 mm would turn the head by 17 degrees.
@@ -47,8 +50,11 @@ class Pose:
         return np.asarray(moved + self.translations[:, None])
 
     def bridged(self, usable: BoolArray) -> "Pose":
-        """Return the pose with that of the nearest `usable` frame (F,) in those that are not."""
-        if usable.all():
+        """Return the pose with that of the nearest `usable` frame (F,) in those that are not.
+
+        Unchanged, if none is.
+        """
+        if usable.all() or not usable.any():
             return self
         frames = np.arange(len(usable))
         known = frames[usable]
@@ -84,7 +90,7 @@ def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
     """
     source = np.broadcast_to(source, target.shape)
     seen = ~(np.isnan(target[..., 0]) | np.isnan(source[..., 0]))
-    usable: BoolArray = np.asarray(seen.sum(axis=1) >= 3)
+    usable: BoolArray = np.asarray(seen.sum(axis=1) >= POSE_MARKERS)
     if not usable.any():
         raise SolveError("no frame shows three head markers at once; the head pose is unknown")
     weight = (seen / np.maximum(seen.sum(axis=1, keepdims=True), 1))[:, None]

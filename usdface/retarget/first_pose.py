@@ -4,12 +4,12 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
-from usdface.geometry.rigid_fit import Pose, rigid_fit
+from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit
 from usdface.retarget.neutral import on_plane
 from usdface.retarget_setup import RetargetSetup
-from usdface.takes import MarkerTake
+from usdface.takes import MarkerTake, visible
 
-__all__ = ["first_pose", "head_markers_few", "in_posed_frames"]
+__all__ = ["first_pose", "head_markers_few", "in_posed_frames", "shows_pose"]
 
 
 def first_pose(
@@ -39,6 +39,14 @@ def first_pose(
         return rigid_fit(on_plane(neutral), on_plane(positions))
     rigid = take.select(setup.head_markers)
     return rigid_fit(on_plane(head_neutral), on_plane(rigid))
+
+
+def shows_pose(take: MarkerTake, positions: FloatArray, setup: RetargetSetup) -> bool:
+    """Whether `first_pose` has a frame that determines the head's pose."""
+    if setup.head == "stabilised":
+        return True
+    markers = positions if setup.head == "solve" else take.select(setup.head_markers)
+    return bool((visible(markers).sum(axis=1) >= POSE_MARKERS).any())
 
 
 def in_posed_frames(positions: FloatArray, posed: BoolArray) -> FloatArray:

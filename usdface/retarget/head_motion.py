@@ -5,21 +5,21 @@ from scipy.linalg import LinAlgError, cho_solve_banded, cholesky_banded
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.geometry.rigid_fit import Pose, similarity_fit
+from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, similarity_fit
 from usdface.geometry.rigid_modes import small_motions
 from usdface.retarget.solver.curvature import curvature_bands
 from usdface.visibility_patterns import visibility_patterns
 
 __all__ = ["head_motion", "smooth_motion"]
 
-# Beyond this angle [rad] rotation vectors cannot be averaged: they wrap around at pi.
+# Beyond this angle [rad] rotation vectors cannot be averaged: they wrap around at pi. Of a whole
+# turn a fifth of the frames are beyond it; half of that are single wrong poses.
 _FAR = 2.5
+_FEW = 0.1
 # Ratios of the variance of the noise to that of the second difference that are tried: two per
 # decade, from a head that shakes to one that rests.
 _WEIGHTS = np.logspace(-4, 8, 25)
-# Markers that determine a pose (three points); and the least noise [m] assumed where gaps are
-# bridged, a thousandth of the jitter of optical markers.
-_FEWEST = 3
+# The least noise [m] assumed where gaps are bridged: a thousandth of the jitter of optical markers.
 _FINEST = 1e-7
 
 
@@ -67,7 +67,8 @@ def smooth_motion(
     Each of the three angles and three coordinates of the face's centre is the most probable
     curve if its second derivative is white; its power is the one that makes the take itself
     most probable (Whittaker 1923, the weight by marginal likelihood). A frame is weighted by how
-    well its visible markers determine the pose; with fewer than three it does not count.
+    well its visible markers determine the pose; with fewer than three it does not count. Nor does
+    a frame beyond 2.5 rad, which keeps its pose; a head that turns around keeps all of them.
 
     Parameters
     ----------
@@ -82,10 +83,12 @@ def smooth_motion(
     """
     rotations = Rotation.from_matrix(pose.rotations.copy())  # SciPy before 1.15.1 wants to write
     angles, centre = rotations.as_rotvec(), points.mean(axis=0)
-    known = seen.sum(axis=1) >= _FEWEST
-    if len(times) < 3 or not known.any() or np.linalg.norm(angles, axis=1).max() > _FAR:
+    shown = seen.sum(axis=1) >= POSE_MARKERS
+    far = np.linalg.norm(angles, axis=1) > _FAR
+    known = shown & ~far
+    if len(times) < 3 or not known.any() or (far & shown).mean() > _FEW:
         return pose
-    if noise <= 0.0 and known.all():
+    if noise <= 0.0 and shown.all():
         return pose
     places = pose.translations + rotations.apply(centre)
     variances = max(noise, _FINEST) ** 2 * _uncertainties(points, seen)
@@ -95,7 +98,11 @@ def smooth_motion(
         [_smooth(c, times, p) for c, p in zip(curves.T, precisions.T, strict=True)], axis=1
     )
     turned = Rotation.from_rotvec(smooth[:, 3:])
-    return Pose(turned.as_matrix(), smooth[:, :3] - turned.apply(centre))
+    own = far & shown
+    return Pose(
+        np.where(own[:, None, None], pose.rotations, turned.as_matrix()),
+        np.where(own[:, None], pose.translations, smooth[:, :3] - turned.apply(centre)),
+    )
 
 
 def _uncertainties(points: FloatArray, seen: BoolArray) -> FloatArray:

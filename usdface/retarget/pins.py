@@ -1,15 +1,35 @@
 """Pins: weights that an artist has fixed in some frames, blended into the frames around them."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.errors import InputError
 from usdface.options import PIN_REACH
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget_setup import Pin
 
-__all__ = ["faded_at_pins", "pin_bounds", "pin_nearness", "with_pins"]
+__all__ = ["check_pins", "faded_at_pins", "pin_bounds", "pin_nearness", "with_pins"]
+
+
+def check_pins(pins: Sequence[Pin], names: Collection[str], frames: int) -> None:
+    """Refuse pins of blend shapes that are not among `names`, or beyond a take of `frames` frames.
+
+    Raises
+    ------
+    InputError
+    """
+    for pin in pins:
+        if pin.shape not in names:
+            raise InputError(
+                f"a pin is of {pin.shape!r}, which is no blend shape of the rig", "SHAPE_UNKNOWN"
+            )
+        if pin.frames[-1] >= frames:
+            raise InputError(
+                f"{pin.shape!r} is pinned in frame {pin.frames[-1]}; the take has {frames} frames",
+                "FRAMES_OUTSIDE",
+            )
 
 
 def pin_bounds(
@@ -61,7 +81,7 @@ def pin_nearness(pins: Sequence[Pin], names: tuple[str, ...], times: FloatArray)
     """Return how near each frame is to the pins of each blend shape: (F, T), 1 at a pin."""
     near = np.zeros((len(times), len(names)))
     for pin in pins:
-        if pin.shape in names and len(pin.frames):
+        if pin.shape in names:
             column = names.index(pin.shape)
             near[:, column] = np.maximum(near[:, column], _nearness(times, times[pin.frames]))
             near[pin.frames, column] = 1.0
@@ -74,7 +94,7 @@ def _pinned(
     """Return the weights with pins, and where they differ from the old ones: both (F, S)."""
     pinned, near_pin = weights.copy(), np.zeros(weights.shape, dtype=bool)
     for pin in pins:
-        if pin.shape in names and len(pin.frames):
+        if pin.shape in names:
             column, pin_times = names.index(pin.shape), times[pin.frames]
             nearness = _nearness(times, pin_times)
             change = np.interp(times, pin_times, pin.weights - weights[pin.frames, column])

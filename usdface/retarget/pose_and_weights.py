@@ -19,7 +19,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
+from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit, similarity_fit
 from usdface.progress import Progress, Step
 from usdface.retarget.carried_residual import carried_residual
 from usdface.retarget.neutral import on_plane
@@ -42,8 +42,6 @@ _ROUNDS = 30
 # settled. What they are filled with in a wrong pose is kept for long: a gap of 5 frames over
 # AnimFace's open jaw steps by 1.6 mm with 4 of these rounds, by 0.09 mm with 10.
 _HELD = 10
-# Markers that determine a head pose.
-_FEWEST = 3
 # Corrections of the neutral. Weight errors by the exact ones after 2, 3 and 4 of them (5 frames of
 # 0.3 mm, ICT face, python -m benchmarks.known_answer): 0.44, 0.42, 0.41.
 _NEUTRAL_STEPS = 4
@@ -262,7 +260,9 @@ def _pose_of(
     """
     seen = visible(markers)
     there = np.where(seen[..., None], here, expected)
-    posed = seen.sum(axis=1) >= _FEWEST
+    posed = seen.sum(axis=1) >= POSE_MARKERS
+    if not posed.any():  # a piece of a take, without the face
+        return pose
     kept = np.where(posed[:, None, None], pose.to_take(there), np.nan)
     return rigid_fit(there - residual, np.where(seen[..., None], markers, kept))[0]
 

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.errors import SolveError
-from usdface.retarget.first_pose import first_pose, in_posed_frames
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.first_pose import first_pose, in_posed_frames, shows_pose
 from usdface.retarget.pose_and_weights import (
     PoseAndWeights,
     reach_of_ends,
@@ -71,8 +72,11 @@ def _solved(
         )
     setup = replace(setup, head=estimates.head)
     positions = take.select(estimates.markers)
-    pose, posed = first_pose(take, positions, estimates.neutral, setup, estimates.head_neutral)
-    positions = in_posed_frames(positions, posed)
+    if shows_pose(take, positions, setup):
+        pose, posed = first_pose(take, positions, estimates.neutral, setup, estimates.head_neutral)
+        positions = in_posed_frames(positions, posed)
+    else:  # the head was out of sight all the time; other pieces have its pose
+        pose, positions = Pose.identity(len(positions)), np.full_like(positions, np.nan)
     known = estimates.regularisation(setup.solve, shape_names)
     if not exactly:
         known = replace(known, options=setup.solve)

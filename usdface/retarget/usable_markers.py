@@ -14,6 +14,7 @@ from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
 
 __all__ = [
+    "check_bound_markers",
     "determined",
     "neutral_frames",
     "occlusions",
@@ -22,10 +23,38 @@ __all__ = [
 ]
 
 
+# A marker more than a head pose takes: with three, every motion of them is one of the head.
+LEAST_MARKERS = 4
+
+
+def check_bound_markers(setup: RetargetSetup, take: MarkerTake) -> None:
+    """Refuse a binding with too few markers of a take, before anything is solved.
+
+    Raises
+    ------
+    InputError
+    """
+    bound = setup.binding.markers
+    count = len(set(bound) & set(take.names))
+    if not count:
+        raise InputError(
+            f"none of the {len(bound)} bound markers is in the take {take.source}; "
+            f"bound: {', '.join(bound[:6])}, ...; in the take: {', '.join(take.names[:6])}, ...",
+            "MARKER_UNKNOWN",
+        )
+    if count < LEAST_MARKERS:
+        raise InputError(
+            f"{count} of the {len(take.names)} markers of {take.source} are bound; at least "
+            f"{LEAST_MARKERS} are needed. Bind more, or find vertices for them (--propose)",
+            "MARKERS_TOO_FEW",
+        )
+
+
 def usable_markers(
     take: MarkerTake, points: FloatArray, setup: RetargetSetup
 ) -> tuple[list[int], FloatArray, list[Finding]]:
     """Return the usable bound markers, their neutral, and findings on the others."""
+    check_bound_markers(setup, take)
     binding, findings = setup.binding, []
     known = [i for i, name in enumerate(binding.markers) if name in take.names]
     for name in sorted(set(binding.markers) - set(take.names)):
@@ -33,13 +62,6 @@ def usable_markers(
     unbound = [name for name in take.names if name not in binding.markers]
     if unbound:
         findings.append(finding("MARKER_UNBOUND", take.source, "not bound: {markers}", unbound))
-    if not known:
-        raise InputError(
-            f"none of the {len(binding.markers)} bound markers is in the take "
-            f"{take.source}; bound: {', '.join(binding.markers[:6])}, ...; "
-            f"in the take: {', '.join(take.names[:6])}, ...",
-            "MARKER_UNKNOWN",
-        )
     positions = take.select(tuple(binding.markers[i] for i in known))
     if setup.neutral is None:
         if take.dimension == 2:
@@ -57,10 +79,12 @@ def usable_markers(
         elif not resting[i]:
             findings.append(finding("MARKER_WITHOUT_NEUTRAL", name))
     keep = np.flatnonzero(ever & resting)
-    if len(keep) < 4:
+    if len(keep) < LEAST_MARKERS:
+        where = "" if setup.neutral is None else " in the neutral frames"
+        other = "" if setup.neutral is None else ", or name other neutral frames"
         raise InputError(
-            f"only {len(keep)} bound markers are visible in the neutral frames of "
-            f"{take.source}; at least 4 are needed. Name other neutral frames or bind more",
+            f"only {len(keep)} bound markers are visible{where} of {take.source}; "
+            f"at least {LEAST_MARKERS} are needed. Bind more{other}",
             "MARKERS_TOO_FEW",
         )
     hidden = np.isnan(positions[:, keep, 0]).sum(axis=0)

@@ -5,6 +5,7 @@ import pytest
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from usdface.errors import SolveError
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.film.one_camera import PinholeCamera, fit_pose, pose_columns, start_pose
 
@@ -78,3 +79,8 @@ def test_a_frame_with_three_markers_keeps_the_pose_beside_it() -> None:
     found, usable = fit_pose(FACE, hidden, CAMERA, start_pose(FACE, IMAGE, CAMERA))
     assert usable.tolist() == [True, True, False, True]
     np.testing.assert_array_equal(found.rotations[2], found.rotations[3])
+
+
+def test_a_take_without_four_markers_in_a_frame_is_refused() -> None:
+    with pytest.raises(SolveError, match="4 bound markers at once"):
+        fit_pose(FACE[:3], IMAGE[:, :3], CAMERA, POSE)

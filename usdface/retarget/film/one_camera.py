@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.errors import SolveError
 from usdface.geometry.marker_spread import fit_scale_and_translation
 from usdface.geometry.rigid_fit import Pose
 from usdface.takes import visible
@@ -130,10 +131,19 @@ def fit_pose(
         frame that has them.
     usable : (F,) bool
         True where at least four markers were visible.
+
+    Raises
+    ------
+    SolveError
+        If no frame has four visible markers.
     """
     points = np.broadcast_to(points, (*image.shape[:2], 3))
     is_visible = visible(image)
     usable = np.asarray(is_visible.sum(axis=1) >= _FEWEST)
+    if not usable.any():
+        raise SolveError(
+            f"no frame shows {_FEWEST} bound markers at once; the head pose is unknown"
+        )
     rotations, translations = start.rotations.copy(), start.translations.copy()
     near = _NEAREST * float(np.median(translations[:, 2]))
     known = is_visible[..., None] if certainty is None else (is_visible * certainty)[..., None]

@@ -1,0 +1,41 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from worlds import World, make_world
+
+from usdface.errors import InputError
+from usdface.retarget.usable_markers import check_bound_markers, usable_markers
+from usdface.retarget_setup import Binding
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world()
+
+
+@pytest.mark.parametrize(
+    ("count", "expected"), [(0, "none of the 2 bound markers"), (1, "1 of the"), (3, "3 of the")]
+)
+def test_a_take_with_fewer_than_four_bound_markers_is_refused_with_advice(
+    world: World, count: int, expected: str
+) -> None:
+    names = (*list(world.points)[:count], *(("a", "b") if count == 0 else ()))
+    setup = replace(world.setup(), binding=Binding(names, np.arange(len(names))), nose_tip="")
+    with pytest.raises(InputError, match=expected):
+        check_bound_markers(setup, world.take)
+
+
+@pytest.mark.parametrize("rig_neutral", [False, True])
+def test_markers_that_are_not_seen_are_told_by_the_neutral_in_use(
+    world: World, rig_neutral: bool
+) -> None:
+    """Other neutral frames are no advice where the neutral is the rig's own."""
+    positions = world.take.positions.copy()
+    hidden = slice(None) if rig_neutral else slice(0, 1)
+    positions[hidden, 3:] = np.nan
+    setup = world.setup(neutral=None if rig_neutral else (0, 0))
+    points = world.rig.meshes[0].points[setup.binding.points]
+    with pytest.raises(InputError, match="only 3 bound markers") as caught:
+        usable_markers(replace(world.take, positions=positions), points, setup)
+    assert ("other neutral frames" in str(caught.value)) is not rig_neutral
