@@ -96,6 +96,19 @@ def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:
     assert bind["neutral"]["start"] == 0 and "NEUTRAL_FOUND" in codes(report)
 
 
+def test_swapped_labels_are_put_right_before_frames_and_places_are_looked_for(
+    folder: Path, world: World
+) -> None:
+    """For a third of the take two labels are exchanged."""
+    right, _ = written(folder, "--neutral", "auto")
+    swapped = world.take.positions.copy()
+    some = slice(len(swapped) // 3, 2 * len(swapped) // 3)
+    swapped[some, [1, 12]] = world.take.positions[some, [12, 1]]
+    write_take(replace(world.take, positions=swapped), folder / "take.usda")
+    found, _ = written(folder, "--neutral", "auto")
+    assert found["markers"] == right["markers"] and found["neutral"] == right["neutral"]
+
+
 def test_weights_of_the_neutral_reach_the_shot(folder: Path, world: World) -> None:
     weights = {world.rig.meshes[0].shape_names[0]: 0.125}
     neutral = {"start": 0, "end": 3, "weights": weights}

@@ -9,13 +9,14 @@ from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_fr
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
 from usdface.binding_origin import check_mesh, origin_of, take_differs
+from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.fitted_setup import check_vertices
 from usdface.face.shape_names import rename_weights
 from usdface.finding_values import Prose
 from usdface.findings import Finding, finding, timed
-from usdface.options import BindOptions
+from usdface.options import BindOptions, CleanOptions
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.neutral_weights import estimate_neutral_weights
 from usdface.retarget_setup import Binding, RetargetSetup, unbound
@@ -129,22 +130,34 @@ def resolve_binding(
     setup = _requested(setup, options)
     check_frames(take, setup.neutral, setup.peaks)
     resolved = ResolvedBinding(mesh, setup, neutral_found=find_neutral)
+    looking = proposing or find_neutral or options.peaks == "auto"
+    labelled = _labelled(take, setup) if looking else take
     if proposing:
-        proposal = propose(take, mesh, setup, find_neutral=find_neutral)
+        proposal = propose(labelled, mesh, setup, find_neutral=find_neutral)
         missing = _missing(setup, take)
         setup, resolved = proposal.setup, replace(resolved, proposal=proposal, missing=missing)
         _check_sure(proposal, mesh, take)
     else:
         resolved = _compared(resolved, take)
         if find_neutral:
-            setup = replace(setup, neutral=neutral_frames(take))
+            setup = replace(setup, neutral=neutral_frames(labelled))
         if options.peaks == "auto":
-            setup = replace(setup, peaks=peak_frames(take, setup.neutral or neutral_frames(take)))
+            neutral = setup.neutral or neutral_frames(labelled)
+            setup = replace(setup, peaks=peak_frames(labelled, neutral))
     if find_neutral:
         setup = replace(setup, neutral_assumed=False)
-        setup = replace(setup, neutral_weights=neutral_weights(take, mesh, setup))
+        setup = replace(setup, neutral_weights=neutral_weights(labelled, mesh, setup))
     setup = replace(setup, origin=origin_of(mesh, take))
     return replace(resolved, setup=setup, other_take=other_take)
+
+
+def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
+    """Return the take with swapped labels put right, as the solve will have it."""
+    if take.dimension == 2 or not setup.clean.swaps:
+        return take
+    only = CleanOptions(spikes=False, gaps=False)
+    cleaned, _ = clean_take(take, take.names, only, moving=setup.head != "stabilised")
+    return cleaned.take
 
 
 def _names_frames(setup: RetargetSetup) -> str:
