@@ -73,6 +73,15 @@ def test_two_noisy_neutrals_are_better_than_one() -> None:
     assert away < 0.8 * np.sqrt((second**2).mean())
 
 
+def test_an_exact_neutral_of_the_file_goes_before_a_noisy_one() -> None:
+    noise = 5e-5 * np.random.default_rng(2).normal(size=FACE.rest.shape)
+    found, _ = matched(FACE.rest + noise, replace(FACE, frames=0))
+    assert found is not None
+    placed = found.neutral - found.neutral.mean(axis=0)  # less the pose, which the noise turns
+    away = np.sqrt(((placed - FACE.rest + FACE.rest.mean(axis=0)) ** 2).mean())
+    assert away < 0.5 * np.sqrt((noise**2).mean())
+
+
 def test_a_neutral_that_is_exact_is_kept() -> None:
     neutral = FACE.rest + 5e-5 * np.random.default_rng(2).normal(size=FACE.rest.shape)
     found, _ = matched(neutral, frames=None)

@@ -110,13 +110,17 @@ class _Stretch:
         output, core, values = self._own[inner], self._core[inner], values[self._at[inner]]
         means = np.empty((len(self._own), values.shape[1]))
         for rows, together in self._together():
-            share = (output / self.size[rows, None] - _PEAK[0]) / (_PEAK[1] - _PEAK[0])
+            size = self.size[rows[: len(together)], None]
+            share = (output / size - _PEAK[0]) / (_PEAK[1] - _PEAK[0])
             weights = np.clip(share, 0.0, 1.0) * together[:, core]
             means[rows] = weights @ values / weights.sum(axis=1, keepdims=True)
         return means
 
     def _together(self) -> Iterator[tuple[IntArray, FloatArray]]:
-        """Yield frames (B,) and how far they belong to each core (B, K); each core's at once."""
+        """Yield frames (B,) and how far they belong to each core: (B, K), (1, K) for a core's own.
+
+        The frames of a core belong to the others alike, and have one size.
+        """
         frames = np.flatnonzero(self._core < 0)
         for block in np.split(frames, range(_BLOCK, len(frames), _BLOCK)):
             yield block, self._belonging(self._own[block], self._least[block])

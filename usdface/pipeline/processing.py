@@ -149,6 +149,8 @@ def process(
         new_root = None if in_place else ours.root
         check_outputs([new_root, *ours.layers, glb, picture, faces, clean], read)
         staged, findings = read_shot(stage, str(path), folder)
+        if clean:
+            _check_delivery(stage, clean, staged, delivery)
     kept = _stage_cache(cache, path)
     pieced = _pieced_stages(pieces, path, options, asset_root, hooks, kept)
     solved, reported = _retarget(
@@ -326,6 +328,12 @@ def _earlier(shot: Shot, earlier: ShotResult) -> ShotResult:
             "the earlier result has another take or rig than this shot; process it without"
         )
     return replace(earlier, shot=replace(shot, take=earlier.shot.take))
+
+
+def _check_delivery(stage: Stage, path: Path, staged: StagedShot, options: DeliverOptions) -> None:
+    from usdface.io.usd.deliverable import check_delivery  # only here: most runs write none
+
+    check_delivery(stage, path, staged.codes, options)
 
 
 def _deliver(root: Path, staged: StagedShot, path: Path, options: DeliverOptions) -> list[Finding]:

@@ -24,6 +24,8 @@ __all__ = ["MatchedFace", "face_of_solution", "fit_known_face", "match_face"]
 _SAME = 0.004
 # Fewer known markers than this do not determine a similarity between two takes.
 _FEWEST = 4
+# Neutral frames that an exact neutral counts as: their mean is known to a thousandth of the noise.
+_EXACT = 1_000_000
 _NAME = "similarity, the performer's own shapes"
 
 
@@ -170,9 +172,9 @@ def match_face(
         return MatchedFace(known, own, neutral, moved, frames), findings
     mean = neutral.copy()
     if frames is not None:
-        total = frames.copy()
-        total[known] += face.frames
-        mean[known] -= (face.frames / np.maximum(total[known], 1))[:, None] * moved
+        total, earlier = frames.copy(), face.frames or _EXACT
+        total[known] += earlier
+        mean[known] -= (earlier / np.maximum(total[known], 1))[:, None] * moved
         frames = total
     return MatchedFace(known, own, mean, np.zeros_like(moved), frames), findings
 

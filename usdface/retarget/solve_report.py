@@ -172,7 +172,7 @@ def usual_misfit(solution: Solution) -> float:
 def _of_markers(solution: Solution) -> dict[str, dict[str, float]]:
     seen = ~np.isnan(solution.distances)
     distances = 1000.0 * np.where(seen, solution.distances, 0.0)
-    mean: FloatArray = np.sqrt((distances**2).sum(axis=0) / seen.sum(axis=0))
+    mean: FloatArray = np.sqrt((distances**2).sum(axis=0) / np.maximum(seen.sum(axis=0), 1))
     worst = distances.argmax(axis=0)
     return {
         name: {
@@ -181,4 +181,5 @@ def _of_markers(solution: Solution) -> dict[str, dict[str, float]]:
             "worst_frame": int(worst[m]),
         }
         for m, name in enumerate(solution.markers)
+        if seen[:, m].any()  # else visible only in frames without a head pose
     }

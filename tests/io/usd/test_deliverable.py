@@ -65,8 +65,10 @@ def test_what_the_take_lacks_is_said(shot: Path) -> None:
     result = process(shot, deliver=place, delivery=DeliverOptions(start=2, end=38, handles=8))
     assert "RANGE_OUTSIDE" in {finding.code for finding in result.findings}
     assert delivered(place)[1] == list(range(40))
+    unwritten = shot.with_name("unwritten.usda")
     with pytest.raises(InputError, match="are not in the take, which has 0 to 39"):
-        process(shot, deliver=place, delivery=DeliverOptions(start=50, end=60))
+        process(shot, output=unwritten, deliver=place, delivery=DeliverOptions(start=50, end=60))
+    assert not unwritten.exists()
 
 
 def test_a_layer_offset_retimes_it(shot: Path) -> None:

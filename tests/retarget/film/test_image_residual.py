@@ -64,3 +64,10 @@ def test_hidden_markers_count_nothing() -> None:
     normal, right = residual_of(image).equations(COLUMNS)
     assert not normal[6:8].any() and not right[6:8].any()
     assert normal[:6].any()
+
+
+def test_a_film_that_is_explained_exactly_has_a_residual_of_nothing() -> None:
+    image = CAMERA.image(POSE.to_take(VERTICES.rest + MOVED))
+    film = FilmedTake(replace(TAKE, positions=image), VERTICES, NEUTRAL)
+    residual = image_residual(film, CAMERA, POSE, VERTICES.rest, MOVED, SURE, 0.0)
+    assert residual.variance == 0.0 and np.isfinite(residual.taken).all()

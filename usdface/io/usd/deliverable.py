@@ -13,10 +13,19 @@ from usdface.io.usd.head_motion import HEAD_OP
 from usdface.io.usd.stage import Metrics, Stage, metrics_of, new_layer, save_layer
 from usdface.options import DeliverOptions
 
-__all__ = ["write_deliverable"]
+__all__ = ["check_delivery", "write_deliverable"]
 
 _MOST_FRAMES = 10_000_000  # a day at 100 frames a second
 _ROUNDING = 1e-6  # frames
+
+
+def check_delivery(stage: Stage, path: Path, codes: FloatArray, options: DeliverOptions) -> None:
+    """Refuse a range without a frame of the take, before anything is solved or written.
+
+    Parameters and errors are those of `write_deliverable`.
+    """
+    metrics = metrics_of(stage)
+    _frames(codes, metrics, options.rate or metrics.frames_per_second, options, path)
 
 
 def write_deliverable(

@@ -19,6 +19,8 @@ __all__ = ["ImageResidual", "image_residual"]
 
 # Largest correlation of residuals from frame to frame: at most 200 frames count as one.
 _MOST_ALIKE = 0.99
+# Least variance, of the mean diagonal of the normal matrices: for their factors alone.
+_FINEST = 1e-12
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -140,6 +142,8 @@ def _explained(poses: FloatArray, shapes: FloatArray, variance: float) -> FloatA
     both = np.concatenate([poses, shapes], axis=-1)
     flat = both.reshape(len(both), -1, both.shape[-1])
     normal = flat.transpose(0, 2, 1) @ flat
+    # A film that is explained without a residual still has a definite normal matrix.
+    variance = max(variance, _FINEST * float(np.einsum("fii->fi", normal).mean()))
     half = np.linalg.cholesky(normal + variance * np.eye(both.shape[-1]))
     taken = np.linalg.solve(half, flat.transpose(0, 2, 1)).transpose(0, 2, 1)
     return np.asarray(taken.reshape(both.shape))
