@@ -164,6 +164,8 @@ def _relative(path: Path, folder: Path) -> str:
 
 def _span(parts: Sequence[Any]) -> str:
     """Return the timecodes of the first and the last of them, to the second."""
+    if not parts:
+        return "none"
     starts = [int(part.start) for part in parts]
     first, last = (
         f"{start // 3600:02}:{start // 60 % 60:02}:{start % 60:02}"

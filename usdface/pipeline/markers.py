@@ -73,12 +73,14 @@ def make_markers(
     with progress.step("read"):
         character, findings = read_rig(rig)
         if bind:
-            setup = read_bind(bind)[0]
+            setup, new_findings = read_bind(bind)
+            findings += new_findings
             mesh = character.mesh(setup.binding.mesh)
         else:
             mesh = character.face()
             setup = setup_of_json({"markers": {}, "mesh": mesh.path}, str(rig))
-        setup = fit_setup(setup, mesh)[0]
+        setup, new_findings = fit_setup(setup, mesh)
+        findings += new_findings
     with progress.step("place"):
         found = marker_places(mesh, setup.binding, count=options.count, noise=options.noise)
     binding = found.binding(setup.binding)

@@ -63,6 +63,15 @@ def test_scipy_finds_the_same_minimum(bounds: Bounds) -> None:
     np.testing.assert_allclose(found.ravel(), judge.x, atol=1e-5)
 
 
+@pytest.mark.parametrize("iterations", [3, 30])
+def test_rows_are_kept_however_few_the_iterations(iterations: int) -> None:
+    normals, right, bands = problem(2, 40)
+    found = solve_by_frame(normals, right, bands, ROWS, None, iterations, 0.0).weights
+    assert (found @ ROWS.rows.T - ROWS.limits).max() < 1e-9
+    low, high = ROWS.over(*right.shape)
+    assert (found - low).min() > -1e-12 and (high - found).min() > -1e-12
+
+
 def test_frames_with_one_matrix_are_the_solve_with_one_matrix() -> None:
     normals, right, bands = problem(3, 30)
     normals[:] = normals[0]

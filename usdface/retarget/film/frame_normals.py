@@ -12,7 +12,13 @@ from scipy.linalg.lapack import dpbtrs
 from usdface.arrays import FloatArray
 from usdface.retarget.solver.backend import on_all_cores
 from usdface.retarget.solver.bounds import Bounds
-from usdface.retarget.solver.temporal_solve import RELAXATION, Iterate, joined_limits, shared_system
+from usdface.retarget.solver.temporal_solve import (
+    RELAXATION,
+    Iterate,
+    joined_limits,
+    obeying,
+    shared_system,
+)
 from usdface.retarget.take_pieces import pieces
 
 __all__ = ["solve_by_frame"]
@@ -68,7 +74,8 @@ def solve_by_frame(
             if np.abs(boxed - before).max(initial=0.0) <= tolerance:
                 break
         inside = slice(core.start - whole.start, core.stop - whole.start)
-        weights[core], dual[core] = boxed[inside, :size], scaled[inside]
+        weights[core] = obeying(boxed[inside, :size], system.penalties[:size], bounds.at(core))
+        dual[core] = scaled[inside]
 
     # The least eigenvalue of any frame bounds how far the ends of a piece reach.
     least = np.linalg.eigvalsh(normals)[:, 0].min() * np.eye(size)

@@ -26,6 +26,7 @@ __all__ = [
     "Iterate",
     "SharedSystem",
     "joined_limits",
+    "obeying",
     "shared_system",
     "solve_temporal",
     "temporal_reach",
@@ -134,7 +135,7 @@ def solve_temporal(
             system, right[whole], curve, (low, high), boxed, begin, iterations, tolerance
         )
         inside = slice(core.start - whole.start, core.stop - whole.start)
-        result.weights[core] = _obeying(
+        result.weights[core] = obeying(
             boxed[inside, :size], system.penalties[:size], bounds.at(core)
         )
         dual[core] = ended[inside]
@@ -269,8 +270,17 @@ def _in_fours(matrix: FloatArray, rows: int | None = None) -> FloatArray:
     return result
 
 
-def _obeying(weights: FloatArray, metric: FloatArray, bounds: Bounds) -> FloatArray:
-    """Return the weights (F, S) within bounds that are the nearest which keep the rows too."""
+def obeying(weights: FloatArray, metric: FloatArray, bounds: Bounds) -> FloatArray:
+    """Return the weights within bounds that are the nearest which keep the rows too.
+
+    Parameters
+    ----------
+    weights : (F, S) float64
+        Within the bounds, and the rows but for the last iteration's error.
+    metric : (S,) float64
+        Weights of the squared distances.
+    bounds : Bounds
+    """
     if not len(bounds.rows):
         return weights
     broken = np.flatnonzero((weights @ bounds.rows.T > bounds.limits).any(axis=1))
