@@ -27,6 +27,8 @@ from usdface.takes import WeightsTake
 __all__ = ["Exaggeration", "exaggerated", "scaled_weights"]
 
 _ONE = np.ones(1)
+# Weights of files are in single precision: a limit is kept within this.
+_SINGLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,7 +155,7 @@ def _limited(before: FloatArray, after: FloatArray, evaluator: BlendShapeEvaluat
     after = after.copy()
     for _ in range(len(evaluator.limits)):  # a limit may be limited itself
         for low, high in evaluator.limits.tolist():
-            kept = before[:, low] <= before[:, high]
+            kept = before[:, low] <= before[:, high] + _SINGLE
             least = np.minimum(after[:, low], after[:, high])
             after[:, low] = np.where(kept, least, after[:, low])
     return after

@@ -31,8 +31,8 @@ def neutral_markers(positions: FloatArray, frames: tuple[int, int]) -> FloatArra
     Returns
     -------
     (M, D) float64
-        In the head pose of the first neutral frame; NaN for a marker that no neutral frame
-        shows.
+        In the head pose of the neutral frame that shows most markers, the first of several; NaN
+        for a marker that no neutral frame shows.
 
     Raises
     ------

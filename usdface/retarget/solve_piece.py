@@ -41,7 +41,7 @@ def solve_piece(
     setup : RetargetSetup
         Its neutral frames do not count.
     """
-    joint = _solved(take, estimates, shape_names, setup, estimates.rounds, exactly=True)
+    joint = _solved(take, estimates, shape_names, setup, exactly=True)
     return solution_of(take, joint, estimates, shape_names, setup.pins)
 
 
@@ -52,7 +52,7 @@ def settled(
     setup: RetargetSetup,
 ) -> TakeEstimates:
     """Return the estimates with the number of rounds after which these frames settle."""
-    joint = _solved(take, estimates, shape_names, setup, estimates.rounds, exactly=False)
+    joint = _solved(take, estimates, shape_names, setup, exactly=False)
     return replace(estimates, rounds=joint.rounds)
 
 
@@ -61,7 +61,6 @@ def _solved(
     estimates: TakeEstimates,
     shape_names: tuple[str, ...],
     setup: RetargetSetup,
-    rounds: int,
     exactly: bool,
 ) -> PoseAndWeights:
     if not estimates.shapes.linear:
@@ -82,7 +81,7 @@ def _solved(
         known = replace(known, options=setup.solve)
     return solve_pose_and_weights(
         take.times, positions, estimates.points, estimates.shapes, estimates.space, pose, setup,
-        shape_names, rounds=rounds, known=known, exactly=exactly,
+        shape_names, rounds=estimates.rounds, known=known, exactly=exactly,
     )  # fmt: skip
 
 

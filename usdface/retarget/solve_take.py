@@ -89,15 +89,12 @@ def estimate_take(
     model: BlendShapeEvaluator,
     *,
     surface: MarkerSurface,
-    progress: Progress | None = None,
 ) -> tuple[TakeEstimates, list[Finding]]:
     """Return the estimates of `solve_take` that hold for all frames of a take.
 
     Parameters, findings and errors are those of `solve_take`.
     """
-    fitted, findings = fit_take(
-        take, points, offsets, shape_names, setup, model, surface=surface, progress=progress
-    )
+    fitted, findings = fit_take(take, points, offsets, shape_names, setup, model, surface=surface)
     shapes, _ = as_performed(fitted.fit, shape_names, fitted.setup)
     return fitted.estimates(shapes), findings
 
