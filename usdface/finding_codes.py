@@ -571,6 +571,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_head_markers",
         "fewer than three head markers, or only some in a line, are visible in some frames",
     ),
+    "HEAD_TURNED_AT_NEUTRAL": (
+        "info",
+        "name_neutral",
+        "the head is turned in the neutral frames, from which the character's motion is measured",
+    ),
     "HEAD_MARKERS_IN_LINE": (
         "warning",
         "name_head_markers",
@@ -652,7 +657,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "GAIN_UNSEEN": (
         "info",
         "calibrate",
-        "a blend shape never moves in the calibration take; its gain stays 1",
+        "a blend shape never moves in the calibration take; its gain stays about 1",
     ),
     "GAIN_UNKNOWN": (
         "info",

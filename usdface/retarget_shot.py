@@ -22,7 +22,7 @@ from usdface.hooks import Hook, run_hooks
 from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
-from usdface.retarget.head_motion import head_motion
+from usdface.retarget.head_motion import head_motion, turned_at_neutral
 from usdface.retarget.pins import check_pins, with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
@@ -277,11 +277,13 @@ def _express_shot(
         )
         weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
         regions, failed = _region_residuals(face, solution)
+        motion = _head_motion(shot, face, solution) if options.head else None
+        findings += turned_at_neutral(motion, shot.take.source) if motion else []
         result = ShotResult(
             shot,
             _with_pinned_base(shot, weights),
             solution=solution,
-            head_motion=_head_motion(shot, face, solution) if options.head else None,
+            head_motion=motion,
             repairs=solved.repairs,
             region_residuals=regions,
         )

@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from usdface.geometry.rigid_fit import Pose, rigid_fit
-from usdface.retarget.head_motion import head_motion, smooth_motion
+from usdface.retarget.head_motion import head_motion, smooth_motion, turned_at_neutral
 
 RNG = np.random.default_rng(4)
 TIMES = np.arange(400) / 60
@@ -56,6 +56,15 @@ def test_a_head_that_rests_is_held_still() -> None:
         return float(np.abs(np.diff(pose.to_take(resting), 2, axis=0)).max())
 
     assert jitter(smooth) < 0.01 * jitter(fitted)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 15.0])
+def test_a_head_that_is_turned_at_neutral_is_reported(degrees: float) -> None:
+    nods = Rotation.from_euler("x", 3.0 * np.sin(TIMES)[:, None], degrees=True)
+    turned = nods * Rotation.from_euler("y", degrees, degrees=True)
+    found = turned_at_neutral(Pose(turned.as_matrix(), np.zeros((len(TIMES), 3))), "take")
+    assert [each.code for each in found] == ["HEAD_TURNED_AT_NEUTRAL"] * (degrees > 0.0)
+    assert not found or "15 degrees" in str(found[0])
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
