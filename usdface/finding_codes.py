@@ -747,7 +747,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "LIDS_PARTED": (
         "info",
         "look_at_frames",
-        "shut lids that crossed were parted, and stay open in part",
+        "shut lids that crossed were parted; they stay open in part, or the lower lid is lowered",
     ),
     "LIPS_CLOSED": ("info", "nothing", "lips that touch on the performer were brought together"),
     "LIPS_UNSEEN": (

@@ -22,6 +22,7 @@ GAPS = LidGaps(
     0.008,
     closer=0,
     tighteners=(),
+    cheek_raisers=(),
     raisers=(),
     movers=np.array([True, True]),
 )

@@ -5,7 +5,8 @@ import pytest
 from slits import LID_GAP, bent_slit_face, slit_face
 
 from usdface.arrays import FloatArray
-from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.closure.lid_contact import close_lids, crossing, looks_open, part_crossed_lids
 from usdface.closure.lid_gaps import LidGaps, lid_gaps_of
 from usdface.face.bound_face import BoundFace
 from usdface.rigs import Mesh
@@ -102,3 +103,38 @@ def test_weights_that_may_not_change_stay(mesh: Mesh, gaps: LidGaps) -> None:
     assert parted[0, gaps.tighteners[0]] < 0.2
     free[list(gaps.tighteners)] = False
     np.testing.assert_array_equal(part_crossed_lids(weights, gaps, free), weights)
+
+
+def uneven(squint: tuple[int, ...]) -> LidGaps:
+    """A blink that closes two places 8 mm open alike, and a squint that closes one of them more."""
+    offsets = np.array([[-0.008, -0.008], [-0.006, -0.001]])
+    return LidGaps(
+        "left",
+        np.array([0.008, 0.008]),
+        BlendShapeEvaluator(offsets),
+        np.array([0, 1]),
+        0.008,
+        closer=0,
+        tighteners=squint,
+        cheek_raisers=(),
+        raisers=(),
+        movers=np.array([True, True]),
+    )
+
+
+def test_a_raised_lower_lid_is_lowered_where_it_would_leave_shut_lids_open() -> None:
+    free = np.ones(2, bool)
+    squeezed = np.stack([np.linspace(0.5, 1.0, 101), np.full(101, 0.8)], axis=1)
+    before = part_crossed_lids(squeezed, uneven(()), free)
+    gaps = uneven((1,))
+    after = part_crossed_lids(squeezed, gaps, free)
+    assert gaps.widest(before)[-1] > 0.4 * gaps.opening
+    assert gaps.widest(after)[-1] == pytest.approx(looks_open(gaps), abs=2e-6)
+    assert crossing(after, gaps).max() < 1e-6
+    # No jump where it begins, and nothing where the eye was as far open before.
+    assert np.abs(np.diff(after, axis=0)).max() < 0.05
+    half = np.array([[0.45, 0.8]])
+    np.testing.assert_array_equal(
+        part_crossed_lids(half, gaps, free), part_crossed_lids(half, uneven(()), free)
+    )
+    np.testing.assert_allclose(part_crossed_lids(after, gaps, free), after, atol=1e-4)

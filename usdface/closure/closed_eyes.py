@@ -10,7 +10,7 @@ from usdface.closure.blink_gaze import without_glances
 from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.closings import find_closings
 from usdface.closure.eye_closing import EyeClosing, closing_course, nearest_frame
-from usdface.closure.lid_contact import close_lids, crossing, part_crossed_lids
+from usdface.closure.lid_contact import close_lids, crossing, looks_open, part_crossed_lids
 from usdface.closure.lid_estimate import lid_estimate
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
@@ -25,9 +25,10 @@ __all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
 
 # Least crossing that is reported [m].
 _REPORTED = 1e-4
-# Shut lids that are parted by more than this share of the opening are reported: ICT's closing shape
-# alone leaves 0.115 at the widest place.
-_OPEN = 0.15
+# [m]: the rest of a bisection. Least fall of a weight that is reported, of those that raise the
+# lower lid.
+_EXACT = 1e-6
+_FALLEN = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,16 +207,22 @@ def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
 
 
 def _opened(eye: Eye, gaps: LidGaps, shut: FloatArray, parted: FloatArray) -> list[Finding]:
-    """Report lids that were shut, cross, and stay open in part where they are parted."""
+    """Report lids that were shut, cross, and stay open in part where they are parted.
+
+    Or whose lower lid is lowered for it.
+    """
     frames = np.flatnonzero((shut != parted).any(axis=1))
     frames = frames[gaps.widest(shut[frames]) <= 0.0]
-    left = gaps.widest(parted[frames])
-    frames, left = frames[left > _OPEN * gaps.opening], left[left > _OPEN * gaps.opening]
+    left, raised = gaps.widest(parted[frames]), [*gaps.tighteners, *gaps.cheek_raisers]
+    fallen = (shut[frames] - parted[frames])[:, raised].max(axis=1, initial=0.0)
+    told = (left > looks_open(gaps) + _EXACT) | (fallen > _FALLEN)
+    frames, left, fallen = frames[told], left[told], fallen[told]
     if not len(frames):
         return []
     message = (
         "shut in {frame_count} frames ({first_frame} to {last_frame}) by weights at which its lids "
-        "cross by up to {depth_mm:.1f} mm; parted, they stay open by up to {gap_mm:.1f} mm"
+        "cross by up to {depth_mm:.1f} mm; parted, they stay open by up to {gap_mm:.1f} mm, with "
+        "weights of the lower lid down by up to {weight:.2f}"
     )
     return [
         finding(
@@ -227,6 +234,7 @@ def _opened(eye: Eye, gaps: LidGaps, shut: FloatArray, parted: FloatArray) -> li
             frames[-1],
             -1000 * gaps.least(shut[frames]).min(),
             1000 * left.max(),
+            fallen.max(),
         )
     ]
 

@@ -39,9 +39,9 @@ _CORNER = 0.5
 _STILL = 0.02
 # Weights of a shape at which the distance of the lids is measured.
 _STEPS = np.linspace(0.0, 1.0, 21)
-# FACS: 5 raises the upper lid, 7 tightens the lower one (P. Ekman, W. Friesen, J. Hager, "Facial
-# Action Coding System", 2002).
-_RAISED, _TIGHTENED = 5, 7
+# FACS: 5 raises the upper lid, 7 tightens the lower one, 6 raises the cheek below it (P. Ekman, W.
+# Friesen, J. Hager, "Facial Action Coding System", 2002).
+_RAISED, _TIGHTENED, _CHEEK_RAISED = 5, 7, 6
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +63,8 @@ class LidGaps:
         The blend shape that closes the eye.
     tighteners : tuple of int
         Blend shapes that raise the lower lid.
+    cheek_raisers : tuple of int
+        Blend shapes that raise the cheek, and the lower lid with it.
     raisers : tuple of int
         Blend shapes that raise the upper lid.
     movers : (T,) bool
@@ -76,6 +78,7 @@ class LidGaps:
     opening: float
     closer: int
     tighteners: tuple[int, ...]
+    cheek_raisers: tuple[int, ...]
     raisers: tuple[int, ...]
     movers: BoolArray
 
@@ -168,6 +171,7 @@ def _measure(eye: Eye, mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> Li
         opening,
         names.index(mesh.shape_names[shape]),
         of_unit(_TIGHTENED, -1),
+        of_unit(_CHEEK_RAISED, -1),
         of_unit(_RAISED, 1),
         change < -_STILL * opening,
     )

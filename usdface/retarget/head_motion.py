@@ -80,8 +80,8 @@ def turned_at_neutral(motion: Pose, source: str) -> list[Finding]:
     if angle < _TURNED:
         return []
     message = (
-        "on average the head is turned by {turn_degrees:.0f} degrees from the neutral frames, in which "
-        "the character looks straight ahead"
+        "on average the head is turned by {turn_degrees:.0f} degrees from the neutral frames, in "
+        "which the character looks straight ahead"
     )
     return [finding("HEAD_TURNED_AT_NEUTRAL", source, message, float(angle))]
 
