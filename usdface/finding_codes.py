@@ -593,6 +593,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "the take does not show the focal length; a usual one is taken",
     ),
+    "HEAD_IN_PLANE": (
+        "warning",
+        "add_markers",
+        "too few markers of an image for the head's pose before the camera; it moves in its plane",
+    ),
     "IMAGE_SIZE_ASSUMED": (
         "warning",
         "name_image_size",

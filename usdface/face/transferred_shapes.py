@@ -44,11 +44,13 @@ def transferred_surface(
     if (held < 0).any() or 3 * count * len(patch.vertices) > _MOST:
         return None
     target = patch.points + patch.field(held, rest - placed.points)
-    known = [_dense(shape, len(surface.mesh.points)) for shape in shapes]
-    carried = patch.transferred(target, np.concatenate(known)[:, patch.vertices])
+    size = len(surface.mesh.points)  # a fine mesh is dense one shape at a time
+    known = np.concatenate([_dense(shape, size)[:, patch.vertices] for shape in shapes])
+    carried = patch.transferred(target, known)
     inside = np.flatnonzero(patch.place_of >= 0)
     moved, done = [], 0
-    for shape, own in zip(shapes, known, strict=True):
+    for shape in shapes:
+        own = _dense(shape, size)
         own[:, inside] = carried[done : done + len(own), patch.place_of[inside]]
         moved.append(_sparse(shape, own))
         done += len(own)

@@ -85,6 +85,8 @@ class SpaceMap:
     def __post_init__(self) -> None:
         for name in ("centres", "coefficients", "linear", "offset"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
+        if self.start is not None:
+            object.__setattr__(self, "start", frozen(self.start))
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Map points (..., D) of the source to (..., 3) of the target; NaN stays NaN."""

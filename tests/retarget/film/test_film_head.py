@@ -68,7 +68,8 @@ def test_five_markers_are_too_few() -> None:
     names = take.names[:5]
     few = replace(take, names=names, positions=take.positions[:, :5])
     surface = SURFACE.select(np.arange(5))
-    assert film_head(few, names, surface, NEUTRAL, true_weights) == (None, [])
+    found, findings = film_head(few, names, surface, NEUTRAL, true_weights)
+    assert found is None and [each.code for each in findings] == ["HEAD_IN_PLANE"]
 
 
 def test_of_a_dot_the_middle_is_filmed_and_the_mean_of_its_skin_is_solved() -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.dot_skin import DotSkin
 from usdface.face.marker_surface import MarkerSurface
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.filmed_places import refined_shifts
 from usdface.retarget.film.filmed_take import FilmedTake, Sized, as_they_are
@@ -111,7 +111,11 @@ def film_head(
     rest = neutral_markers(image, neutral)
     used = np.flatnonzero(visible(rest) & visible(image).any(axis=0))
     if len(used) < _FEWEST:
-        return None, []
+        message = (
+            "{marker_count} markers are in the take and its neutral frames; from {wanted_count} on "
+            "the head turns before a camera, with fewer it moves in the image alone"
+        )
+        return None, [finding("HEAD_IN_PLANE", take.source, message, len(used), _FEWEST)]
     bound = np.array(known)[used]
     own = np.array([take.names.index(markers[k]) for k in bound.tolist()])
     skin, shifts = surface.skin, np.zeros((len(markers), 3))
