@@ -16,6 +16,7 @@ from usdface.expression_system import ExpressionSystem
 from usdface.fuzzy.rules import Proposition
 from usdface.local_maxima import highest
 from usdface.shot import ShotResult
+from usdface.takes import frame_step
 
 __all__ = ["HALF_SHOWN_APART", "Explanation", "explain_result"]
 
@@ -84,7 +85,7 @@ class Explanation:
             If the time lies outside the take by more than half a frame.
         """
         first, last = float(self.times[0]), float(self.times[-1])
-        slack = float(np.median(np.diff(self.times))) / 2 if len(self.times) > 1 else 0.0
+        slack = frame_step(self.times) / 2
         if not first - slack <= seconds <= last + slack:
             raise InputError(
                 f"there is no frame at {seconds:g} s; the take goes from {first:g} to {last:g} s"

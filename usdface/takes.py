@@ -12,7 +12,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.errors import InputError
 
-__all__ = ["FARTHEST", "MarkerTake", "WeightsTake", "check_range", "visible"]
+__all__ = ["FARTHEST", "MarkerTake", "WeightsTake", "check_range", "frame_step", "visible"]
 
 # From the origin [m, or pixels of an image]: no capture volume and no image is larger, and squares
 # of it keep their digits.
@@ -23,6 +23,11 @@ _LARGEST_WEIGHT = 1000.0  # 10 times 100 %, where someone means per cent
 def visible(positions: FloatArray) -> BoolArray:
     """Return where markers (..., D) were seen, that is, are not NaN: (...,) bool."""
     return np.asarray(~np.isnan(positions[..., 0]))
+
+
+def frame_step(times: FloatArray) -> float:
+    """Return the median time between frames at `times` (F,) [s]; 0 for a single frame."""
+    return float(np.median(np.diff(times))) if len(times) > 1 else 0.0
 
 
 def _check_names(names: tuple[str, ...], subject: str) -> None:

@@ -11,7 +11,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import rigid_fit
-from usdface.takes import MarkerTake, visible
+from usdface.takes import MarkerTake, frame_step, visible
 
 __all__ = [
     "FEWEST_MARKERS",
@@ -223,7 +223,7 @@ def held_poses(
     usual = alike.mean(axis=1)
     begins = times[::step] <= times[0] + _BEGINNING
     speed = np.linalg.norm(np.gradient(scores, times, axis=0), axis=1)
-    around = round(2 * _STILL / max(float(np.median(np.diff(times))), 1e-9)) + 1
+    around = round(2 * _STILL / max(frame_step(times), 1e-9)) + 1
     speed = maximum_filter1d(speed, min(around, len(speed)))[::step]
     held = usual / (1.0 + (speed / max(float(np.median(speed)), 1e-12)) ** 2)
     found: list[HeldPose] = []

@@ -23,7 +23,7 @@ from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.options import CleanOptions
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solver.noise import white_noise
-from usdface.takes import MarkerTake
+from usdface.takes import MarkerTake, frame_step
 
 __all__ = ["Cleaned", "clean_take"]
 
@@ -179,7 +179,7 @@ def _without_spikes(
     if moving:  # where the head's pose is unknown, so is where a marker belongs
         _, posed = rigid_fit(stabilised.filled, positions)
         seen = seen & posed[:, None]
-    rate = 1.0 / float(np.median(np.diff(times)))
+    rate = 1.0 / frame_step(times)
     mean = stabilised.model.mean
     size = rms_radius(mean)
     # A spike also turns the head a little, and with it the others: markers that jump by their own

@@ -5,6 +5,7 @@ from scipy.linalg import solveh_banded
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.retarget.solver.curvature import curvature_bands
+from usdface.takes import frame_step
 
 __all__ = ["OWN", "fill_gaps", "frame_ranges"]
 
@@ -56,7 +57,7 @@ def fill_gaps(
     if len(times) < 3:
         return filled
     bands = curvature_bands(times)
-    dt = float(np.median(np.diff(times)))
+    dt = frame_step(times)
     frames = np.arange(len(times))
     for m in np.flatnonzero(~visible.all(axis=0)):
         own, gap = visible[:, m], ~visible[:, m]

@@ -18,6 +18,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_pulses import APART, LEAST_HEIGHT, LONGEST, crossing_time
 from usdface.local_maxima import local_maxima
+from usdface.takes import frame_step
 
 __all__ = ["blink_height", "find_blinks"]
 
@@ -82,7 +83,7 @@ def find_blinks(
     least : (2,) float64
         Least height of a pulse of each lid.
     """
-    step = float(np.median(np.diff(times)))
+    step = frame_step(times)
     known = np.isfinite(scale)
     if not known.any():
         return [], np.zeros(0, np.int64)

@@ -24,6 +24,7 @@ from usdface.closure.lid_depth import (
 )
 from usdface.closure.lid_pulses import APART, lid_pulses
 from usdface.closure.solved_lids import SolvedLids
+from usdface.takes import frame_step
 
 __all__ = ["find_closings"]
 
@@ -83,7 +84,7 @@ def find_closings(
     """
     if len(times) < 3:
         return [], np.zeros(0, dtype=np.int64)
-    step = float(np.median(np.diff(times)))
+    step = frame_step(times)
     least = np.zeros(2) if least is None else least
     smooth, pulses, skin = _pulses(closing, own, step)
     scale = np.array([blink_height(pulses[:, eye], least[eye], step) for eye in (0, 1)])

@@ -5,6 +5,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.eye_closing import EyeClosing, nearest_frame
 from usdface.closure.lid_pulses import crossing_time
+from usdface.smooth_step import smooth_step
 
 __all__ = ["find_held_eyes"]
 
@@ -57,7 +58,7 @@ def _held_eye(
 ) -> list[EyeClosing]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], closed, [False]]).astype(np.int8)))
     held: list[EyeClosing] = []
-    lids = _smooth_step((share - _HALF_OPEN) / (_CLOSED - _HALF_OPEN))
+    lids = smooth_step((share - _HALF_OPEN) / (_CLOSED - _HALF_OPEN))
     for first, stop in edges.reshape(-1, 2).tolist():
         last = stop - 1
         if times[last] - times[first] < _HELD:
@@ -87,8 +88,3 @@ def _open_time(times: FloatArray, share: FloatArray, frame: int, way: int) -> fl
     time = crossing_time(times[near], share[near] / share[frame], frame_there, way, level)
     away = np.clip(abs(time - times[frame]), _FASTEST, _SLOWEST)
     return float(times[frame] + way * away)
-
-
-def _smooth_step(x: FloatArray) -> FloatArray:
-    x = np.clip(x, 0.0, 1.0)
-    return np.asarray(x * x * (3.0 - 2.0 * x))

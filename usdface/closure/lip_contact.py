@@ -15,6 +15,8 @@ from usdface.cleanup.gaps import frame_ranges
 from usdface.closure.lip_signal import LipDistances
 from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
+from usdface.smooth_step import smooth_step
+from usdface.takes import frame_step
 
 __all__ = ["LipGaps", "largest_gaps", "lip_gaps_of", "touching_lips"]
 
@@ -108,8 +110,8 @@ def largest_gaps(
     beyond = np.maximum(distances.seen - tolerance, 0.0)
     limit = tolerance + beyond + beyond**2 / (2.0 * _WIDENS * tolerance)
     low = max(_CONTRADICTED * tolerance, _ABOVE_NOISE * distances.noise)
-    sure = np.clip((distances.shown - distances.seen - low) / tolerance, 0.0, 1.0)
-    sure = _throughout(sure * sure * (3.0 - 2.0 * sure), opened > limit, times)
+    sure = smooth_step((distances.shown - distances.seen - low) / tolerance)
+    sure = _throughout(sure, opened > limit, times)
     return np.asarray(np.divide(limit, sure, out=np.full(sure.shape, np.inf), where=sure > 0))
 
 
@@ -122,7 +124,7 @@ def _throughout(sure: FloatArray, apart: BoolArray, times: FloatArray) -> FloatA
     if len(times) < 3:
         return result
     # Just beyond a stretch the correction can part lips that were solved within the limit.
-    step = float(np.median(np.diff(times)))
+    step = frame_step(times)
     eased = gaussian_filter1d(result, _EASE / step, axis=0, mode="nearest")
     return np.asarray(np.maximum(result, eased))
 

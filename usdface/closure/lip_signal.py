@@ -16,7 +16,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.frame_blocks import by_blocks
 from usdface.retarget.solution import Solution
-from usdface.takes import WeightsTake
+from usdface.takes import WeightsTake, frame_step
 
 __all__ = ["LipDistances", "lip_distances", "lip_pairs"]
 
@@ -129,7 +129,7 @@ def lip_distances(
 def _smooth(values: FloatArray, times: FloatArray) -> FloatArray:
     if len(times) < 3:
         return values
-    step = float(np.median(np.diff(times)))
+    step = frame_step(times)
     return np.asarray(gaussian_filter1d(values, _SMOOTHING / step, axis=0, mode="nearest"))
 
 
@@ -137,7 +137,7 @@ def _damped(times: FloatArray) -> float:
     """Return the share of white noise that the smoothing leaves."""
     if len(times) < 3:
         return 1.0
-    step = float(np.median(np.diff(times)))
+    step = frame_step(times)
     return float(1.0 / max(np.sqrt(2.0 * np.sqrt(np.pi) * _SMOOTHING / step), 1.0))
 
 

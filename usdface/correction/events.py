@@ -13,6 +13,7 @@ import numpy as np
 from scipy.ndimage import label
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.smooth_step import smooth_step
 
 __all__ = ["Events", "events_of", "frame_events"]
 
@@ -102,7 +103,7 @@ class _Stretch:
         """Return the envelope (N,)."""
         held = np.maximum(_HELD * self.size, self._release + 1e-9)
         settled = _settled(self._own, self._release, _PLAY * self.size)
-        return _smooth_step((settled - self._release) / (held - self._release))
+        return smooth_step((settled - self._release) / (held - self._release))
 
     def peaks(self, values: FloatArray) -> FloatArray:
         """Return the mean (N, T) of values (F, T) at the peak of each frame's event."""
@@ -160,8 +161,3 @@ def _settled(curve: FloatArray, start: float, play: FloatArray) -> FloatArray:
             settled[k] = at
         passes.append(settled)
     return np.minimum(passes[0], passes[1][::-1])
-
-
-def _smooth_step(x: FloatArray) -> FloatArray:
-    x = np.clip(x, 0.0, 1.0)
-    return np.asarray(x * x * (3.0 - 2.0 * x))

@@ -20,7 +20,7 @@ from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import Expression
-from usdface.takes import MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake, frame_step
 
 __all__ = ["Features", "features", "sided_features"]
 
@@ -252,5 +252,5 @@ def _gains(
         return motion_products(own, shown, upper, measured)
 
     times = solved.times
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 1.0
+    step = frame_step(times) if len(times) > 1 else 1.0
     return motion_gains(by_blocks(len(times), products), _GAIN_WIDTH / step)

@@ -15,6 +15,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.geometry.marker_spread import marker_spread
+from usdface.takes import frame_step
 
 __all__ = ["MILLIMETRE", "face_unit", "measure", "smooth", "smoothed_blocks"]
 
@@ -136,7 +137,7 @@ def smoothed_blocks(
 
 def _deviation(times: FloatArray, width: float) -> float:
     """Return a standard deviation in frames; 0 of a take without two of them."""
-    return width / float(np.median(np.diff(times))) if width and len(times) > 1 else 0.0
+    return width / frame_step(times) if width and len(times) > 1 else 0.0
 
 
 def _gaussian(features: FloatArray, frames: float) -> FloatArray:

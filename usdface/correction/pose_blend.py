@@ -8,6 +8,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.options import RESPONSE, CorrectionMode
+from usdface.smooth_step import smooth_step
 
 __all__ = ["correct", "ease_antagonists", "pose_shares", "respond"]
 
@@ -100,8 +101,7 @@ def respond(emotions: FloatArray, response: tuple[float, float]) -> FloatArray:
         With 0 <= onset < full.
     """
     onset, full = response
-    x = np.clip((emotions - onset) / (full - onset), 0.0, 1.0)
-    return np.asarray(x * x * (3.0 - 2.0 * x))
+    return smooth_step((emotions - onset) / (full - onset))
 
 
 def ease_antagonists(

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import FloatArray
+from usdface.takes import frame_step
 
 __all__ = ["blend_frames", "blend_out", "blended"]
 
@@ -16,7 +17,7 @@ def blend_frames(times: FloatArray, blend_time: float) -> int:
     """Return the frames that a blend time [s] lasts, at the median step of `times` (F,) [s]."""
     if len(times) < 2:
         return 0
-    return round(blend_time / float(np.median(np.diff(times))))
+    return round(blend_time / frame_step(times))
 
 
 def blended(added: FloatArray, frames: int) -> FloatArray:

@@ -12,6 +12,7 @@ from usdface.face.regions import regions_of
 from usdface.local_maxima import local_maxima
 from usdface.rigs import Mesh
 from usdface.shot import ShotResult
+from usdface.takes import frame_step
 
 __all__ = ["peak_frames", "sheet_frames"]
 
@@ -119,7 +120,7 @@ def _size(moved: FloatArray) -> FloatArray:
 
 def _highest(curve: FloatArray, times: FloatArray, count: int, least: float) -> IntArray:
     """Return the highest local maxima of a curve over time."""
-    apart = max(1, round(_APART / float(np.median(np.diff(times)))))
+    apart = max(1, round(_APART / frame_step(times)))
     padded = np.concatenate([[-np.inf], curve, [-np.inf]])
     peaks = local_maxima(padded, least, apart) - 1
     return np.asarray(peaks[np.argsort(-curve[peaks], kind="stable")[:count]])
@@ -160,7 +161,7 @@ def _blinks(result: ShotResult) -> Iterator[tuple[int, str]]:
     moved = _displacements(result, mesh, lids.ravel(), result.solved.weights)
     moved = moved.reshape(len(times), *lids.shape, 3)
     closing = (moved[:, :, 1, 1] - moved[:, :, 0, 1]).mean(axis=1)
-    width = 2 * round(_BLINK / float(np.median(np.diff(times)))) + 1
+    width = 2 * round(_BLINK / frame_step(times)) + 1
     for frame in _highest(closing - median_filter(closing, width), times, _BLINKS, _CLOSING):
         yield int(frame), "blink"
 

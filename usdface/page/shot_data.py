@@ -18,7 +18,7 @@ from usdface.page.rule_data import rule_data
 from usdface.played_shot import PlayedShot
 from usdface.retarget.head_joint import carrying_joint
 from usdface.rigs import Mesh
-from usdface.takes import MarkerTake
+from usdface.takes import MarkerTake, frame_step
 from usdface.verdict.judge import Verdict
 
 __all__ = ["carrier_of", "gap_curves", "shot_data"]
@@ -87,7 +87,7 @@ def _verdict(verdict: Verdict | None) -> dict[str, Any] | None:
 
 
 def _rate(times: FloatArray) -> float:
-    return round(1.0 / float(np.median(np.diff(times))), 6) if len(times) > 1 else 24.0
+    return round(1.0 / frame_step(times), 6) if len(times) > 1 else 24.0
 
 
 def carrier_of(played: PlayedShot, face: BoundFace) -> int:

@@ -7,6 +7,7 @@ the marker is occluded, the weights would jump there, as far as it had drawn the
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.takes import frame_step
 
 __all__ = ["carried_residual"]
 
@@ -50,7 +51,7 @@ def carried_residual(
     last = len(times) - 1
     until = np.where(after <= last, times[np.minimum(after, last)] - times[:, None], np.inf)
     share = misfit**2 / max(misfit**2 + noise**2, 1e-300)
-    count = max(1, round(_STEADY / float(np.median(np.diff(times))))) if last else 1
+    count = max(1, round(_STEADY / frame_step(times))) if last else 1
     first = share * own + (1.0 - share) * _running_mean(own, seen, count)
     second = share * own + (1.0 - share) * _running_mean(own[::-1], seen[::-1], count)[::-1]
     from_first = _bridge(since, until) * np.take_along_axis(first, np.maximum(before, 0), axis=0)

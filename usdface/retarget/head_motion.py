@@ -9,6 +9,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, similarity_fit
 from usdface.geometry.rigid_modes import small_motions
 from usdface.retarget.solver.curvature import curvature_bands
+from usdface.takes import frame_step
 from usdface.visibility_patterns import visibility_patterns
 
 __all__ = ["head_motion", "smooth_motion", "turned_at_neutral"]
@@ -145,7 +146,7 @@ def _uncertainties(points: FloatArray, seen: BoolArray) -> FloatArray:
 
 
 def _smooth(curve: FloatArray, times: FloatArray, precisions: FloatArray) -> FloatArray:
-    bands = curvature_bands(times) * float(np.median(np.diff(times))) ** 3
+    bands = curvature_bands(times) * frame_step(times) ** 3
     unit = float(precisions.max())
     trust = precisions / unit
     count = int((trust > 0.0).sum())

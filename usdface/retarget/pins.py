@@ -9,6 +9,7 @@ from usdface.errors import InputError
 from usdface.options import PIN_REACH
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget_setup import Pin
+from usdface.smooth_step import smooth_step
 
 __all__ = ["check_pins", "faded_at_pins", "pin_bounds", "pin_nearness", "with_pins"]
 
@@ -109,5 +110,4 @@ def _nearness(times: FloatArray, pin_times: FloatArray) -> FloatArray:
     after = np.searchsorted(pin_times, times).clip(max=len(pin_times) - 1)
     before = (after - 1).clip(min=0)
     apart = np.minimum(np.abs(times - pin_times[after]), np.abs(times - pin_times[before]))
-    part = 1.0 - np.minimum(apart / PIN_REACH, 1.0)
-    return np.asarray(part**2 * (3.0 - 2.0 * part))
+    return smooth_step(1.0 - apart / PIN_REACH)

@@ -16,7 +16,7 @@ from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solution_of
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget_setup import RetargetSetup
-from usdface.takes import MarkerTake
+from usdface.takes import MarkerTake, frame_step
 
 __all__ = ["overlap_frames", "settled", "solve_piece"]
 
@@ -98,7 +98,7 @@ def overlap_frames(
     """
     solves = estimates.rounds * (1 if not setup.pins else 2)
     return reach_of_ends(
-        np.arange(float(_REGULAR)) * float(np.median(np.diff(take.times))),
+        np.arange(float(_REGULAR)) * frame_step(take.times),
         estimates.points,
         estimates.shapes,
         take.dimension,

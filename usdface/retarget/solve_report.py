@@ -19,6 +19,7 @@ from usdface.retarget.solver.noise import MOST
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
+from usdface.takes import frame_step
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]
 
@@ -149,7 +150,7 @@ def _confidence(
 ) -> Confidence:
     """Return the confidence of the weights with markers on the first of the `places`."""
     times, axes = solution.weights.times, 3 if solution.in_space else 2
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    step = frame_step(times)
     return confidence_of(
         mesh.points[places],
         mesh.offsets_at(places),

@@ -19,6 +19,7 @@ from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.wide_bounds import held_peaks, weights_in_wide_bounds
 from usdface.retarget_setup import RetargetSetup
+from usdface.smooth_step import smooth_step
 from usdface.takes import MarkerTake
 
 __all__ = ["take_amplitudes", "with_found_gains"]
@@ -52,8 +53,7 @@ def take_amplitudes(peaks: FloatArray, deviations: FloatArray) -> FloatArray:
     deviations = np.maximum(deviations, _FINEST)
     most, _ = amplitude_posterior(peaks, deviations, 0.0)
     low, high = _BEYOND
-    sure = np.clip(((peaks - 1.0) / deviations - low) / (high - low), 0.0, 1.0)
-    sure = sure * sure * (3.0 - 2.0 * sure)
+    sure = smooth_step(((peaks - 1.0) / deviations - low) / (high - low))
     gains = (1.0 + sure * (most - 1.0)).clip(1.0, AMPLITUDE_RANGE[1])
     return np.where(gains < 1.0 + _LEAST, 1.0, gains)
 

@@ -8,6 +8,7 @@ from usdface.retarget.confidence import weight_deviations
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import solve_weights, with_learned_covariance
+from usdface.takes import frame_step
 
 __all__ = ["AT_REST", "held_peaks", "resting_weights", "weights_in_wide_bounds"]
 
@@ -61,12 +62,12 @@ def weights_in_wide_bounds(
     learned = with_learned_covariance(normal, right, times, plain)
     bounds = Bounds(*(np.asarray(bound) for bound in within))
     solved = solve_weights(normal, right, times, learned, bounds=bounds)
-    return solved.weights, weight_deviations(normal, float(np.median(np.diff(times))), plain)
+    return solved.weights, weight_deviations(normal, frame_step(times), plain)
 
 
 def held_peaks(weights: FloatArray, times: FloatArray) -> FloatArray:
     """Return the level that each weight (F, S) reaches for a tenth of a second in all: (S,)."""
-    step = float(np.median(np.diff(times)))
+    step = frame_step(times)
     held = min(max(round(_HELD / step), 1), len(weights) // 4)
     return np.asarray(np.sort(weights, axis=0)[-max(held, 1)])
 

@@ -35,7 +35,7 @@ from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import VertexCache, add_cache_shapes, find_vertex_caches
 from usdface.rigs import Rig
-from usdface.takes import WeightsTake
+from usdface.takes import WeightsTake, frame_step
 
 __all__ = ["animated_rig", "clips_of_stage"]
 
@@ -214,7 +214,7 @@ class _Clock:
 
     def grid(self, times: FloatArray) -> float:
         """Return the frame rate [Hz] of samples at `times`."""
-        step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+        step = frame_step(times)
         return round(1 / step, 6) if step > 0 else self.rate
 
 

@@ -17,6 +17,7 @@ from scipy.linalg import eigh
 
 from usdface.arrays import FloatArray
 from usdface.retarget.solver.curvature import curvature_bands
+from usdface.takes import frame_step
 
 __all__ = ["inverse_bands", "inverse_spectrum", "learn_covariance"]
 
@@ -55,7 +56,7 @@ def inverse_bands(times: FloatArray, pace: float) -> FloatArray:
     Upper banded storage, as `usdface.retarget.solver.curvature.curvature_bands`.
     """
     bands = curvature_bands(times)
-    bands[2] += pace**4 * np.median(np.diff(times))
+    bands[2] += pace**4 * frame_step(times)
     return bands / _power(pace)
 
 
@@ -92,7 +93,7 @@ def learn_covariance(
     count = len(times)
     edges = np.unique(np.round(np.geomspace(1, count, _BINS)).astype(int))
     edges = np.concatenate([[0], edges])
-    step = float(np.median(np.diff(times)))
+    step = frame_step(times)
     spectrum = inverse_spectrum(np.pi * np.arange(count) / count, step, pace)
     waves = dct(right, norm="ortho", axis=0)
     power = np.stack([waves[a:b].T @ waves[a:b] for a, b in pairwise(edges)])
