@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.takes import MarkerTake, WeightsTake, visible
+from usdface.takes import MarkerTake, WeightsTake, frame_step, visible
 
 RNG = np.random.default_rng(3)
 
@@ -127,3 +127,8 @@ def test_weights_that_make_no_take(changes: dict[str, object], said: str) -> Non
     with pytest.raises(InputError) as caught:
         weights(**changes)
     assert said in str(caught.value)
+
+
+def test_the_frame_step_is_that_of_most_frames() -> None:
+    assert frame_step(np.array([0.0, 0.1, 0.2, 0.9, 1.0])) == pytest.approx(0.1)
+    assert frame_step(np.array([5.0])) == 0.0
