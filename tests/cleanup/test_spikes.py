@@ -53,3 +53,12 @@ def test_a_slow_error_is_none_in_a_take_that_is_shorter_than_a_spike_may_be() ->
     still[:, 3, 1] = error
     found = find_spikes(still, 0.0 * still, ALL[:100], size=SIZE, rate=1000.0)
     assert not found[1:].any()
+
+
+def test_a_marker_that_is_off_for_most_of_the_take_is_none() -> None:
+    """It swings twice a second as no other does, and jumps once at the start."""
+    still = TOLD.copy()
+    still[:, 2, 1] += 0.01 * np.sin(2 * np.pi * 2.0 * TIME[:, 0, 0])
+    still[0, 2, 1] += 0.02
+    found = find_spikes(still, TOLD, ALL, size=SIZE, rate=RATE)
+    assert not found[1:].any()

@@ -68,7 +68,9 @@ def find_spikes(
         ends = piece[1:][cut[frames[1:] - 1] & (np.diff(frames) == 1)]
         bounded[ends] = bounded[ends - 1] = True
         share = np.bincount(piece, off) / np.bincount(piece)
-        found[frames, m] = (bounded[:-1] & (share > 0.5))[piece]
+        spikes = (bounded[:-1] & (share > 0.5))[piece]
+        if spikes.mean() <= 0.5:  # where a marker is most of the time is its place
+            found[frames, m] = spikes
     return found
 
 
