@@ -48,7 +48,7 @@ def pin_bounds(
     pinned, near_pin = _pinned(pins, names, times, weights)
     lower, upper = np.zeros(weights.shape), np.ones(weights.shape)
     lower[near_pin] = upper[near_pin] = pinned[near_pin]
-    return Bounds(lower, upper, rows, np.zeros(len(rows)))
+    return Bounds(lower, upper, rows)
 
 
 def with_pins(

@@ -142,7 +142,7 @@ def solve_pose_and_weights(
     iterate: Iterate | None = None
     carried = np.zeros((len(times), rows.axes * len(target)))
     regularisation = known or Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
-    bounds = Bounds(rows=rows.model.limit_rows, limits=np.zeros(len(rows.model.limit_rows)))
+    bounds = Bounds(rows=rows.model.limit_rows)
     to_correct = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
     correction = np.zeros((len(target), 3))
     start = correction if space.start is None else space.start

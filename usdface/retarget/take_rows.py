@@ -70,7 +70,7 @@ class TakeRows:
         Without `final` bounds a few steps are taken only.
         """
         model, rigid, rough = self.model, self.rigid, final is None
-        bounds = final or Bounds(rows=model.limit_rows, limits=np.zeros(len(model.limit_rows)))
+        bounds = final or Bounds(rows=model.limit_rows)
         if model.linear:
             normal, right = self.equations(observed)
             return solve_weights(normal, right, times, regularisation, start, rough, bounds)

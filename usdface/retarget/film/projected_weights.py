@@ -106,7 +106,7 @@ def _solved(
     """
     model, rows = film.model, film.model.limit_rows
     solve = _one_step if model.linear else _gauss_newton
-    bounds = Bounds(rows=rows, limits=np.zeros(len(rows)))
+    bounds = Bounds(rows=rows)
     shown = np.asarray(film.views.certainty.any(axis=1))
     part = film if shown.all() else film.at(shown)
     found = Iterate(np.zeros((len(part.observed), len(model.free))))
