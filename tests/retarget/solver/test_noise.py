@@ -75,6 +75,20 @@ def test_the_misfit_is_found_under_motion_rest_and_noise() -> None:
     assert part.misfit(observed, 0.0) == pytest.approx(1e-2)
 
 
+def test_a_misfit_below_its_standard_error_is_not_taken_for_none() -> None:
+    """The least is that which as much pure noise shows by chance, and falls with the frames."""
+    rng = np.random.default_rng(13)
+    explained = np.eye(60)[:5]
+    least = []
+    for frames in (200, 3200):
+        noise = 1e-3 * rng.normal(size=(frames, 60))
+        part = Unexplained.of(explained, all_seen(noise))
+        least.append(part.misfit(noise, 1.1e-3))  # noise explains more than all of it
+        assert part.misfit(0.0 * noise, 0.0) == 0.0
+    assert 0.0 < least[1] < least[0] < 1.1e-4
+    assert least[0] / least[1] == pytest.approx(2.0)  # the root of the standard error
+
+
 def test_misfit_cannot_be_told_from_too_little() -> None:
     values = np.ones((9, 4))
     assert Unexplained.of(np.eye(4), all_seen(values)).misfit(values, 0.0) == 0.0
