@@ -13,7 +13,7 @@ __all__ = ["close_lids", "crossing", "looks_open", "part_crossed_lids"]
 # Shut lids that are parted at their widest place by more than this share of the opening look open,
 # and by more than this many times what the closing shape alone leaves: 0.115 and 0.218 openings on
 # ICT and MakeHuman, which both look shut.
-_OPEN, _ALONE = 0.15, 1.3
+_OPEN, _ALONE = 0.15, 1.15
 # In openings of the eye: by how much lids may press into each other, 0.15 mm on ICT. Skin gives
 # way, and rims that are not quite parallel close further.
 _PRESSED = 0.02
