@@ -10,7 +10,7 @@ from scipy.spatial.distance import cdist
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_fit import rigid_fit
+from usdface.geometry.rigid_fit import POSE_MARKERS, rigid_fit
 from usdface.takes import MarkerTake, frame_step, visible
 
 __all__ = [
@@ -180,7 +180,7 @@ def stabilised_take(positions: FloatArray) -> StabilisedTake:
     calm = np.ones(positions.shape[1], dtype=bool)
     for _ in range(_ROUNDS):
         known = calm & visible(middle)
-        if (seen & known).sum(axis=1).max() < 3:  # the calm ones are never seen together
+        if (seen & known).sum(axis=1).max() < POSE_MARKERS:  # the calm ones are never seen together
             break
         pose, _ = rigid_fit(np.where(known[:, None], middle, np.nan), positions)
         still = pose.to_head(positions)

@@ -125,8 +125,8 @@ def _face(
     else:
         rig, findings = read_rig(source)
         setup, new_findings = read_bind(bind)
-        expressions, poses_findings = expressions_for(rig.shape_names)
-        findings += new_findings + poses_findings
+        expressions, pose_findings = expressions_for(rig.shape_names)
+        findings += new_findings + pose_findings
     mesh = rig.mesh(setup.binding.mesh)
     setup, new_findings = fit_setup(setup, mesh)
     face = bound_face(mesh, setup, rig_shapes=rig.shape_names)

@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.geometry.rigid_fit import rigid_fit
+from usdface.geometry.rigid_fit import POSE_MARKERS, rigid_fit
 
 __all__ = ["neutral_markers", "on_plane"]
 
@@ -49,7 +49,7 @@ def neutral_markers(positions: FloatArray, frames: tuple[int, int]) -> FloatArra
     window = positions[first : last + 1]
     most = int(np.argmax((~np.isnan(window[..., 0])).sum(axis=1)))
     space = on_plane(window)
-    if (~np.isnan(window[most, :, 0])).sum() >= 3:
+    if (~np.isnan(window[most, :, 0])).sum() >= POSE_MARKERS:
         pose, _ = rigid_fit(space[most], space)
         space = pose.to_head(space)
     count = (~np.isnan(space)).sum(axis=0)
