@@ -12,7 +12,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -314,6 +314,18 @@ def named_row(case: Case) -> tuple[FloatArray, FloatArray, int, int, str]:
     sure = errors(case, proposal.setup)["sure"]
     off = np.diagonal(apart) / np.linalg.norm(outer[0] - outer[1])
     return off, sure, wrong, len(found_in[0].markers), " ".join(sorted(codes))
+
+
+def named_figures() -> dict[str, float]:
+    """Return median errors of named takes on three heads [% of the eye corners' distance]."""
+    found = {}
+    for head, take in product(("ict", "makehuman", "example"), ("Jaw", "Eyebrows")):
+        off, _, wrong, _, _ = named_row(named_case(head, take, "animface"))
+        found |= {
+            f"{take} on {head} %": 100 * float(np.median(off)),
+            f"{take} on {head}, wrong": wrong,
+        }
+    return found
 
 
 def named() -> None:

@@ -99,34 +99,64 @@ def main() -> None:
         Console().print(measured(face, face.curves[:frames], character))
 
 
+def still_markers(face: Face, truth: FloatArray) -> FloatArray:
+    """Return the markers of weights (F, S) without noise, the head at rest: (F, M, 3) [m]."""
+    flat = face.offsets.reshape(len(face.offsets), -1)
+    return np.asarray(face.neutral + (truth @ flat).reshape(len(truth), *face.neutral.shape))
+
+
+def exact_error(face: Face, truth: FloatArray, jitter: FloatArray) -> float:
+    """Return the error of exact weights of each frame, head pose and neutral given."""
+    flat = face.offsets.reshape(len(face.offsets), -1)
+    seen = (still_markers(face, truth) + jitter - face.neutral).reshape(len(truth), -1)
+    return rms(solve_bounded(flat @ flat.T, seen @ flat.T) - truth)
+
+
+def performance(
+    face: Face, truth: FloatArray, jitter: FloatArray, noise: float, count: int, *, moves: bool
+) -> FloatArray:
+    """Return markers (count + F, M, 3) [m], the first `count` of them noisy neutral frames."""
+    still = still_markers(face, truth)
+    whole = np.concatenate([np.repeat(face.neutral[None], count, axis=0), still])
+    rest = noise * np.random.default_rng(1).standard_normal((count, *face.neutral.shape))
+    positions = moved(np.arange(len(whole)) / face.rate, whole) if moves else whole
+    return np.asarray(positions + np.concatenate([rest, jitter]))
+
+
+def figures_of_takes(face: Face, truth: FloatArray, character: Path) -> dict[str, float]:
+    """Return errors at 0.3 mm, of those of exact weights, for `benchmarks/take_figures.py`."""
+    jitter = 3e-4 * np.random.default_rng(0).standard_normal((len(truth), *face.neutral.shape))
+    exact, found = exact_error(face, truth, jitter), {}
+    for count, moves in ((0, True), (30, False), (30, True), (5, True)):
+        positions = performance(face, truth, jitter, 3e-4, count, moves=moves)
+        weights, _ = solved_weights(positions, face, character, count, moving_head=moves)
+        name = f"{count or 'given'}, head {'found' if moves else 'known'}"
+        found[name] = rms(weights[count:] - truth) / exact
+    return found
+
+
 def measured(face: Face, truth: FloatArray, character: Path) -> Table:
     """Return a table of all noises, heads and neutrals."""
-    flat = face.offsets.reshape(len(face.offsets), -1)
-    still = face.neutral + (truth @ flat).reshape(len(truth), *face.neutral.shape)
-    table = Table(title=f"{len(truth)} frames, {len(face.points)} markers, {len(flat)} shapes")
+    table = Table(
+        title=f"{len(truth)} frames, {len(face.points)} markers, {len(face.offsets)} shapes"
+    )
     columns = "noise mm,neutral frames,head,exact per frame,ours,share,noise found"
     for column in (*columns.split(","), "roughness / true", "seconds"):
         table.add_column(column, justify="right")
     rng = np.random.default_rng(0)
     for noise in (0.0, 1e-4, 3e-4, 1e-3):
-        jitter = noise * rng.standard_normal(still.shape)
-        seen = (still + jitter - face.neutral).reshape(len(truth), -1)
-        exact = rms(solve_bounded(flat @ flat.T, seen @ flat.T) - truth)
-        for moving_head, count in product((False, True), (0, *NEUTRAL_FRAMES) if noise else (0,)):
-            whole = np.concatenate([np.repeat(face.neutral[None], count, axis=0), still])
-            rest = noise * np.random.default_rng(1).standard_normal((count, *face.neutral.shape))
-            positions = moved(np.arange(len(whole)) / face.rate, whole) if moving_head else whole
+        jitter = noise * rng.standard_normal((len(truth), *face.neutral.shape))
+        exact = exact_error(face, truth, jitter)
+        for moves, count in product((False, True), (0, *NEUTRAL_FRAMES) if noise else (0,)):
+            positions = performance(face, truth, jitter, noise, count, moves=moves)
             begin = time.perf_counter()
-            weights, found = solved_weights(
-                positions + np.concatenate([rest, jitter]), face, character, count,
-                moving_head=moving_head,
-            )  # fmt: skip
+            weights, found = solved_weights(positions, face, character, count, moving_head=moves)
             seconds = time.perf_counter() - begin
             ours = weights[count:]
             table.add_row(
                 f"{1000 * noise:g}",
                 str(count) if count else "given",
-                "found" if moving_head else "known",
+                "found" if moves else "known",
                 f"{exact:.4f}" if noise else f"{exact:.0e}",
                 f"{rms(ours - truth):.4f}" if noise else f"{rms(ours - truth):.0e}",
                 f"{rms(ours - truth) / exact:.3f}" if noise else "",
