@@ -107,6 +107,7 @@ def test_a_take_in_which_nothing_moves(tmp_path: Path) -> None:
     assert np.abs(animation_of(root).weights).max() < 1e-4
 
 
+@pytest.mark.slow
 def test_fewer_markers_than_shapes(tmp_path: Path) -> None:
     world = make_world()
     few = replace(world, points={name: world.points[name] for name in FACE})
@@ -137,6 +138,7 @@ def test_head_markers_in_a_line(tmp_path: Path) -> None:
     np.testing.assert_allclose(played, world.weights, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_head_markers_hidden_for_a_stretch(tmp_path: Path) -> None:
     """The head goes on: the others tell where they are, as long as they are fewer than three."""
     band = [[-0.07, 0.15, 0.05], [0.07, 0.15, 0.05], [0.0, 0.18, 0.03], [0.0, 0.15, 0.09]]

@@ -28,6 +28,7 @@ def shot_command(folder: Path, *options: str) -> list[str]:
     return ["shot", *files, f"--bind={folder}/bind.json", "-o", f"{folder}/shot.usda", *options]
 
 
+@pytest.mark.slow
 def test_the_whole_way_says_what_it_wrote(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
     assert main(shot_command(folder)) == 0
     assert f"wrote {folder / 'shot.usda'}" in capfd.readouterr().out
@@ -46,6 +47,7 @@ def test_the_whole_way_says_what_it_wrote(folder: Path, capfd: pytest.CaptureFix
     assert capfd.readouterr().err == ""
 
 
+@pytest.mark.slow
 def test_json_is_all_that_standard_output_holds(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

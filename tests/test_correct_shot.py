@@ -61,6 +61,7 @@ def test_an_unknown_emotion_or_gain_is_one_line(result: ShotResult) -> None:
         ProcessOptions(gains={"joy": -1.0})
 
 
+@pytest.mark.slow
 def test_process_corrects_an_earlier_result_again(shot: Path, result: ShotResult) -> None:
     """The layers hold what the command with these gains writes, byte for byte."""
     softer = ProcessOptions(gains={"joy": 0.3})

@@ -34,6 +34,7 @@ def processed(world: World, folder: Path, *flags: str) -> tuple[Path, set[str]]:
     return folder / "shot.usdface.usda", {finding["code"] for finding in findings}
 
 
+@pytest.mark.slow
 def test_process_gives_the_weights_back(world: World, tmp_path: Path) -> None:
     root, codes = processed(world, tmp_path)
     assert not codes & {"INBETWEEN_IGNORED", "COMBINATION_IGNORED"}
@@ -48,6 +49,7 @@ def test_process_gives_the_weights_back(world: World, tmp_path: Path) -> None:
     np.testing.assert_allclose(shown, world.take.positions, atol=2e-5)
 
 
+@pytest.mark.slow
 def test_expressions_take_combinations_along(world: World, tmp_path: Path) -> None:
     root, _ = processed(world, tmp_path)
     final, solved = animation_of(root), animation_of(root, muted="express.usdc")
@@ -58,6 +60,7 @@ def test_expressions_take_combinations_along(world: World, tmp_path: Path) -> No
         np.testing.assert_allclose(final.column(name), made, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_a_limit_is_never_passed(world: World, tmp_path: Path) -> None:
     """Declared the other way round than it was performed, the brow stays below its limit."""
     limit = Combination(("browDownLeft",), "limit")
@@ -73,6 +76,7 @@ def test_a_limit_is_never_passed(world: World, tmp_path: Path) -> None:
     assert (played.column("browInnerUp") - played.column("browDownLeft")).max() < 1e-6
 
 
+@pytest.mark.slow
 def test_what_a_rig_declares_survives_usd(world: World, tmp_path: Path) -> None:
     world.write(tmp_path)
     back, findings = read_rig(tmp_path / "rig.usda")
@@ -93,6 +97,7 @@ def bare(world: World) -> Rig:
     return replace(world.rig, meshes=(replace(mesh, shapes=shapes),))
 
 
+@pytest.mark.slow
 def test_a_folder_declares_them_in_a_file(world: World, tmp_path: Path) -> None:
     declared = {name: list(c.of) for name, c in COMBINED.items() if c.rule == "product"}
     declared |= {"browsWorried": {"of": ["browDownLeft", "browInnerUp"], "rule": "min"}}
@@ -105,6 +110,7 @@ def test_a_folder_declares_them_in_a_file(world: World, tmp_path: Path) -> None:
     assert [(f.code, f.where) for f in findings] == [("SHAPE_UNKNOWN", "nobody")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

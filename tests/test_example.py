@@ -93,6 +93,7 @@ def test_brows_and_eyes_are_mirror_images_with_their_shapes(rig):
             np.testing.assert_array_equal(shape.offsets * FLIP, twin.offsets)
 
 
+@pytest.mark.slow
 def test_lips_touch_at_neutral_and_part_with_the_jaw_while_the_upper_lip_stays(base, moves, mouth):
     upper, lower = mouth
     np.testing.assert_allclose(base.points[upper], base.points[lower], rtol=0, atol=1e-9)
@@ -104,6 +105,7 @@ def test_lips_touch_at_neutral_and_part_with_the_jaw_while_the_upper_lip_stays(b
     assert np.abs(moves["jawOpen"][upper[centre], 1:]).max() < 0.1 * MM
 
 
+@pytest.mark.slow
 def test_mouth_close_shuts_the_lips_of_an_open_jaw_and_leaves_the_chin(base, moves, mouth):
     upper, lower = mouth
     closed = base.points + moves["jawOpen"] + moves["mouthClose"]
@@ -113,6 +115,7 @@ def test_mouth_close_shuts_the_lips_of_an_open_jaw_and_leaves_the_chin(base, mov
     assert np.linalg.norm(moves["mouthClose"][chin]) < 1 * MM
 
 
+@pytest.mark.slow
 def test_a_blink_closes_the_lids_outside_the_eyeball_all_the_way(base, moves, lids):
     upper, lower = lids
     assert np.linalg.norm(base.points[upper] - base.points[lower], axis=1).max() > 15 * MM
@@ -126,6 +129,7 @@ def test_a_blink_closes_the_lids_outside_the_eyeball_all_the_way(base, moves, li
         assert away.min() > sculpt.EYE_RADIUS
 
 
+@pytest.mark.slow
 def test_each_side_of_the_face_keeps_to_itself(base, moves):
     right_half = base.points[:, 0] < -0.02
     for name in ("browDownLeft", "eyeBlinkLeft", "cheekSquintLeft", "mouthSmileLeft"):
@@ -133,6 +137,7 @@ def test_each_side_of_the_face_keeps_to_itself(base, moves):
         assert np.abs(moves[name][right_half]).max() < 0.05 * left, name
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "place", "towards"),
     [
@@ -158,6 +163,7 @@ def test_shapes_move_where_apple_says(name, place, towards, base, moves):
             assert value * sign > 0.8 * MM
 
 
+@pytest.mark.slow
 def test_normals_point_outwards(rig, base):
     for mesh in rig.meshes:
         triangles = mesh.face_indices[triangle_fans(mesh.face_counts)[0]]
@@ -175,6 +181,7 @@ def test_normals_point_outwards(rig, base):
     assert (np.einsum("ij,ij->i", normals, slope) > 0.5).mean() > 0.995
 
 
+@pytest.mark.slow
 def test_the_six_emotions_are_poses_of_the_rig(rig):
     assert list(EMOTIONS) == ["joy", "sadness", "anger", "fear", "disgust", "surprise"]
     for pose in EMOTIONS.values():

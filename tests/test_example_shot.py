@@ -68,6 +68,7 @@ def result(folder: Path, muted: str = "") -> WeightsTake:
     return animation_of(folder / "shot.usdface.usda", muted=muted)
 
 
+@pytest.mark.slow
 def test_each_emotion_is_heard_where_it_is_shown(
     heard: dict[str, FloatArray], shown: dict[str, int]
 ) -> None:
@@ -101,6 +102,7 @@ def test_the_peaks_show_the_units_of_their_emotions(
     assert "peaks of the take" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]) -> None:
     for curve in heard.values():
         # The features are smoothed: the last frame sees the smile that begins after it.
@@ -112,6 +114,7 @@ def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]
     np.testing.assert_allclose(corrected.weights[coming], solved.weights[coming], atol=0.01)
 
 
+@pytest.mark.slow
 def test_the_retarget_gives_what_was_performed(folder: Path) -> None:
     """On another face, with noise, occlusions and a moving head."""
     solved, truth = result(folder, muted="express.usdc"), performance.perform().weights
@@ -119,6 +122,7 @@ def test_the_retarget_gives_what_was_performed(folder: Path) -> None:
     assert np.sqrt((error**2).mean()) < 0.05
 
 
+@pytest.mark.slow
 def test_the_corrector_brings_a_weak_performance_to_its_expression(
     folder: Path, shown: dict[str, int]
 ) -> None:
@@ -140,6 +144,7 @@ def test_the_corrector_brings_a_weak_performance_to_its_expression(
     assert missing[:, 1].mean() < 0.5 * missing[:, 0].mean()
 
 
+@pytest.mark.slow
 def test_every_blink_that_was_performed_closes_both_eyes(folder: Path) -> None:
     truth = performance.perform().weights.column("eyeBlinkLeft")
     peaks = np.flatnonzero((truth[1:-1] > 0.9) & (truth[1:-1] >= truth[:-2])) + 1
@@ -170,11 +175,13 @@ def test_without_the_closure_layer_the_correction_plays(folder: Path, tmp_path: 
     )
 
 
+@pytest.mark.slow
 def test_the_glb_is_valid(folder: Path, validate_gltf: Callable[[Path], Any]) -> None:
     issues = validate_gltf(folder / "face.glb")["issues"]
     assert issues["numErrors"] == issues["numWarnings"] == 0
 
 
+@pytest.mark.slow
 def test_the_commands_make_the_committed_shot(tmp_path: Path) -> None:
     for name in ("head.usdc", "performance.trc", "bind.json"):
         shutil.copy(ROOT / "examples" / name, tmp_path)

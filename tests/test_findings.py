@@ -82,10 +82,12 @@ def test_an_unknown_code_is_a_mistake_of_the_program() -> None:
 
 @lru_cache(maxsize=1)
 def _calls() -> tuple[tuple[str, ast.Call], ...]:
+    texts = {path: path.read_text(encoding="utf-8") for path in SOURCES}
     return tuple(
         (path.relative_to(PACKAGE).as_posix(), node)
-        for path in SOURCES
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for path, text in texts.items()
+        if "finding(" in text
+        for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "finding"
     )
 

@@ -216,6 +216,7 @@ def test_an_unknown_name_to_skip_is_an_error_before_any_work(install: Install, s
         process(shot, skip_hooks=["acme_hlf"])
 
 
+@pytest.mark.slow
 def test_a_host_gets_the_same_as_the_command(install: Install, shot: Path) -> None:
     install("acme_half", HALF, entries(weights_solved="acme_half:half"))
     stage = Usd.Stage.Open(str(shot))
@@ -226,6 +227,7 @@ def test_a_host_gets_the_same_as_the_command(install: Install, shot: Path) -> No
     assert applied.details["hooks"] == written.details["hooks"]
 
 
+@pytest.mark.slow
 def test_jobs_that_read_the_take_call_its_hooks(install: Install, shot: Path) -> None:
     install("acme_half", HALF, entries(take_read="acme_half:fail"))
     for job in (lambda: explain(shot), lambda: calibrate(shot, shot.parent / "anna.json")):
@@ -279,6 +281,7 @@ def test_the_example_hides_a_marker_and_limits_the_jaw(example: Path) -> None:
     assert limited.column("eyeBlinkLeft").min() == 1.0
 
 
+@pytest.mark.slow
 def test_an_export_goes_through_the_hooks(example: Path, shot: Path) -> None:
     root = process(shot, skip_hooks=["studio_hooks"]).written[0]
     result = export_scene(root, shot.parent / "face.glb")

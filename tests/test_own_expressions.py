@@ -92,6 +92,7 @@ def test_a_studio_may_have_its_own_list_only(tmp_path, face):
     assert [e.name for e in shot.expressions] == ["sly", "puffed"]
 
 
+@pytest.mark.slow
 def test_a_shot_hands_its_expressions_on(tmp_path, face):
     mesh, _ = face
     file = EXAMPLES / "expressions" / "contempt.json"

@@ -43,7 +43,8 @@ def test_the_screen_shows_no_escape_sequence(
 
 
 @pytest.mark.parametrize(
-    "encoding", ["ascii", pytest.param("latin-1", marks=pytest.mark.slow), "utf-8"]
+    "encoding",
+    ["ascii", *(pytest.param(name, marks=pytest.mark.slow) for name in ("latin-1", "utf-8"))],
 )
 def test_any_terminal_and_any_file_name(tmp_path: Path, encoding: str) -> None:
     rows = "".join(f"{n / 60},1,2,{n},4,5,6\n" for n in range(5))

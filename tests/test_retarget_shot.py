@@ -128,6 +128,7 @@ def test_options_of_a_run_go_before_the_shot(shot: Shot) -> None:
         ProcessOptions(gltf="face.glb")
 
 
+@pytest.mark.slow
 def test_an_explanation_needs_a_trace(shot: Shot) -> None:
     from usdface.explanation import explain_result
 
@@ -168,6 +169,7 @@ def test_what_the_callback_raises_ends_the_job(folder: Path, shot: Shot) -> None
     assert after == before
 
 
+@pytest.mark.slow
 def test_blocks_of_frames_do_not_show(shot: Shot, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = usdface.retarget(shot)
     monkeypatch.setattr("usdface.frame_blocks.BLOCK", 7)

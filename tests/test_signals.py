@@ -65,13 +65,14 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "shot.usda"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "word", "patch"),
     [
         (2, "interrupted", WRITING),
-        pytest.param(15, "terminated", MOVING, marks=pytest.mark.slow),
+        (15, "terminated", MOVING),
         (15, "terminated", WRAPPED),
-        pytest.param(2, "interrupted", LOST, marks=pytest.mark.slow),
+        (2, "interrupted", LOST),
     ],
 )
 def test_a_signal_ends_a_command(shot: Path, number: int, word: str, patch: str) -> None:

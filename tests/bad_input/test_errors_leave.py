@@ -44,6 +44,7 @@ def test_an_interrupted_run_says_so(
     assert listing(place.folder) == before
 
 
+@pytest.mark.slow
 def test_no_traceback_without_it(place: Place) -> None:
     given = ["take", str(place / "none.trc"), "-o", str(place / "new.usda")]
     command = [sys.executable, "-m", "usdface", *given]

@@ -99,7 +99,8 @@ def disk(written: Place) -> Iterator[Path]:
         subprocess.run(["umount", str(out)], check=True)
 
 
-@pytest.mark.parametrize("room", [0, pytest.param(8192, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("room", [0, 8192])
 def test_a_full_disk(written: Place, disk: Path, refused: Refused, room: int) -> None:
     left = os.statvfs(disk)
     (disk / "filler").write_bytes(bytes(left.f_bavail * left.f_frsize - room))

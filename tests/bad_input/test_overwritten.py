@@ -232,6 +232,7 @@ def test_a_result_that_another_layer_reads_is_an_input(place: Place, refused: Re
     assert "solve.usdc is read by" in said and "overwritten" in said
 
 
+@pytest.mark.slow
 def test_results_are_written_again(place: Place) -> None:
     """Only what is read is kept: the second run replaces what the first has written."""
     command = [*place.process, "--gltf", place / "face.gltf", "--report", place / "r.json"]

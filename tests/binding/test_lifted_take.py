@@ -77,6 +77,7 @@ def test_another_size_distance_and_place_in_the_image_change_nothing(
     np.testing.assert_allclose(one, other, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_mirrored_image_is_no_face_seen_from_behind(
     surface: FaceSurface, landmarks: FaceLandmarks
 ) -> None:

@@ -58,6 +58,7 @@ def test_named_markers_land_on_their_places() -> None:
     assert len(away) >= len(TAKE.names) - 2 and np.median(away) < 0.004 and away.max() < 0.014
 
 
+@pytest.mark.slow
 def test_left_for_right_on_the_whole_face_is_asked() -> None:
     proposal = proposed(exchanged())
     assert codes(proposal).count("SIDES_EXCHANGED") == 1

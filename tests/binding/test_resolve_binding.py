@@ -96,6 +96,7 @@ def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:
     assert bind["neutral"]["start"] == 0 and "NEUTRAL_FOUND" in codes(report)
 
 
+@pytest.mark.slow
 def test_swapped_labels_are_put_right_before_frames_and_places_are_looked_for(
     folder: Path, world: World
 ) -> None:

@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 from closing_world import TIMES, markers, performance, result
 from slits import slit_face
 
@@ -72,6 +73,7 @@ def test_pinned_frames_stay() -> None:
     np.testing.assert_array_equal(closed.weights[40:60], wrong.weights[40:60])
 
 
+@pytest.mark.slow
 def test_without_lip_markers_it_is_told() -> None:
     shot = result(
         markers(MESH, performance(NAMES, jawOpen=OPEN), without=("mouth_up",)),

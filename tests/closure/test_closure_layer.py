@@ -126,6 +126,7 @@ def test_a_larger_mouth_contradicts_no_marker() -> None:
         assert not closure_of(larger).mouth.any()
 
 
+@pytest.mark.slow
 def test_a_pin_stays_and_lids_that_it_makes_cross_are_told() -> None:
     frame = int(3.3 * 60)
     pinned = {"eyeBlinkLeft": 1.0, "eyeSquintLeft": 1.0, "eyeWideLeft": 0.0}
@@ -136,6 +137,7 @@ def test_a_pin_stays_and_lids_that_it_makes_cross_are_told() -> None:
     assert "LIDS_CROSS" in codes(shot)
 
 
+@pytest.mark.slow
 def test_beside_one_pin_other_shapes_give_way() -> None:
     frame = int(3.3 * 60)
     squint = np.where(np.abs(TIMES - 3.3) < 0.6, 0.8, 0.0)
@@ -147,6 +149,7 @@ def test_beside_one_pin_other_shapes_give_way() -> None:
     assert "LIDS_CROSS" not in codes(shot)
 
 
+@pytest.mark.slow
 def test_a_pin_at_0_keeps_an_eye_open_in_a_blink() -> None:
     frame = int((BLINKS[0] + 0.09) * 60)
     pins = [Pin("eyeBlinkLeft", np.array([frame]), np.array([0.0]))]
@@ -162,12 +165,14 @@ def test_without_markers_at_the_lids_it_is_told() -> None:
     assert not closure_of(shot).closings
 
 
+@pytest.mark.slow
 def test_one_eye_without_markers_blinks_with_the_other() -> None:
     shot = result(markers(MESH, performance(NAMES), without=("eye_left",)))
     assert {"LIDS_UNSEEN", "BLINK_GUESSED"} <= codes(shot)
     assert GAPS["left"].widest(shot.weights.weights).min() < 1e-4
 
 
+@pytest.mark.slow
 def test_the_lids_are_measured_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """By the check of the lids' markers, which hands them on."""
     measured = []

@@ -29,6 +29,7 @@ def test_all_of_the_opening_is_gone_in_a_blink_and_nothing_at_rest() -> None:
     assert np.abs(estimate[TIMES < 0.9]).max() < 0.05
 
 
+@pytest.mark.slow
 def test_it_is_in_proportion_and_of_each_eye() -> None:
     weights = performance(NAMES)
     weights[:, NAMES.index("eyeBlinkRight")] = 0.0
@@ -36,6 +37,7 @@ def test_it_is_in_proportion_and_of_each_eye() -> None:
     np.testing.assert_allclose(estimate.max(axis=0), [0.5, 0.0], atol=0.1)
 
 
+@pytest.mark.slow
 def test_an_eye_without_markers_is_not_seen() -> None:
     estimate = estimate_of(result(markers(MESH, performance(NAMES), without=("eye_right",))))
     assert np.isnan(estimate[:, 1]).all() and np.isfinite(estimate[:, 0]).all()

@@ -1,6 +1,7 @@
 """How far markers show the performer's eyes closed."""
 
 import numpy as np
+import pytest
 from closing_world import BLINKS, TIMES, markers, performance, result
 from slits import slit_face
 
@@ -24,6 +25,7 @@ def test_it_is_1_where_the_markers_move_as_the_closed_eye_has_them() -> None:
     assert np.abs(signal[TIMES < 0.9]).max() < 0.05
 
 
+@pytest.mark.slow
 def test_it_is_in_proportion_and_of_each_eye() -> None:
     weights = performance(NAMES)
     weights[:, NAMES.index("eyeBlinkRight")] = 0.0
@@ -31,11 +33,13 @@ def test_it_is_in_proportion_and_of_each_eye() -> None:
     np.testing.assert_allclose(signal.max(axis=0), [0.5, 0.0], atol=0.1)
 
 
+@pytest.mark.slow
 def test_an_eye_without_markers_is_not_seen() -> None:
     signal = signal_of(result(markers(MESH, performance(NAMES), without=("eye_right",))))
     assert np.isnan(signal[:, 1]).all() and np.isfinite(signal[:, 0]).all()
 
 
+@pytest.mark.slow
 def test_a_take_of_weights_says_it_itself() -> None:
     shot = result(markers(MESH, performance(NAMES)))
     face = shot.shot.face

@@ -69,6 +69,7 @@ def test_winks_and_wide_eyes_are_believed(curves: dict[str, np.ndarray]) -> None
         np.testing.assert_allclose(seen, curve[LOST], atol=0.15)
 
 
+@pytest.mark.slow
 def test_both_lids_that_rise_are_believed() -> None:
     """Such a face is another one than the rig, not a lost marker."""
     take = markers(MESH, performance(NAMES))

@@ -238,6 +238,7 @@ def test_lids_that_an_inbetween_has_closed_are_not_pushed_into_each_other():
     assert gaps == pytest.approx(-TOLERANCE, abs=ROUNDING)
 
 
+@pytest.mark.slow
 def test_on_a_rig_with_inbetweens_little_more_is_taken_back_than_a_solver_takes():
     solved, wanted = bent_corrections(60)
     held, limited, _ = limit_correction(solved, wanted, BENT_GAPS)

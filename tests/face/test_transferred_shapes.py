@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from skins import make_head
 
 from usdface.blend_shapes import BlendShape, Combination, Inbetween
@@ -65,6 +66,7 @@ def test_inbetweens_and_combinations_go_with_their_shapes() -> None:
     assert off < 0.05 * np.abs(other[0].offsets).max()
 
 
+@pytest.mark.slow
 def test_a_mesh_without_faces_or_too_fine_has_none() -> None:
     none = np.zeros(0, np.int64)
     bare = replace(HEAD.mesh, face_counts=none, face_indices=none)

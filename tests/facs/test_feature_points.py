@@ -43,6 +43,7 @@ def test_names_move_no_point(head: Rig) -> None:
         assert np.array_equal(here.patches[point][1], there.patches[point][1]), point
 
 
+@pytest.mark.slow
 def test_a_dead_blink_hides_no_eye(head: Rig) -> None:
     blind = find_feature_points(silenced(head, "eyeBlinkLeft"))
     at, usual = blind.centres(head), find_feature_points(head).centres(head)

@@ -103,6 +103,7 @@ def test_left_and_right_swapped(head: Rig) -> None:
     assert codes == {("FACS_SHAPES_SWAPPED", name) for name in names}
 
 
+@pytest.mark.slow
 def test_a_direction_that_is_turned(head: Rig) -> None:
     assert wrong(judge_rig(mirrored(head, "jawLeft"), ())) == {"jawLeft": ("other_side", "AU30R")}
 
@@ -116,6 +117,7 @@ def test_a_shape_under_a_name_of_another_unit(head: Rig) -> None:
     assert found.code == "FACS_UNIT_OTHER" and "AU18 lip pucker" in found.message
 
 
+@pytest.mark.slow
 def test_two_movements_in_one_shape(head: Rig) -> None:
     report = judge_rig(mixed(head, "eyeBlinkLeft", "mouthFrownRight"), ())
     assert wrong(report) == {"eyeBlinkLeft": ("mixed", "AU43L")}
@@ -124,6 +126,7 @@ def test_two_movements_in_one_shape(head: Rig) -> None:
     assert found.values["second"] == "AU15R lip corner depressor, right"
 
 
+@pytest.mark.slow
 def test_a_shape_that_moves_what_no_unit_moves(head: Rig) -> None:
     names, points = head.shape_names, judge_rig(head, ()).points
     moved = np.array(points.moved(head, names))

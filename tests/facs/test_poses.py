@@ -60,6 +60,7 @@ def test_the_six_poses_of_the_paper(posed: FacsReport) -> None:
     assert not any(pose.others for pose in posed.poses)
 
 
+@pytest.mark.slow
 def test_poses_under_each_other_s_names_fail(posed: FacsReport) -> None:
     """No pose passes for another: units are missing, or others move (fear has all of surprise)."""
     expressions, _ = expressions_for(posed.rig.shape_names)

@@ -85,6 +85,7 @@ def test_what_a_rule_denies_is_drawn_as_it_asks_for_it(tmp_path: Path) -> None:
         assert ("<!-- not raised -->" in said) == (case is other)
 
 
+@pytest.mark.slow
 def test_a_half_that_says_something_else_has_its_curve(tmp_path: Path) -> None:
     explained = explanation()
     whole = explained.whole

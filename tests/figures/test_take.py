@@ -54,6 +54,7 @@ def test_the_regions_and_the_largest_weights_are_named(solved: ShotResult, tmp_p
     assert "jawOpen" in said
 
 
+@pytest.mark.slow
 def test_what_is_not_there_is_not_drawn(solved: ShotResult, tmp_path: Path) -> None:
     """A take of weights has no residual, an uncorrected one no emotions, a still one no weights."""
     still = replace(solved.solved, weights=np.zeros_like(solved.solved.weights))

@@ -47,6 +47,7 @@ def test_dots_are_found_while_the_light_falls_and_an_image_is_missing() -> None:
     assert counts[:20] + counts[21:] == [20] * 63
 
 
+@pytest.mark.slow
 def test_a_head_that_leaves_the_part_that_is_looked_at_is_found() -> None:
     places, _ = performance(40, motion=0.2)
     places[25:] += (110.0, 70.0)

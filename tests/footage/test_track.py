@@ -83,6 +83,7 @@ def test_frames_without_dots_are_bridged() -> None:
     check(track_dots(seen_as(places, seen)), places, seen)
 
 
+@pytest.mark.slow
 def test_stray_specks_are_no_markers() -> None:
     places, seen = performance(50)
     frames = seen_as(places, seen)
@@ -175,6 +176,7 @@ def test_names_go_to_the_dots_that_they_are_near() -> None:
     assert len(set(tracks.names)) == len(tracks.names) == 20
 
 
+@pytest.mark.slow
 def test_a_correction_holds_from_its_frame_on() -> None:
     places, seen = performance(60)
     frames = seen_as(places, seen)
@@ -260,6 +262,7 @@ def test_a_dot_on_a_lid_that_closes_grows_and_is_followed() -> None:
     np.testing.assert_allclose(tracks.places[:, track], places[:, 5], atol=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.05, 0.2])
 def test_deviations_are_those_of_the_places_that_jitter(noise: float) -> None:
     places, seen = performance(60)

@@ -47,6 +47,7 @@ def test_one_run_is_one_generation(folder: Path) -> None:
     assert mixed(folder / "face.glb") == []
 
 
+@pytest.mark.slow
 def test_an_older_gltf_beside_newer_layers_is_named(folder: Path) -> None:
     assert outdated(folder, OTHER) == ["face.glb"]
     assert mixed(folder / "face.glb") == ["face.glb"]
@@ -55,6 +56,7 @@ def test_an_older_gltf_beside_newer_layers_is_named(folder: Path) -> None:
     assert mixed(folder / "face.glb", folder / "shot.usdface.usda") == []
 
 
+@pytest.mark.slow
 def test_a_gltf_elsewhere_is_compared_with_the_layers_that_are_named_with_it(folder: Path) -> None:
     (folder / "web").mkdir()
     glb = (folder / "face.glb").rename(folder / "web" / "face.glb")

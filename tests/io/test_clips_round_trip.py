@@ -231,6 +231,7 @@ def test_the_robot_goes_in_and_out_with_all_clips(
     assert issues["numErrors"] == 0, issues["messages"][:3]
 
 
+@pytest.mark.slow
 def test_clips_of_different_rates_share_one_clock(tmp_path: Path) -> None:
     rig, _ = a_character(0)
     clips = tuple(

@@ -56,6 +56,7 @@ def test_the_papers_points_are_those_of_its_equations(world: World, tmp_path: Pa
     assert np.allclose(result.train_source, rest * [1, -1])
 
 
+@pytest.mark.slow
 def test_errors_are_distances_from_the_performed_face(world: World, tmp_path: Path) -> None:
     face, setup = bound(world, tmp_path)
     result, _ = compare_ways(seen_from_afar(world), face, setup, reference=performed(world))
@@ -70,6 +71,7 @@ def test_errors_are_distances_from_the_performed_face(world: World, tmp_path: Pa
     assert scores["paper"].film > scores["default"].film  # it has no depth of the expression
 
 
+@pytest.mark.slow
 def test_without_a_reference_there_are_points_and_no_errors(world: World, tmp_path: Path) -> None:
     face, setup = bound(world, tmp_path)
     result, _ = compare_ways(seen_from_afar(world), face, setup)
@@ -78,6 +80,7 @@ def test_without_a_reference_there_are_points_and_no_errors(world: World, tmp_pa
     assert result.as_dict()["ways"]["default"]["film_rms_mm"] is None
 
 
+@pytest.mark.slow
 def test_markers_in_space_and_frames_that_are_not_there_are_refused(
     world: World, tmp_path: Path
 ) -> None:
@@ -88,6 +91,7 @@ def test_markers_in_space_and_frames_that_are_not_there_are_refused(
         compare_ways(seen_from_afar(world), face, setup, test_frame=999)
 
 
+@pytest.mark.slow
 def test_the_command_prints_the_quantities_of_table_1(
     world: World, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -78,6 +78,7 @@ def test_in_place_keeps_the_layers_that_the_shot_has(tmp_path: Path) -> None:
     assert layer.subLayerOffsets[2] == Sdf.LayerOffset(7, 2)
 
 
+@pytest.mark.slow
 def test_in_place_works_again_when_its_layers_were_deleted(tmp_path: Path) -> None:
     folder = make_world().write(tmp_path)
     process(folder, "--in-place")

@@ -35,6 +35,7 @@ def test_apply_again_changes_nothing(done: Done) -> None:
     assert stage.GetSessionLayer().ExportToString() == first
 
 
+@pytest.mark.slow
 def test_apply_says_when_the_edit_target_cannot_take_it(done: Done) -> None:
     stage = Usd.Stage.Open(str(done.folder / "shot.usda"))
     foreign = Sdf.Layer.FindOrOpen(str(done.folder / "rig.usda"))

@@ -65,6 +65,7 @@ def test_the_figure_names_shapes_and_verdicts(spoilt: Path, tmp_path: Path) -> N
         assert text in said, text
 
 
+@pytest.mark.slow
 def test_what_is_no_face_is_not_judged(tmp_path: Path) -> None:
     path = tmp_path / "flat.glb"
     write_gltf(Rig("r", (FLAT,)), path)
@@ -84,6 +85,7 @@ def test_a_figure_that_was_there_before_was_not_written(tmp_path: Path) -> None:
     assert result.written == () and (tmp_path / "old.png").read_bytes() == b"old"
 
 
+@pytest.mark.slow
 def test_files_that_cannot_be_read_are_named_once(tmp_path: Path) -> None:
     torn = tmp_path / "torn.glb"
     torn.write_bytes(b"glTF")

@@ -45,6 +45,7 @@ def one_switch(found: list[object]) -> bool:
     return len(found) > 2 and found[:new] + (len(found) - new) * [found[-1]] == found
 
 
+@pytest.mark.slow
 def test_layers_of_process(tmp_path: Path, between_moves: Callable[..., list[object]]) -> None:
     world = make_world().write(tmp_path)
     shot, root = tmp_path / "shot.usda", tmp_path / "shot.usdface.usda"

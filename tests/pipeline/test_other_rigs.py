@@ -3,11 +3,13 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from processed import EXACT, codes_in, process, report, shoot, solved, without_animation
 from pxr import Usd, UsdSkel
 from worlds import animation_of, make_world
 
 
+@pytest.mark.slow
 def test_a_rig_without_an_animation_gets_one(tmp_path: Path) -> None:
     world = make_world()
     folder = without_animation(world.write(tmp_path))
@@ -50,6 +52,7 @@ def test_an_animated_token_that_is_not_solved_keeps_its_seconds(tmp_path: Path) 
     np.testing.assert_allclose(played.column("tongue"), np.arange(40) / 39, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_several_meshes_share_one_weight_for_one_name(tmp_path: Path) -> None:
     world = make_world(teeth=True)
     root = process(world.write(tmp_path, mesh="/Asset/Face/head"))

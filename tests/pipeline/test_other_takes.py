@@ -35,6 +35,7 @@ def test_weights_with_a_binding_are_corrected_like_markers(done: Done, tmp_path:
     )
 
 
+@pytest.mark.slow
 def test_a_trc_take_gives_the_same_weights(done: Done, tmp_path: Path) -> None:
     folder = done.world.write(tmp_path)
     write_trc(done.world.take, folder / "take.trc")
@@ -126,6 +127,7 @@ def test_markers_that_are_hidden_for_a_while_change_little(tmp_path: Path) -> No
     assert error.max() < 1e-3
 
 
+@pytest.mark.slow
 def test_a_marker_that_is_never_seen_is_left_out(tmp_path: Path) -> None:
     world = make_world()
     positions = world.take.positions.copy()

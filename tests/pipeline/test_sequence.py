@@ -63,6 +63,7 @@ def sequence(folder: Path, *options: str) -> tuple[int, dict[str, dict[str, obje
     return status, {row["name"]: row for row in rows}
 
 
+@pytest.mark.slow
 def test_the_sequence_goes_on_and_the_table_says_why(
     folder: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
@@ -95,6 +96,7 @@ def test_stages_are_of_the_run_that_the_table_is_of(capsys: pytest.CaptureFixtur
     assert first == ["a", "processed,", "clean", "cached"] and other == ["b", "kept"]
 
 
+@pytest.mark.slow
 def test_a_shot_that_takes_too_long_fails_and_one_that_is_kept_does_not(folder: Path) -> None:
     status, rows = sequence(folder, "--time-limit", "0.01", "--index", "1-2")
     assert status == 1 and rows["good"]["state"] == "kept"

@@ -49,6 +49,7 @@ def test_a_stage_that_was_never_a_file(stage: Usd.Stage, world: World, tmp_path:
     np.testing.assert_allclose(solved.weights, world.weights, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_it_is_the_shot_that_files_make(stage: Usd.Stage, world: World, tmp_path: Path) -> None:
     bind = bind_file(world, tmp_path)
     usdface.set_up(stage, take=world.take, bind=bind)

@@ -58,6 +58,7 @@ def test_the_extension_installs_in_the_blenders_that_its_wheels_are_for() -> Non
     assert manifest["blender_version_max"] == f"{last[0]}.{last[1] + 1}.0"
 
 
+@pytest.mark.slow
 def test_usdface_imports_no_host() -> None:
     for path in (ROOT / "usdface").rglob("*.py"):
         for module, _ in imports(path):

@@ -80,6 +80,7 @@ def test_no_layer_of_the_user_is_edited(shot: Path, result: Result[ShotResult]) 
     assert stage.GetEditTarget().GetLayer() == stage.GetRootLayer()
 
 
+@pytest.mark.slow
 def test_another_result_of_the_same_files_is_read_again(shot: Path, tmp_path: Path) -> None:
     root = tmp_path / "shot.usdface.usda"
     first = process(shot, output=root)
@@ -148,6 +149,7 @@ def test_a_stage_without_a_shot_says_what_to_do(shot: Path) -> None:
     assert found is None and why
 
 
+@pytest.mark.slow
 def test_a_stage_is_known_where_the_schemas_came_too_late(shot: Path) -> None:
     """As in usdview with a scene open: its schema registry is closed when a plug-in runs."""
     script = f"""

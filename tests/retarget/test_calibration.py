@@ -78,6 +78,7 @@ def test_where_there_is_nothing_to_calibrate_nothing_gets_worse(extremes: bool) 
     assert solved_error(found.calibration, same) < solved_error(None, same) + 0.003
 
 
+@pytest.mark.slow
 def test_without_extremes_a_small_movement_is_not_taken_for_a_low_gain() -> None:
     found, findings = calibrate(performance(WORLD.weights, 0.8 * np.ones(12)), FACE, SETUP)
     assert found.calibration.amplitudes == pytest.approx(1.0, abs=0.03)
@@ -131,6 +132,7 @@ def test_a_rest_that_is_described_twice_is_taken_off_once(named: tuple[str, ...]
     assert found.weights[:NEUTRAL].mean(axis=0) == pytest.approx(rest / GAINS, abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_neutral_frames_of_a_take_go_before_the_performers_habit() -> None:
     """The lids of this take's neutral hang by a fifth, those of the calibration by a tenth."""
     lid = NAMES.index("eyeBlinkLeft")

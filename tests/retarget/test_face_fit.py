@@ -150,6 +150,7 @@ def kept() -> Solution:
     return solved(other_person(), places="bound")
 
 
+@pytest.mark.slow
 def test_a_take_of_another_person_finds_its_places_and_better_weights(
     found: Solution, kept: Solution
 ) -> None:

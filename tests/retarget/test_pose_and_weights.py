@@ -130,6 +130,7 @@ def solve_measured(
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("head", ["stabilised", "solve"])
 def test_the_take_makes_good_for_a_noisy_neutral(head: HeadMode) -> None:
     """A sixth of the error of weights, of a neutral that is a single frame."""

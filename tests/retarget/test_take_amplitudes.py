@@ -65,6 +65,7 @@ def test_gains_are_continuous_in_the_peak() -> None:
     assert (np.diff(found) >= 0).all() and np.diff(found).max() < 0.012
 
 
+@pytest.mark.slow
 def test_a_movement_beyond_the_characters_is_not_cut_off() -> None:
     take, truth = played(1.3)
     own, codes = error(take, truth, SETUP)

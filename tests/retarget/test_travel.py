@@ -86,6 +86,7 @@ def test_noise_does_not_look_like_a_muted_performance(world: World) -> None:
         assert travel.ratio == pytest.approx(1.0, abs=0.04), region
 
 
+@pytest.mark.slow
 def test_a_region_at_rest_is_not_determined(world: World) -> None:
     brows = np.array([name.startswith("brow") for name in world.rig.shape_names])
     mesh, at = world.rig.meshes[0], np.array(list(world.points.values()))

@@ -27,6 +27,7 @@ def test_left_out_recordings_are_heard_right(examples):
     assert found.findings() == []
 
 
+@pytest.mark.slow
 def test_labels_without_meaning_are_not_heard(examples):
     """Shuffled labels: a validation that looked at what it tests would still find them."""
     order = np.random.default_rng(2).permutation(len(examples.emotions))
@@ -40,6 +41,7 @@ def test_labels_without_meaning_are_not_heard(examples):
     assert np.trace(shown) < 0.3 * shown.sum()
 
 
+@pytest.mark.slow
 def test_an_emotion_of_one_recording_cannot_be_tested(examples):
     takes = tuple(
         "alone" if emotion == "joy" else take

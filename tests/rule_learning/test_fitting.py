@@ -52,6 +52,7 @@ def test_what_was_labelled_is_heard_in_the_recording_that_was_left_out(fitted):
     assert [r for r in fit.system.fuzzy.rules if r.weight < 1] == list(fit.fallback_rules)
 
 
+@pytest.mark.slow
 def test_a_neutral_face_answers_nothing(fitted):
     fit = fitted.value
     assert fit.neutral == 0
@@ -60,6 +61,7 @@ def test_a_neutral_face_answers_nothing(fitted):
     assert at_rest[-1] == at_rest.sum() == 2
 
 
+@pytest.mark.slow
 def test_the_written_system_is_the_one_that_was_fitted(fitted, folder):
     fit = fitted.value
     again, _ = read_fuzzy_file(folder / "fitted.usda")
@@ -69,6 +71,7 @@ def test_the_written_system_is_the_one_that_was_fitted(fitted, folder):
     assert [r.text for r in again.fuzzy.rules] == [r.text for r in fit.system.fuzzy.rules]
 
 
+@pytest.mark.slow
 def test_poses_come_from_the_labelled_frames(fitted, folder):
     """Of anger with open and with closed mouth the pose has the brows, and opens no mouth."""
     poses = read_expressions_file(folder / "poses.json")
@@ -81,6 +84,7 @@ def test_poses_come_from_the_labelled_frames(fitted, folder):
         assert pose.weights == pytest.approx(0.92 * true, abs=0.12)
 
 
+@pytest.mark.slow
 def test_a_fitted_system_drives_a_shot(fitted, folder):
     """Contempt, of which no code knows: heard in the take, and its pose raised."""
     make_shot(
@@ -100,6 +104,7 @@ def test_a_fitted_system_drives_a_shot(fitted, folder):
     assert played.column("mouthSmileRight")[held].max() < 0.2
 
 
+@pytest.mark.slow
 def test_an_emotion_without_a_pose_is_named_when_the_shot_is_made(fitted, folder, tmp_path):
     result = make_shot(
         folder / "rig.usda",

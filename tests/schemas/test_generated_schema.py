@@ -55,6 +55,7 @@ def test_plug_info_names_the_same_types() -> None:
     assert declared[tokens.MARKER_TAKE]["bases"] == ["UsdGeomPoints"]
 
 
+@pytest.mark.slow
 def test_usdgenschema_makes_the_same_files(tmp_path: Path) -> None:
     # Not imported here: usdGenSchema switches the schemas off for the whole process
     if not (find_spec("jinja2") and find_spec("pxr.Usd.usdGenSchema")):

@@ -38,6 +38,7 @@ def succeeds(code: str, *, plugin_path: bool = False) -> None:
 REGISTER = "from usdface.schemas import register; register()\n"
 
 
+@pytest.mark.slow
 def test_registered_early() -> None:
     succeeds(REGISTER + KNOWN)
 
@@ -46,10 +47,12 @@ def test_registered_by_the_environment() -> None:
     succeeds(KNOWN, plugin_path=True)
 
 
+@pytest.mark.slow
 def test_registered_by_the_environment_and_again() -> None:
     succeeds(KNOWN + REGISTER, plugin_path=True)
 
 
+@pytest.mark.slow
 def test_registered_twice() -> None:
     succeeds(REGISTER + KNOWN + REGISTER)
 
@@ -58,6 +61,7 @@ def test_not_registered_the_types_are_unknown() -> None:
     assert run(KNOWN).returncode != 0
 
 
+@pytest.mark.slow
 def test_an_empty_stage_is_not_too_late() -> None:
     succeeds("from pxr import Usd; stage = Usd.Stage.CreateInMemory()\n" + REGISTER + KNOWN)
 

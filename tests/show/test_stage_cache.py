@@ -197,6 +197,7 @@ def test_each_setting_of_the_clean_up_counts(place: Path, old: str, new: str) ->
     assert stages(place).startswith("solve clean")
 
 
+@pytest.mark.slow
 def test_another_character_shares_the_cleaned_take_of_markers_that_it_binds(place: Path) -> None:
     changed(place / "rig.usda", "0.0", "0.1")
     used = process(place / "shot.usda", cache=place / "cache").summary["stages"]
@@ -220,6 +221,7 @@ def test_damaged_files_are_computed_anew(place: Path) -> None:
     assert stages(place) == ""
 
 
+@pytest.mark.slow
 def test_another_program_computes_anew(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from usdface.show import stage_cache
 
@@ -227,6 +229,7 @@ def test_another_program_computes_anew(place: Path, monkeypatch: pytest.MonkeyPa
     assert stages(place) == "solve clean express"
 
 
+@pytest.mark.slow
 def test_a_cache_that_cannot_be_written_is_none(place: Path) -> None:
     shutil.rmtree(place / "cache")
     (place / "cache").write_text("a file")

@@ -169,6 +169,7 @@ def test_an_unknown_compression_is_refused(tmp_path: Path) -> None:
     assert raised.value.code == "EXTENSION_UNSUPPORTED"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("made", [meshopt_glb, draco_glb])
 def test_compressed_files_are_certified_and_say_how(tmp_path: Path, made: Callable) -> None:
     outcome = import_scene(made(tmp_path / "a.glb"), tmp_path / "a.usda")

@@ -104,6 +104,7 @@ def bound_head(places: FloatArray, folder: Path) -> None:
     (folder / "bind.json").write_text(json.dumps({"mesh": "head", "markers": markers}))
 
 
+@pytest.mark.slow
 def test_names_come_from_a_binding(film: tuple[Path, FloatArray], tmp_path: Path) -> None:
     folder, places = film
     bound_head(places[0], tmp_path)
@@ -141,6 +142,7 @@ def test_tables_are_read_as_spreadsheets_write_them(
     assert np.flatnonzero(np.isnan(take.select(("chin",))[:, 0, 0])).tolist() == [6]
 
 
+@pytest.mark.slow
 def test_the_report_has_no_marker_that_corrections_hide_in_all_frames(
     film: tuple[Path, FloatArray], tmp_path: Path
 ) -> None:
@@ -183,6 +185,7 @@ def test_pixels_that_are_not_square_are_announced(copied: Path) -> None:
     assert "PIXELS_NOT_SQUARE" in codes(copied)[1]
 
 
+@pytest.mark.slow
 def test_a_later_image_does_not_say_when_the_film_begins(tmp_path: Path) -> None:
     for number, row in enumerate(performance(4)[0]):
         path = tmp_path / f"face.{number}.exr"
@@ -198,6 +201,7 @@ def test_a_later_image_does_not_say_when_the_film_begins(tmp_path: Path) -> None
     assert take.start_timecode == "" and "FEATURE_DROPPED" in found
 
 
+@pytest.mark.slow
 def test_the_first_image_of_linear_light_may_be_almost_black(tmp_path: Path) -> None:
     for number, row in enumerate(performance(6)[0]):
         path = tmp_path / f"face.{number}.exr"
@@ -336,6 +340,7 @@ def test_a_movie_without_pyav_says_how_to_make_images(
         codes(tmp_path / "face.mp4")
 
 
+@pytest.mark.slow
 def test_the_dots_of_a_movie_are_looked_for_after_its_slate(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -363,6 +368,7 @@ def test_a_photograph_of_a_face_with_21_dots() -> None:
     assert np.abs(take.positions[0, :, 0] - 620).max() < 240
 
 
+@pytest.mark.slow
 def test_the_focal_length_of_the_camera_is_that_of_the_take(tmp_path: Path) -> None:
     spec = oiio.ImageSpec(280, 220, 3, "uint8")
     spec.attribute("Exif:FocalLengthIn35mmFilm", 27)
@@ -404,6 +410,7 @@ def test_parts_of_an_image_are_no_film_and_announced(tmp_path: Path) -> None:
     assert found.values["part_count"] == 2
 
 
+@pytest.mark.slow
 def test_pages_are_a_film_which_is_said(tmp_path: Path) -> None:
     places, _ = performance(4)
     write_many(tmp_path / "face.tif", [paint(row, seed=5) for row in places])

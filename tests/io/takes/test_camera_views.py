@@ -119,6 +119,7 @@ def test_tracks_on_half_the_resolution_fit_the_calibration(world, tmp_path):
     np.testing.assert_allclose(solved.positions, POINTS * [1, -1, -1], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_films_need_no_image_size_of_the_calibration(world, tmp_path):
     """They have their own, which here is none that the cameras were calibrated on."""
     image = tmp_path / "face.1.png"

@@ -44,6 +44,7 @@ def test_it_holds_the_animation_alone(shot: Path) -> None:
     assert np.array_equal(weights, played.reordered(names).weights.astype(np.float32))
 
 
+@pytest.mark.slow
 def test_a_range_has_handles_and_a_rate_of_its_own(shot: Path) -> None:
     place = shot.with_name("cut.usdc")
     options = DeliverOptions(start=8, end=20, handles=3, rate=24.0)
@@ -71,6 +72,7 @@ def test_what_the_take_lacks_is_said(shot: Path) -> None:
     assert not unwritten.exists()
 
 
+@pytest.mark.slow
 def test_a_layer_offset_retimes_it(shot: Path) -> None:
     over = Sdf.Layer.CreateNew(str(shot.with_name("retimed.usda")))
     over.subLayerPaths = ["./shot.usda"]

@@ -89,6 +89,7 @@ def test_the_character_moves_with_the_markers(tmp_path: Path, unit: tuple[float,
     assert furthest > 0.008
 
 
+@pytest.mark.slow
 def test_a_character_that_stands_elsewhere_keeps_its_own_transform(tmp_path: Path) -> None:
     stage = processed(tmp_path, skinned=False)
     prims = UsdGeom.Xformable(skel_root(stage)).GetXformOpOrderAttr()
@@ -104,7 +105,8 @@ def test_a_character_that_stands_elsewhere_keeps_its_own_transform(tmp_path: Pat
     np.testing.assert_allclose(to_world(root, 0.0)[3, :3], [1.0, 2.0, 3.0], atol=1e-4)
 
 
-@pytest.mark.parametrize("degrees", [40.0, pytest.param(180.0, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", [40.0, 180.0])
 def test_a_character_that_is_turned_moves_in_its_own_space(tmp_path: Path, degrees: float) -> None:
     """Weights as if it looked ahead; the head nods where the character looks."""
     ahead = processed(tmp_path / "ahead", skinned=False)
@@ -268,6 +270,7 @@ def nod(path: Path) -> None:
     rig.Save()
 
 
+@pytest.mark.slow
 def test_joints_that_are_animated_go_on_moving(tmp_path: Path) -> None:
     """The neck nods by an animation of the rig's own; the head moves on it."""
     world = jointed(make_world())
@@ -291,6 +294,7 @@ def _rigid(source: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return linear, offset
 
 
+@pytest.mark.slow
 def test_muted_or_again_the_joint_is_as_it_was(tmp_path: Path) -> None:
     world = jointed(make_world())
     stage = processed(tmp_path, world=world)

@@ -24,6 +24,7 @@ def test_a_mirror_on_the_way_turns_nothing() -> None:
     np.testing.assert_allclose(compose(moves, turns, sizes), spun(np.linspace(0, 1, 21), scale))
 
 
+@pytest.mark.slow
 def test_arcs_need_no_more_keys_and_curves_do() -> None:
     def turned(code: float) -> np.ndarray:
         return spun(np.array([0.7 * code]), np.ones((1, 3)))[0]

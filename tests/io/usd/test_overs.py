@@ -127,6 +127,7 @@ def test_a_variant_as_edit_target(shot: Path) -> None:
     assert not attribute.GetTimeSamples()
 
 
+@pytest.mark.slow
 def test_a_shorter_result_leaves_nothing_of_a_longer_one(shot: Path) -> None:
     stage = Usd.Stage.Open(str(shot))
     stage.SetEditTarget(stage.GetSessionLayer())

@@ -68,6 +68,7 @@ def test_a_fifo_as_a_layer(tmp_path: Path) -> None:
         open_stage(tmp_path / "a.usda")
 
 
+@pytest.mark.slow
 def test_the_layer_that_is_damaged_is_named(tmp_path: Path) -> None:
     whole, cut, shot = (tmp_path / name for name in ("whole.usdc", "cut.usdc", "shot.usda"))
     stage = Usd.Stage.CreateNew(str(whole))

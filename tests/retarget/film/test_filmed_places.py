@@ -60,6 +60,7 @@ def test_markers_beside_their_vertices_are_found(degrees: float) -> None:
     assert rms(head.shifts - SHIFTS) < 0.3 * rms(SHIFTS)
 
 
+@pytest.mark.slow
 def test_markers_on_their_vertices_stay_there() -> None:
     """Noise of the neutral looks like places that are beside."""
     head = solved(film(NONE, 20.0, noise=0.2))
