@@ -642,6 +642,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the performer's file does not know markers as they are bound; there the shapes are the "
         "character's",
     ),
+    "PERFORMER_SHAPES_UNUSED": (
+        "info",
+        "calibrate",
+        "the performer's file explains how the markers move worse than the proportions of the "
+        "face do: its places and gains are used, its shapes are not",
+    ),
     "PERFORMER_MARKERS_MOVED": (
         "info",
         "nothing",

@@ -10,10 +10,9 @@ from skins import RATE, Head, make_head
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.face.marker_surface import MarkerSurface
 from usdface.options import MapOptions, SolveOptions, SolvePlaces
-from usdface.retarget.face_fit import TRANSFER, FaceFit, fit_face, fit_places, refine_places
+from usdface.retarget.face_fit import TRANSFER, FaceFit, best_fit, fit_face, fit_places
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_at_rest
-from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, Calibration, RetargetSetup
@@ -99,17 +98,22 @@ def test_no_place_is_further_away_than_the_reach() -> None:
 
 
 def test_markers_on_their_vertices_for_good_are_not_refined() -> None:
-    def never(fit: FaceFit) -> PoseAndWeights:
+    def never(fit: FaceFit) -> float:
         raise AssertionError
 
-    positions = HEAD.performed(np.zeros_like(SHIFTS))
-    fit = laid(positions, HEAD.surface)
-    evidence = MotionEvidence(HEAD.times, positions)
-    refined = refine_places(
-        fit, positions[0], MapOptions(), evidence, HEAD.surface,
-        solve=never, sized=lambda shapes: shapes, head_moves=False,
-    )  # fmt: skip
-    assert refined is fit
+    fit = laid(HEAD.performed(np.zeros_like(SHIFTS)), HEAD.surface)
+    assert best_fit([fit], never) == (fit, 1.0)
+
+
+@pytest.mark.parametrize(("misfit", "chosen"), [(0.5, 1), (0.9, 0), (1.0, 0), (2.0, 0)])
+def test_another_fit_is_taken_only_if_it_explains_the_motion_clearly_better(
+    misfit: float, chosen: int
+) -> None:
+    fit = laid(HEAD.performed(np.zeros_like(SHIFTS)), HEAD.surface)
+    fits = [fit, replace(fit)]
+    left = {id(fits[0]): 1e-4, id(fits[1]): 1e-4 * misfit}
+    found, share = best_fit(fits, lambda fit: left[id(fit)])
+    assert found is fits[chosen] and share == pytest.approx(misfit if chosen else 1.0)
 
 
 def solved(

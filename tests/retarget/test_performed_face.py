@@ -10,7 +10,12 @@ from skins import RATE, make_head
 from usdface.findings import Finding
 from usdface.performer_face import PerformerFace
 from usdface.retarget.calibration import calibrate_take
-from usdface.retarget.performed_face import MatchedFace, fit_known_face, match_face
+from usdface.retarget.performed_face import (
+    MatchedFace,
+    fit_known_face,
+    known_places,
+    match_face,
+)
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, Calibration, RetargetSetup
@@ -122,6 +127,30 @@ def test_markers_and_shapes_that_the_face_does_not_know_are_the_characters() -> 
     np.testing.assert_array_equal(moved[0, :20], PLACED.evaluator.offsets[0].reshape(-1, 3)[:20])
 
 
+def test_known_places_are_sure_and_others_as_rest_has_them() -> None:
+    shifts = HEAD.beside(0.004, seed=5)
+    rest = HEAD.surface.at(shifts).points
+    few = PerformerFace(
+        NAMES[:20], HEAD.vertices[:20], shifts[:20], rest[:20], 10, SHAPES, OWN[:, :20]
+    )
+    found, _ = matched(rest, few)
+    assert found is not None
+    guess = known_places(few, found, HEAD.points)
+    assert guess is not None
+    np.testing.assert_allclose(guess.mean[:20], shifts[:20], atol=1e-12)
+    assert not guess.mean[20:].any()
+    deviations = np.sqrt(np.diag(guess.covariance)).reshape(-1, 3)
+    assert deviations[:20].max() < 0.7 * guess.spread
+    np.testing.assert_allclose(deviations[20:], guess.spread)
+
+
+def test_there_are_no_places_where_rest_says_nothing_of_them() -> None:
+    same = replace(FACE, shifts=np.zeros_like(SHIFTS), rest=HEAD.points)
+    found, _ = matched(HEAD.points, same)
+    assert found is not None and known_places(same, found, HEAD.points) is None
+    assert known_places(same, found, np.repeat(HEAD.points, 10, axis=0)) is None
+
+
 def test_a_face_of_other_vertices_is_not_worn() -> None:
     found, findings = matched(FACE.rest, replace(FACE, vertices=FACE.vertices + 1))
     assert found is None and [f.code for f in findings] == ["PERFORMER_UNMATCHED"]
@@ -163,6 +192,27 @@ def test_a_short_take_of_a_known_performer_is_solved_better(
         solution, _ = solved(take, known)
         errors.append(np.sqrt(((solution.weights.weights[NEUTRAL:] - truth) ** 2).mean()))
     assert errors[1] < 0.85 * errors[0]
+
+
+def test_shapes_of_a_file_that_the_take_contradicts_are_left_and_its_places_used() -> None:
+    """The performer moves as the character does; the file has it turned."""
+    truth = HEAD.weights[60:90]
+    still = np.concatenate([np.zeros((NEUTRAL, len(SHAPES))), truth])
+    positions = FACE.rest + np.tensordot(still, SKIN, 1)
+    positions = positions + 5e-5 * np.random.default_rng(4).normal(size=positions.shape)
+    take = MarkerTake(NAMES, np.arange(len(positions)) / RATE, positions, RATE)
+    turned = replace(FACE, displacements=SKIN + 0.4 * np.cross(SKIN, [0.5, 0.3, 0.8]))
+    right = replace(FACE, displacements=SKIN)
+    weights, codes = [], []
+    for face in (turned, right):
+        solution, findings = solved(take, Calibration((), np.zeros(0), np.zeros(0), face))
+        weights.append(solution.weights.weights[NEUTRAL:])
+        codes.append([f.code for f in findings])
+        assert solution.shifts is not None
+        assert np.abs(solution.shifts - SHIFTS).max() < 0.3 * np.abs(SHIFTS).max()
+    assert "PERFORMER_SHAPES_UNUSED" in codes[0] and "PERFORMER_SHAPES_UNUSED" not in codes[1]
+    away = [np.sqrt(((own - truth) ** 2).mean()) for own in weights]
+    assert away[0] < 1.3 * away[1]
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """A take laid over a face and solved: usable markers, neutral, places, space map, weights."""
 
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -8,11 +9,11 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import as_large, as_performed
-from usdface.retarget.face_fit import FaceFit, refine_places
+from usdface.retarget.face_fit import FaceFit, best_fit, refine_places
 from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
@@ -138,16 +139,22 @@ def fit_take(
         take.times, laid, shape_names, views.of(laid.names) if views else None, progress
     )
     evidence = laid.evidence(take.times)
-    fit = laid.fit(setup, shape_names, evidence)
+    fits = laid.fits(setup, shape_names, evidence)
+    noisy = laid.frames if correct_neutral else None
+    some = _some_frames(visible(laid.positions))
+    trial = partial(solver.solve, setup=setup, pose=laid.pose, frames=some)
     if laid.surface is not None:
-        some = _some_frames(visible(laid.positions))
-        fit = refine_places(
-            fit, laid.neutral, setup.map, evidence, laid.surface,
-            solve=lambda fit: solver.solve(fit, setup, laid.pose, some, rounds=_PLACE_ROUNDS),
-            sized=lambda shapes: as_large(shapes, shape_names, setup),
+        refine = partial(
+            refine_places, neutral=laid.neutral, options=setup.map, evidence=evidence,
+            surface=laid.surface, solve=partial(trial, rounds=_PLACE_ROUNDS),
+            sized=partial(as_large, shape_names=shape_names, setup=setup),
             head_moves=setup.head == "solve",
         )  # fmt: skip
-    noisy = laid.frames if correct_neutral else None
+        fits = tuple(refine(fit) for fit in fits)
+    fit, share = best_fit(fits, lambda fit: trial(fit, neutral_frames=noisy).regularisation.misfit)
+    if share < 1.0:
+        message = "the places of the markers alone leave {misfit_percent:.0f} % of its misfit"
+        findings.append(finding("PERFORMER_SHAPES_UNUSED", take.source, message, 100 * share))
     joint = solver.solve(fit, setup, laid.pose, neutral_frames=noisy)
     own, notes = with_found_gains(setup, fit, joint, shape_names, take)
     if notes:

@@ -11,13 +11,18 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.face_fit import FaceFit, fit_face
+from usdface.retarget.face_fit import FaceFit, fit_at_places, fit_face
 from usdface.retarget.film.unobservable_shapes import unobservable_shapes, without_shapes
 from usdface.retarget.first_pose import first_pose, head_markers_few, in_posed_frames
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
 from usdface.retarget.neutral_weights import without_weights
-from usdface.retarget.performed_face import MatchedFace, fit_known_face, match_face
+from usdface.retarget.performed_face import (
+    MatchedFace,
+    fit_known_face,
+    known_places,
+    match_face,
+)
 from usdface.retarget.usable_markers import determined, neutral_frames, usable_markers
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
@@ -70,14 +75,23 @@ class LaidMarkers:
         dimension = self.positions.shape[2]
         return MotionEvidence(times, self.pose.to_head(on_plane(self.positions))[..., :dimension])
 
-    def fit(
+    def fits(
         self, setup: RetargetSetup, shape_names: tuple[str, ...], evidence: MotionEvidence
-    ) -> FaceFit:
-        """Return the performer's face over the character's, before places are refined."""
-        if self.matched is not None:
-            assert setup.calibration and setup.calibration.face and self.surface
-            return fit_known_face(setup.calibration.face, self.matched, shape_names, self.surface)
-        return fit_face(self.neutral, self.points, self.model, setup.map, evidence, self.surface)
+    ) -> tuple[FaceFit, ...]:
+        """Return the performer's face over the character's, before places are refined.
+
+        A performer whose face is known is laid over it as known, and by the known places alone.
+        """
+        given = setup.map
+        if self.matched is None:
+            return (fit_face(self.neutral, self.points, self.model, given, evidence, self.surface),)
+        assert setup.calibration and setup.calibration.face and self.surface
+        face = setup.calibration.face
+        known = fit_known_face(face, self.matched, shape_names, self.surface)
+        guess = known_places(face, self.matched, self.points)
+        if guess is None or given.form == "paper":
+            return (known,)
+        return known, fit_at_places(self.neutral, guess, given, evidence, self.surface)
 
 
 def lay_markers(

@@ -14,19 +14,26 @@ from usdface.performer_face import PerformerFace
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.performed_directions import PerformedDirections, learn_directions
+from usdface.retarget.places import MOST_MARKERS, PlaceGuess, guess_at_rest
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
 
-__all__ = ["MatchedFace", "face_of_solution", "fit_known_face", "match_face"]
+__all__ = ["MatchedFace", "face_of_solution", "fit_known_face", "known_places", "match_face"]
 
 # A marker is where it was if its neutral moved by at most this share of the face's size, 0.25 mm on
 # the ICT face: a neutral of five frames with 0.3 mm of noise is within half of it. Set by hand.
 _SAME = 0.004
 # Fewer known markers than this do not determine a similarity between two takes.
 _FEWEST = 4
+# Deviation of a known place along an axis, as a share of the face's size: 1 mm on the ICT face. So
+# far off are places of takes whose markers are bound 4 mm beside them, of the performers that the
+# solve was built with.
+_PLACE = 0.017
 # Neutral frames that an exact neutral counts as: their mean is known to a thousandth of the noise.
 _EXACT = 1_000_000
 _NAME = "similarity, the performer's own shapes"
+# Places spread by less than this share of a known place's deviation are on their vertices.
+_ROUNDING = 1e-5
 
 
 def face_of_solution(
@@ -179,6 +186,36 @@ def match_face(
     return MatchedFace(known, own, mean, np.zeros_like(moved), frames), findings
 
 
+def known_places(
+    face: PerformerFace, matched: MatchedFace, points: FloatArray
+) -> PlaceGuess | None:
+    """Return where the markers of a take sit, as their performer's face has it.
+
+    Those that it does not know sit on their vertices (`points` (M, 3) [m]), give or take as much as
+    their neutral suggests. None where that is no distribution of places: there are too many
+    markers, or the performer rests as the character does.
+    """
+    if len(points) > MOST_MARKERS:
+        return None
+    spread = guess_at_rest(matched.neutral, points).spread
+    known = _PLACE * rms_radius(points)
+    if spread <= _ROUNDING * known:
+        return None
+    variance = np.full(len(points), spread**2)
+    variance[matched.known] = min(known, spread) ** 2
+    shifts = _known_shifts(face, matched, points)
+    return PlaceGuess(shifts, np.diag(np.repeat(variance, 3)), spread)
+
+
+def _known_shifts(face: PerformerFace, matched: MatchedFace, points: FloatArray) -> FloatArray:
+    """Return the shifts (M, 3) [m] of a face, changed as its neutral has."""
+    shifts = np.zeros_like(matched.neutral)
+    shifts[matched.known] = face.shifts[matched.own]
+    linear, _ = similarity_fit(matched.neutral, points + shifts)
+    shifts[matched.known] += matched.moved @ linear
+    return shifts
+
+
 def fit_known_face(
     face: PerformerFace, matched: MatchedFace, shape_names: tuple[str, ...], surface: MarkerSurface
 ) -> FaceFit:
@@ -189,12 +226,12 @@ def fit_known_face(
     does not know are the character's.
     """
     neutral = matched.neutral
-    shifts = np.zeros_like(neutral)
-    shifts[matched.known] = face.shifts[matched.own]
-    before = surface.at(shifts)
-    linear, _ = similarity_fit(neutral, before.points)
-    shifts[matched.known] += matched.moved @ linear
-    shifts = surface.within_reach(shifts)
+    learned = np.zeros_like(neutral)
+    learned[matched.known] = face.shifts[matched.own]
+    before = surface.at(learned)
+    shifts = surface.within_reach(
+        _known_shifts(face, matched, surface.mesh.points[surface.vertices])
+    )
     placed = surface.at(shifts)
     linear, offset = similarity_fit(neutral, placed.points)
     turned, _ = similarity_fit(face.rest[matched.own], neutral[matched.known])
