@@ -10,7 +10,7 @@ from skins import RATE, Head, make_head
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.face.marker_surface import MarkerSurface
 from usdface.options import MapOptions, SolveOptions, SolvePlaces
-from usdface.retarget.face_fit import TRANSFER, FaceFit, best_fit, fit_face, fit_places
+from usdface.retarget.face_fit import TRANSFER, FaceFit, fit_face, fit_places
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_at_rest
 from usdface.retarget.solution import Solution
@@ -97,25 +97,6 @@ def test_no_place_is_further_away_than_the_reach() -> None:
     assert np.isfinite(fit.points).all() and np.isfinite(fit.evaluator.offsets).all()
 
 
-def test_markers_on_their_vertices_for_good_are_not_refined() -> None:
-    def never(fit: FaceFit) -> float:
-        raise AssertionError
-
-    fit = laid(HEAD.performed(np.zeros_like(SHIFTS)), HEAD.surface)
-    assert best_fit([fit], never) == (fit, 1.0)
-
-
-@pytest.mark.parametrize(("misfit", "chosen"), [(0.5, 1), (0.9, 0), (1.0, 0), (2.0, 0)])
-def test_another_fit_is_taken_only_if_it_explains_the_motion_clearly_better(
-    misfit: float, chosen: int
-) -> None:
-    fit = laid(HEAD.performed(np.zeros_like(SHIFTS)), HEAD.surface)
-    fits = [fit, replace(fit)]
-    left = {id(fits[0]): 1e-4, id(fits[1]): 1e-4 * misfit}
-    found, share = best_fit(fits, lambda fit: left[id(fit)])
-    assert found is fits[chosen] and share == pytest.approx(misfit if chosen else 1.0)
-
-
 def solved(
     positions: np.ndarray,
     *,
@@ -170,7 +151,7 @@ def test_motion_tells_more_of_places_than_rest(monkeypatch: pytest.MonkeyPatch) 
     shifts = HEAD.beside(0.003, seed=7)
     positions = bend(HEAD.performed(shifts))
     refined = solved(positions)
-    monkeypatch.setattr(importlib.import_module("usdface.retarget.face_fit"), "_STEPS", 0)
+    monkeypatch.setattr(importlib.import_module("usdface.retarget.refined_fit"), "_STEPS", 0)
     at_rest = solved(positions)
     assert refined.shifts is not None and at_rest.shifts is not None and at_rest.shifts.any()
     assert rms(refined.shifts - shifts) < 0.9 * rms(at_rest.shifts - shifts)

@@ -1,6 +1,5 @@
 """Performer laid over character: the places of the markers and the space map between the two."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,29 +9,19 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
 from usdface.face.transferred_shapes import transferred_surface
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.geometry.rigid_modes import motion_basis
 from usdface.options import MapOptions
 from usdface.retarget.map_choice import MapChoice, choose_map
 from usdface.retarget.motion_evidence import MotionEvidence
-from usdface.retarget.places import (
-    MOST_MARKERS,
-    PlaceGuess,
-    guess_at_rest,
-    guess_in_motion,
-    search_in_motion,
-)
-from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.retarget.places import MOST_MARKERS, PlaceGuess, guess_at_rest
 from usdface.retarget.rbf import SpaceMap
-from usdface.takes import visible
 
 __all__ = [
     "TRANSFER",
     "FaceFit",
-    "best_fit",
     "fit_at_places",
     "fit_face",
     "fit_places",
-    "refine_places",
+    "fit_transferred",
 ]
 
 # Name of the map that carries displacements by the similarity, to the performer's own shapes.
@@ -44,17 +33,8 @@ _BETTER = 0.95
 # factor times that of every map. Set by hand: they leave 2 to 20 % less where they are right, and
 # more where another map is.
 _TRANSFERRED = 0.99
-# Another fit is taken if its misfit is below this factor times that of the first. On the performers
-# that the solve was built with, a file of 20 s and of 67 s, that of a worse fit is 1.3 to 4.5 times
-# as large, but for one of 1.15.
-_LESS_MISFIT = 0.85
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
-# A marker moves unlike its place if its residual is so many times the median marker's. Set by hand.
-_UNLIKE = 2.0
-# Times that places are refined and the take is solved again. Of 1, 2 and 3, 2 was enough on the
-# performers of python -m benchmarks.performers that the solve was built with.
-_STEPS = 2
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -170,7 +150,7 @@ def _as_another_face(
     skin = transferred_surface(surface, fit.placed, neutral @ linear + offset)
     if skin is None:
         return fit
-    transferred = _placed(fit, neutral, fit.shifts, skin)
+    transferred = fit_transferred(fit, neutral, fit.shifts, skin)
     unexplained = evidence.unexplained_share(
         transferred.space, transferred.points, transferred.evaluator
     )
@@ -180,7 +160,7 @@ def _as_another_face(
     return replace(transferred, choice=replace(fit.choice, name=TRANSFER, unexplained=shares))
 
 
-def _placed(
+def fit_transferred(
     fit: FaceFit, neutral: FloatArray, shifts: FloatArray, surface: MarkerSurface
 ) -> FaceFit:
     """Return the fit with other places on a skin that moves as the performer's face does."""
@@ -214,97 +194,3 @@ def fit_places(
 
     space, choice = choose_map(neutral, placed.points, options, share)
     return FaceFit(placed.points, placed.evaluator, space, choice, shifts, placed, guess)
-
-
-def best_fit(fits: Sequence[FaceFit], misfit: Callable[[FaceFit], float]) -> tuple[FaceFit, float]:
-    """Return the fit that explains the motion of a take best.
-
-    Parameters
-    ----------
-    fits : sequence of FaceFit
-        The first is kept unless another one is clearly better.
-    misfit : callable
-        Of a solve with a fit [m].
-
-    Returns
-    -------
-    FaceFit
-    float
-        Its misfit, by that of the first fit; 1 for the first.
-    """
-    first, *others = fits
-    before = misfit(first) if others else 0.0
-    for other in others:
-        after = misfit(other)
-        if after < _LESS_MISFIT * before:
-            return other, after / before
-    return first, 1.0
-
-
-def refine_places(
-    fit: FaceFit,
-    neutral: FloatArray,
-    options: MapOptions,
-    evidence: MotionEvidence,
-    surface: MarkerSurface,
-    *,
-    solve: Callable[[FaceFit], PoseAndWeights],
-    sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
-    head_moves: bool,
-) -> FaceFit:
-    """Return the fit with places that better explain the motion of a take, if there are any.
-
-    Parameters are those of `fit_face`.
-
-    Parameters
-    ----------
-    solve : callable
-        Solves frames of the take with a fit.
-    sized : callable
-        Returns the shapes at the performer's amplitudes, which the weights refer to.
-    head_moves : bool
-        The head's pose is solved with the weights.
-    """
-    if fit.placed is None:
-        return fit
-    joint = solve(fit)
-    for _ in range(_STEPS):
-        if joint.regularisation.variance == 0.0:
-            break
-        assert fit.guess is not None
-        skin = fit.transferred or surface
-        shifts = _refined_shifts(fit, skin, joint, sized, head_moves)
-        if fit.transferred:
-            refined = _placed(fit, neutral, shifts, skin)
-        else:
-            refined = fit_places(neutral, shifts, options, evidence, surface, fit.guess)
-        again = solve(refined)
-        if again.regularisation.misfit >= joint.regularisation.misfit:
-            break
-        fit, joint = refined, again
-    return fit
-
-
-def _refined_shifts(
-    fit: FaceFit,
-    surface: MarkerSurface,
-    joint: PoseAndWeights,
-    sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
-    head_moves: bool,
-) -> FloatArray:
-    """Return shifts (M, 3) [m] that the solved frames make more probable than those of `fit`."""
-    assert fit.placed is not None and fit.guess is not None
-    weights, displaced = joint.weights, joint.displaced
-    variance = joint.regularisation.variance
-    rigid = motion_basis(fit.points, 3) if head_moves else np.zeros((fit.points.size, 0))
-    placed = fit.placed.mapped(sized)
-    shifts = guess_in_motion(fit.guess, fit.shifts, placed, weights, displaced, rigid, variance)
-    residual = displaced - placed.evaluator.displacements(weights).reshape(displaced.shape)
-    seen = visible(displaced)
-    squares = np.where(seen, (residual**2).sum(axis=2), 0.0).sum(axis=0)
-    away = np.sqrt(squares / np.maximum(seen.sum(axis=0), 1))
-    for marker in np.flatnonzero(away > _UNLIKE * np.median(away)):
-        shifts[marker] = search_in_motion(
-            fit.guess, surface, int(marker), weights, displaced, sized, variance
-        )
-    return shifts

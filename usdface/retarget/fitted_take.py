@@ -13,12 +13,13 @@ from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.progress import Progress
 from usdface.retarget.calibrated_shapes import as_large, as_performed
-from usdface.retarget.face_fit import FaceFit, best_fit, refine_places
+from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
 from usdface.retarget.markers_beside import markers_beside
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
+from usdface.retarget.refined_fit import best_fit, refine_places
 from usdface.retarget.shrinkage import restored_findings, restoring_factors
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.take_amplitudes import with_found_gains
@@ -138,23 +139,9 @@ def fit_take(
     solver = _TakeSolver(
         take.times, laid, shape_names, views.of(laid.names) if views else None, progress
     )
-    evidence = laid.evidence(take.times)
-    fits = laid.fits(setup, shape_names, evidence)
     noisy = laid.frames if correct_neutral else None
-    some = _some_frames(visible(laid.positions))
-    trial = partial(solver.solve, setup=setup, pose=laid.pose, frames=some)
-    if laid.surface is not None:
-        refine = partial(
-            refine_places, neutral=laid.neutral, options=setup.map, evidence=evidence,
-            surface=laid.surface, solve=partial(trial, rounds=_PLACE_ROUNDS),
-            sized=partial(as_large, shape_names=shape_names, setup=setup),
-            head_moves=setup.head == "solve",
-        )  # fmt: skip
-        fits = tuple(refine(fit) for fit in fits)
-    fit, share = best_fit(fits, lambda fit: trial(fit, neutral_frames=noisy).regularisation.misfit)
-    if share < 1.0:
-        message = "the places of the markers alone leave {misfit_percent:.0f} % of its misfit"
-        findings.append(finding("PERFORMER_SHAPES_UNUSED", take.source, message, 100 * share))
+    fit, notes = _fit(take, solver, setup, noisy)
+    findings += notes
     joint = solver.solve(fit, setup, laid.pose, neutral_frames=noisy)
     own, notes = with_found_gains(setup, fit, joint, shape_names, take)
     if notes:
@@ -165,6 +152,30 @@ def fit_take(
     return FittedTake(
         laid.names, laid.neutral, fit, joint, own, laid.head_neutral, factors
     ), findings
+
+
+def _fit(
+    take: MarkerTake, solver: _TakeSolver, setup: RetargetSetup, noisy: IntArray | None
+) -> tuple[FaceFit, list[Finding]]:
+    """Return the fit of the laid markers that explains some frames of the take best."""
+    laid, names = solver.laid, solver.shape_names
+    evidence = laid.evidence(take.times)
+    fits = laid.fits(setup, names, evidence)
+    some = _some_frames(visible(laid.positions))
+    trial = partial(solver.solve, setup=setup, pose=laid.pose, frames=some)
+    if laid.surface is not None:
+        refine = partial(
+            refine_places, neutral=laid.neutral, options=setup.map, evidence=evidence,
+            surface=laid.surface, solve=partial(trial, rounds=_PLACE_ROUNDS),
+            sized=partial(as_large, shape_names=names, setup=setup),
+            head_moves=setup.head == "solve",
+        )  # fmt: skip
+        fits = tuple(refine(fit) for fit in fits)
+    fit, share = best_fit(fits, lambda fit: trial(fit, neutral_frames=noisy).regularisation.misfit)
+    if share == 1.0:
+        return fit, []
+    message = "the places of the markers alone leave {misfit_percent:.0f} % of its misfit"
+    return fit, [finding("PERFORMER_SHAPES_UNUSED", take.source, message, 100 * share)]
 
 
 def _some_frames(is_visible: BoolArray) -> IntArray:

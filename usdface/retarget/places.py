@@ -222,7 +222,7 @@ def search_in_motion(
     """Return the shift (3,) [m] of one marker to the nearby vertex that moves most like it.
 
     For a marker that moves unlike its place: gradients do not lead from one lip to the other.
-    Parameters are those of `guess_in_motion` and `usdface.retarget.face_fit.refine_places`;
+    Parameters are those of `guess_in_motion` and `usdface.retarget.refined_fit.refine_places`;
     `marker` is its number.
     """
     near = surface.vertices_near(marker)

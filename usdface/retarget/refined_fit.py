@@ -1,0 +1,122 @@
+"""The fit of a performer that a take bears out: places refined, the best of several fits."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.face.marker_surface import MarkerSurface
+from usdface.geometry.rigid_modes import motion_basis
+from usdface.options import MapOptions
+from usdface.retarget.face_fit import FaceFit, fit_places, fit_transferred
+from usdface.retarget.motion_evidence import MotionEvidence
+from usdface.retarget.places import guess_in_motion, search_in_motion
+from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.takes import visible
+
+__all__ = ["best_fit", "refine_places"]
+
+# Another fit is taken if its misfit is below this factor times that of the first. On the performers
+# that the solve was built with, a file of 20 s and of 67 s, that of a worse fit is 1.3 to 4.5 times
+# as large, but for one of 1.15.
+_LESS_MISFIT = 0.85
+# A marker moves unlike its place if its residual is so many times the median marker's. Set by hand.
+_UNLIKE = 2.0
+# Times that places are refined and the take is solved again. Of 1, 2 and 3, 2 was enough on the
+# performers of python -m benchmarks.performers that the solve was built with.
+_STEPS = 2
+
+
+def best_fit(fits: Sequence[FaceFit], misfit: Callable[[FaceFit], float]) -> tuple[FaceFit, float]:
+    """Return the fit that explains the motion of a take best.
+
+    Parameters
+    ----------
+    fits : sequence of FaceFit
+        The first is kept unless another one is clearly better.
+    misfit : callable
+        Of a solve with a fit [m].
+
+    Returns
+    -------
+    FaceFit
+    float
+        Its misfit, by that of the first fit; 1 for the first.
+    """
+    first, *others = fits
+    before = misfit(first) if others else 0.0
+    for other in others:
+        after = misfit(other)
+        if after < _LESS_MISFIT * before:
+            return other, after / before
+    return first, 1.0
+
+
+def refine_places(
+    fit: FaceFit,
+    neutral: FloatArray,
+    options: MapOptions,
+    evidence: MotionEvidence,
+    surface: MarkerSurface,
+    *,
+    solve: Callable[[FaceFit], PoseAndWeights],
+    sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
+    head_moves: bool,
+) -> FaceFit:
+    """Return the fit with places that better explain the motion of a take, if there are any.
+
+    Parameters are those of `fit_face`.
+
+    Parameters
+    ----------
+    solve : callable
+        Solves frames of the take with a fit.
+    sized : callable
+        Returns the shapes at the performer's amplitudes, which the weights refer to.
+    head_moves : bool
+        The head's pose is solved with the weights.
+    """
+    if fit.placed is None:
+        return fit
+    joint = solve(fit)
+    for _ in range(_STEPS):
+        if joint.regularisation.variance == 0.0:
+            break
+        assert fit.guess is not None
+        skin = fit.transferred or surface
+        shifts = _refined_shifts(fit, skin, joint, sized, head_moves)
+        if fit.transferred:
+            refined = fit_transferred(fit, neutral, shifts, skin)
+        else:
+            refined = fit_places(neutral, shifts, options, evidence, surface, fit.guess)
+        again = solve(refined)
+        if again.regularisation.misfit >= joint.regularisation.misfit:
+            break
+        fit, joint = refined, again
+    return fit
+
+
+def _refined_shifts(
+    fit: FaceFit,
+    surface: MarkerSurface,
+    joint: PoseAndWeights,
+    sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
+    head_moves: bool,
+) -> FloatArray:
+    """Return shifts (M, 3) [m] that the solved frames make more probable than those of `fit`."""
+    assert fit.placed is not None and fit.guess is not None
+    weights, displaced = joint.weights, joint.displaced
+    variance = joint.regularisation.variance
+    rigid = motion_basis(fit.points, 3) if head_moves else np.zeros((fit.points.size, 0))
+    placed = fit.placed.mapped(sized)
+    shifts = guess_in_motion(fit.guess, fit.shifts, placed, weights, displaced, rigid, variance)
+    residual = displaced - placed.evaluator.displacements(weights).reshape(displaced.shape)
+    seen = visible(displaced)
+    squares = np.where(seen, (residual**2).sum(axis=2), 0.0).sum(axis=0)
+    away = np.sqrt(squares / np.maximum(seen.sum(axis=0), 1))
+    for marker in np.flatnonzero(away > _UNLIKE * np.median(away)):
+        shifts[marker] = search_in_motion(
+            fit.guess, surface, int(marker), weights, displaced, sized, variance
+        )
+    return shifts
