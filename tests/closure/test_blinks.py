@@ -45,6 +45,22 @@ def test_they_are_closed_at_their_peaks(rate: float) -> None:
         assert blink.start < blink.closed <= times[peak] <= blink.opened < blink.end
 
 
+@pytest.mark.parametrize(("others", "found"), [(0.3, [0, 1]), (0.6, [0, 1, 2])])
+def test_a_pulse_a_little_slower_than_slow_blinks_is_one_of_them(
+    others: float, found: list[int]
+) -> None:
+    """Its second half takes 0.11 s, that of the others 0.05 or 0.1 s."""
+    times = np.arange(0.0, 6.0, 1.0 / 120.0)
+    course = np.zeros(len(times))
+    for start, length in zip(STARTS, (others, others, 0.65), strict=True):
+        since = (times - start) / length
+        course += 0.8 * np.clip(np.minimum(3.0 * since, 1.5 * (1.0 - since)), 0.0, None)
+    both = np.stack([course, course], axis=1)
+    none = np.zeros(both.shape, dtype=bool)
+    _, peaks = find_blinks(times, both, none, np.full(2, 0.8), np.zeros(2))
+    assert [int(np.searchsorted(STARTS, times[peak])) - 1 for peak in peaks] == found
+
+
 def test_of_two_eyes_that_show_no_blink_nothing_is_found() -> None:
     times, course = pulses(60.0)
     both = np.stack([course, course], axis=1)
