@@ -755,6 +755,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the rig's closed lids move no marker; blinks are sought as another face shows them",
     ),
     "LIDS_CROSS": ("warning", "correct_pins", "pinned weights make the lids of an eye cross"),
+    "EYE_OPENED": (
+        "info",
+        "look_at_frames",
+        "one eye was solved as narrowed, which its markers do not show, and was opened",
+    ),
     "LIDS_PARTED": (
         "info",
         "look_at_frames",

@@ -16,10 +16,15 @@ from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
 from usdface.closure.lid_signal import least_pulses, lid_signal
 from usdface.closure.solved_lids import solved_lids
+from usdface.closure.unshown_closing import (
+    opened_findings,
+    shown_closing,
+    without_unshown_closing,
+)
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.retarget.solution import Solution
-from usdface.takes import WeightsTake
+from usdface.takes import WeightsTake, frame_step
 
 __all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
 
@@ -114,8 +119,11 @@ def close_eyes(
     if solution:
         findings += _by_another_face(face, gaps, solved.names)
     closed = weights
-    if solution:  # the gaze of a take of weights is measured, not solved from markers
-        closed = without_glances(weights, solved.times, solved.names, closings, near_pins)
+    if solution:  # lids and gaze of a take of weights are measured, not solved from markers
+        shown = shown_closing(signal, alone, frame_step(solved.times))
+        closed = without_unshown_closing(weights, shown, gaps, near_pins)
+        findings += opened_findings(weights, closed, gaps)
+        closed = without_glances(closed, solved.times, solved.names, closings, near_pins)
     for eye, own in gaps.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
     for eye, own in gaps.items():

@@ -1,0 +1,77 @@
+"""One eye that is solved as narrowed without its markers is opened; winks and blinks stay."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from usdface.arrays import FloatArray
+from usdface.closure.unshown_closing import (
+    opened_findings,
+    shown_closing,
+    without_unshown_closing,
+)
+
+STEP = 1.0 / 60.0
+TIMES = np.arange(0.0, 4.0, STEP)
+# Weights of a left and a right shape that close the eyes, and of one other.
+GAPS: Any = {"left": SimpleNamespace(closer=0), "right": SimpleNamespace(closer=1)}
+HILL = np.exp(-(((TIMES - 2.0) / 0.4) ** 2))
+NONE = np.zeros_like(HILL)
+FREE = np.zeros((len(TIMES), 3))
+
+
+def opened(
+    left: FloatArray, right: FloatArray, signal: FloatArray, own: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Return weights (F, 3) before and after; `signal` and `own` (F,) are of the left eye."""
+    weights = np.stack([left, right, HILL], axis=1)
+    both = np.stack([signal, NONE], axis=1)
+    alone = None if own is None else np.stack([own, NONE], axis=1)
+    shown = shown_closing(both, alone, STEP)
+    return weights, without_unshown_closing(weights, shown, GAPS, FREE)
+
+
+def test_an_eye_without_evidence_is_opened_and_told() -> None:
+    before, after = opened(0.4 * HILL, NONE, -0.3 * HILL)
+    assert after[:, 0].max() == pytest.approx(0.05)
+    np.testing.assert_array_equal(after[:, 1:], before[:, 1:])
+    (found,) = opened_findings(before, after, GAPS)
+    assert found.code == "EYE_OPENED" and found.where == "left eye"
+    assert found.values["weight"] == pytest.approx(0.35, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("right", "signal", "own"),
+    [
+        (NONE, 0.5 * HILL, None),  # a wink
+        (NONE, -0.3 * HILL, 0.5 * HILL),  # under a raised brow
+        (0.4 * HILL, -0.3 * HILL, None),  # both eyes
+        (NONE, np.full_like(HILL, np.nan), None),  # not measured
+    ],
+)
+def test_a_closing_that_is_shown_shared_or_not_measured_stays(
+    right: FloatArray, signal: FloatArray, own: FloatArray | None
+) -> None:
+    before, after = opened(0.4 * HILL, right, signal, own)
+    np.testing.assert_array_equal(before, after)
+    assert not opened_findings(before, after, GAPS)
+
+
+def test_a_second_time_changes_nothing_and_noise_makes_no_jitter() -> None:
+    noise = 0.05 * np.random.default_rng(1).standard_normal(len(TIMES))
+    before, after = opened(0.4 * HILL, NONE, 0.05 * HILL + noise)
+    again = opened(after[:, 0], after[:, 1], 0.05 * HILL + noise)[1]
+    np.testing.assert_array_equal(again, after)
+    assert np.abs(np.diff(after[:, 0])).max() < 2.0 * np.abs(np.diff(before[:, 0])).max()
+
+
+def test_pins_a_single_shape_for_both_eyes_and_single_frames_stay() -> None:
+    weights = np.stack([0.4 * HILL, NONE, HILL], axis=1)
+    shown = shown_closing(np.zeros((len(TIMES), 2)), None, STEP)
+    pinned = without_unshown_closing(weights, shown, GAPS, np.ones_like(FREE))
+    np.testing.assert_array_equal(pinned, weights)
+    shared: Any = {"left": GAPS["left"], "right": GAPS["left"]}
+    np.testing.assert_array_equal(without_unshown_closing(weights, shown, shared, FREE), weights)
+    assert np.isinf(shown_closing(np.zeros((1, 2)), None, 0.0).most).all()

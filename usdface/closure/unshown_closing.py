@@ -1,0 +1,109 @@
+"""Eyes that the solve narrows, though their markers do not come down and the other eye is open.
+
+A blend shape that closes an eye is also solved to explain what other shapes cannot, as after a
+frown. Both upper lids are moved by one motor command (A. Gay, M. Salmon, C. Windsor, "Hering's law,
+the levators, and their relationship in disease states", 1967), and a wink brings the markers of its
+eye down: a single eye that is narrowed without that is opened.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+from usdface.arrays import FloatArray
+from usdface.closure.lid_gaps import EYES, Eye, LidGaps
+from usdface.closure.lid_pulses import lid_pulses
+from usdface.findings import Finding, finding
+
+__all__ = ["ShownClosing", "opened_findings", "shown_closing", "without_unshown_closing"]
+
+# Height of a performer's blinks, in closed eyes of the character: of two real takes 0.44 and more.
+_LEAST_BLINK = 0.4
+# The limit holds for this long before and after [s], smoothed by half of it: it is to follow
+# neither the noise of the markers nor each blink. Set by hand.
+_AROUND = 0.2
+# A weight that narrows an eye by so much more than the other one stays: it is hardly visible, a
+# twentieth of the opening. Set by hand.
+_HARDLY = 0.05
+# Least fall of a weight that is reported.
+_FALLEN = 0.1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ShownClosing:
+    """How far the markers show each eye as closed at most: (F, 2); infinite = not measured."""
+
+    most: FloatArray
+
+
+def shown_closing(signal: FloatArray, own: FloatArray | None, step: float) -> ShownClosing:
+    """Return how far the eyes may be closed by their markers.
+
+    Parameters
+    ----------
+    signal : (F, 2) float64
+        `usdface.closure.lid_signal`; NaN in all frames of an eye that is not measured.
+    own : (F, 2) float64 or None
+        The same of the lids by themselves (`lid_motion`): a blink under a raised brow.
+    step : float [s]
+        Between two frames.
+    """
+    most = np.full(signal.shape, np.inf)
+    if len(signal) < 3:
+        return ShownClosing(most)
+    around = round(_AROUND / step)
+    for eye in (0, 1):
+        curves = [each[:, eye] for each in (signal, own) if each is not None]
+        if not all(np.isfinite(each).all() for each in curves):
+            continue
+        smooth = np.max([lid_pulses(each, step)[0] for each in curves], axis=0).clip(min=0.0)
+        held = maximum_filter1d(smooth, 2 * around + 1)
+        most[:, eye] = gaussian_filter1d(held, max(0.5 * around, 1e-3)) / _LEAST_BLINK
+    return ShownClosing(most)
+
+
+def without_unshown_closing(
+    weights: FloatArray,
+    shown: ShownClosing,
+    gaps: Mapping[Eye, LidGaps],
+    near_pins: FloatArray,
+) -> FloatArray:
+    """Return weights (F, T) that close an eye as far as its markers show, or as the other eye is.
+
+    Parameters
+    ----------
+    weights : (F, T) float64
+    shown : ShownClosing
+    gaps : mapping of "left", "right" to LidGaps
+    near_pins : (F, T) float64
+        `usdface.retarget.pins.pin_nearness`: pinned weights stay.
+    """
+    closers = [gaps[eye].closer for eye in EYES if eye in gaps]
+    if len(set(closers)) < 2:
+        return weights
+    both = weights[:, closers]
+    least = np.minimum(both, np.maximum(shown.most, both[:, ::-1]) + _HARDLY)
+    opened = weights.copy()
+    opened[:, closers] = both + (1.0 - near_pins[:, closers]) * (least - both)
+    return opened
+
+
+def opened_findings(
+    before: FloatArray, after: FloatArray, gaps: Mapping[Eye, LidGaps]
+) -> list[Finding]:
+    """Report eyes that were opened, of weights (F, T) before and after."""
+    findings = []
+    for eye, own in gaps.items():
+        fallen = before[:, own.closer] - after[:, own.closer]
+        frames = np.flatnonzero(fallen > _FALLEN)
+        if len(frames):
+            message = (
+                "solved as narrowed by a weight of up to {weight:.2f} more than its markers show, "
+                "in {frame_count} frames ({first_frame} to {last_frame}), while the other eye is "
+                "open: opened"
+            )
+            values = fallen.max(), len(frames), frames[0], frames[-1]
+            findings.append(finding("EYE_OPENED", f"{eye} eye", message, *values))
+    return findings
