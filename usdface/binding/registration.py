@@ -31,7 +31,7 @@ __all__ = [
 SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
 # Factor on the error of motion where names give the places, as that of real performers on other
 # faces is larger; judge: `python benchmarks/binding.py named`.
-_NAMED_MOTION = 3.0
+_NAMED_MOTION = 6.0
 # Cost of a good registration to another face; a larger cost means larger errors.
 USUAL_COST = 3.0
 # Moving markers spread like the moving surface: bias of the logarithm of the ratio
