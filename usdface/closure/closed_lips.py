@@ -16,6 +16,8 @@ __all__ = ["ClosedLips", "close_lips"]
 
 # Least movement that is reported [m].
 _REPORTED = 1e-4
+# Least tolerance of a contact [m]: a share of none is not defined.
+_LEAST_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -65,7 +67,7 @@ def close_lips(
         return ClosedLips(
             weights, np.zeros(len(weights)), [finding("LIPS_UNSEEN", "lips", message)]
         )
-    tolerance = face.layout.tolerance
+    tolerance = max(face.layout.tolerance, _LEAST_TOLERANCE)
     near = near_pins[:, gaps.evaluator.moving].max(axis=1, initial=0.0)
     # Near a pin the limit widens, to none at the pin.
     with np.errstate(divide="ignore"):

@@ -177,5 +177,8 @@ def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:
 
 
 def _within(held: EyeClosing, blinks: Sequence[EyeClosing]) -> bool:
-    """Whether a closed eye is the top of a blink."""
-    return any(each.start <= held.closed and held.opened <= each.end for each in blinks)
+    """Whether a closed eye is the top of a blink of that eye."""
+    return any(
+        each.start <= held.closed and held.opened <= each.end and {*held.eyes} <= {*each.eyes}
+        for each in blinks
+    )

@@ -20,8 +20,8 @@ _CLOSED_ALONE, _CONTRADICTED = 0.9, 0.75
 # Share of the median level of an eye that is held closed; below it the eye is closing or opening,
 # even where the blinks of the take go no further. Set by hand.
 _STILL_CLOSED = 0.8
-# Shortest time [s] at that level that is no blink.
-_HELD = 0.1
+# Shortest time [s] at that level that is no blink, and the rounding of times.
+_HELD, _ROUNDING = 0.1, 1e-9
 # Closing and opening [s]: as fast as the fastest blink, and slower than the slowest.
 _FASTEST, _SLOWEST = 0.05, 0.5
 
@@ -61,7 +61,7 @@ def _held_eye(
     lids = smooth_step((share - _HALF_OPEN) / (_CLOSED - _HALF_OPEN))
     for first, stop in edges.reshape(-1, 2).tolist():
         last = stop - 1
-        if times[last] - times[first] < _HELD:
+        if times[last] - times[first] < _HELD - _ROUNDING:
             continue
         level = _STILL_CLOSED * float(np.median(share[first:stop]))
         still = first + np.flatnonzero(share[first:stop] >= level)

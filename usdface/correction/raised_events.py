@@ -93,6 +93,7 @@ def judged_events(
     output: FloatArray,
     by_rules: FloatArray,
     weights: FloatArray,
+    judged: FloatArray,
     pose: FloatArray,
     evidence: Evidence,
     response: tuple[float, float],
@@ -107,6 +108,8 @@ def judged_events(
         The output of the rules alone, without likeness.
     weights : (F, T) float64
         Solved weights of the face, or of a half mirrored to the other side.
+    judged : (F, T) float64
+        Those that are the evidence.
     pose : (T,) float64
     evidence : Evidence
     response : (onset, full)
@@ -121,11 +124,12 @@ def judged_events(
     else:
         mean, confirmed = events.peaks(weights), ruled[events.frames] / output[events.frames]
         most = np.ones(mean.shape)
-    regions = evidence.shown(mean, pose)
+    seen = mean if judged is weights else events.peaks(judged)
+    regions = evidence.shown(seen, pose)
     shown = np.ones(len(mean))
     for share in regions.values():
         shown = np.minimum(shown, share)
-    taking = evidence.takes_part(mean, pose, events.size, confirmed) * shown[:, None]
+    taking = evidence.takes_part(seen, pose, events.size, confirmed) * shown[:, None]
     level = np.maximum(
         respond(confirmed * events.size, response),
         np.minimum(respond(events.size, response), events.size),

@@ -100,15 +100,14 @@ class TakeBlending:
         # The events of one emotion and side at a time: those of a long take are many.
         parts = sorted(self._parts(), key=_row_and_side)
         for (row, side), own in groupby(parts, _row_and_side):
-            judged = self._judged(drives[side][:, row], ruled[side][:, row], row, side)
+            judged = self._judged(drives, ruled, row, side)
             for *_, region, part in own:
                 judged.raise_part(part, self._gain(row, region), added, reached)
             if drives[side] is outputs.get(side):
                 record(judged, row, side)
                 unrecorded.remove((row, side))
         for row, side in unrecorded:
-            own_outputs = outputs[side][:, row], by_rules[side][:, row]
-            record(self._judged(*own_outputs, row, side), row, side)
+            record(self._judged(outputs, by_rules, row, side), row, side)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
         return Blended(corrected, shown, missing)
@@ -116,16 +115,27 @@ class TakeBlending:
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
         return split_poses(self.poses, self.names, self.layout)
 
-    def _judged(
-        self, output: FloatArray, by_rules: FloatArray, row: int, side: Side
-    ) -> JudgedEvents:
-        """Return an emotion's events on a side, of weights and pose mirrored to the other side."""
+    def _judged(self, outputs: Outputs, by_rules: Outputs, row: int, side: Side) -> JudgedEvents:
+        """Return an emotion's events on a side, of weights and pose mirrored to the other side.
+
+        As far as both halves have the emotion, the mean of the two is the evidence: what is shown
+        by both alike is not raised on one side alone.
+        """
+        output, ruled = outputs[side][:, row], by_rules[side][:, row]
         weights, pose = self.weights, self.poses[row]
+        judged = weights
         if side != "both":
             pairs = symmetric_pairs(self.names)
             weights, (pose,) = (half_weights(w, pairs, side) for w in (weights, pose[None]))
+            opposite: Side = "left" if side == "right" else "right"
+            other = outputs[opposite][:, row]
+            shared = np.minimum(output, other) / np.maximum(np.maximum(output, other), 1e-12)
+            across = half_weights(self.weights, pairs, opposite)
+            judged = weights + 0.5 * shared[:, None] * (across - weights)
         whole_take, response = self.times is not None, self.system.response
-        return judged_events(output, by_rules, weights, pose, self.evidence, response, whole_take)
+        return judged_events(
+            output, ruled, weights, judged, pose, self.evidence, response, whole_take
+        )
 
     def _gain(self, row: int, region: GainRegion | None) -> FloatArray:
         own = self.gains.of([(self.system.emotions[row], region)], len(self.weights))[:, 0]

@@ -15,7 +15,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solver.noise import Unexplained
+from usdface.retarget.solver.noise import Unexplained, frames_apart
 from usdface.takes import visible
 
 __all__ = ["MotionEvidence"]
@@ -64,7 +64,7 @@ class MotionEvidence:
         coordinates = np.arange(3 * len(points)).reshape(-1, 3)[:, :axes].ravel()
         rigid = motion_basis(points, axes).T
         directions = evaluator.select(coordinates).directions
-        rest = Unexplained.of(np.vstack([directions, rigid]), seen)
+        rest = Unexplained.of(np.vstack([directions, rigid]), seen, frames_apart(self.times))
         left, count = rest.squares(flat)
         if not len(left) or np.median(count) < _FEWEST_LEFT:
             return np.nan

@@ -17,6 +17,7 @@ __all__ = ["bootstrap_residual", "neutral_correction"]
 
 def bootstrap_residual(
     rows: TakeRows,
+    points: FloatArray,
     seen: BoolArray,
     times: FloatArray,
     regularisation: Regularisation,
@@ -26,12 +27,15 @@ def bootstrap_residual(
 
     Measured on a take with the same weights and as much noise, but an exact neutral (parametric
     bootstrap: Efron and Tibshirani 1993, An Introduction to the Bootstrap, 6.5). Markers that are
-    not `seen` (F, M) have no noise.
+    not `seen` (F, M) have no noise. It is drawn by their places `points` (M, 3), whatever their
+    order.
     """
     predicted = rows.displacements(iterate.weights)
-    noise = np.random.default_rng(0).standard_normal(predicted.shape)
-    noise = np.where(np.repeat(seen, rows.axes, axis=1), regularisation.noise * noise, 0.0)
-    simulated = predicted + noise
+    drawn = np.random.default_rng(0).standard_normal((*seen.shape, rows.axes))
+    noise = np.empty_like(drawn)
+    noise[:, np.lexsort(points.T)] = drawn
+    noise = np.where(seen[..., None], regularisation.noise * noise, 0.0)
+    simulated = predicted + noise.reshape(predicted.shape)
     again = rows.solve(simulated, times, regularisation, iterate)
     left = (simulated - rows.displacements(again.weights)).reshape(*seen.shape, -1)
     count = np.maximum(seen.sum(axis=0), 1)

@@ -13,6 +13,7 @@ from usdface.face.place_names import places_of
 from usdface.face.region_residuals import region_errors
 from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.solution import Solution
 from usdface.retarget.solver.noise import MOST
@@ -137,7 +138,8 @@ def _unsure(shape: str, place: Place | None) -> Finding:
 def _usual(solution: Solution, setup: RetargetSetup, face: BoundFace) -> Regularisation:
     """Return the regularisation of a typical frame, for all shapes of the face."""
     misfit, names = usual_misfit(solution), face.shape_names
-    return Regularisation(solution.noise, misfit, setup.solve, names, solution.covariance)
+    size = rms_radius(solution.rest)
+    return Regularisation(solution.noise, misfit, setup.solve, names, solution.covariance, size)
 
 
 def _confidence(

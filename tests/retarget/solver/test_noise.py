@@ -1,8 +1,10 @@
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
+from scipy.signal import butter, filtfilt
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.retarget.solver.noise import Unexplained, white_noise
+from usdface.retarget.solver.noise import Unexplained, frames_apart, white_noise
 
 
 def all_seen(observed: FloatArray) -> BoolArray:
@@ -24,6 +26,17 @@ def a_take_with_gaps() -> tuple[FloatArray, FloatArray, BoolArray]:
     return explained, motion + 1e-3 * rng.normal(size=(600, 40)), seen
 
 
+def a_slow_take(rate: float) -> tuple[FloatArray, Unexplained, FloatArray]:
+    """Return times of 20 s, the unexplained part, and displacements with a slow misfit."""
+    rng = np.random.default_rng(11)
+    times = np.arange(0.0, 20.0, 1.0 / rate)
+    explained = rng.normal(size=(5, 40))
+    motion = np.sin(times[:, None] * rng.uniform(1, 5, 5)) @ explained
+    misfit = 1e-2 * np.sin(times[:, None] * 2.0) * rng.normal(size=40)
+    observed = motion + misfit
+    return times, Unexplained.of(explained, all_seen(observed), frames_apart(times)), observed
+
+
 def test_the_noise_is_found_under_motion_and_misfit() -> None:
     """Known noise, a moving face, and a slow misfit ten times as large as the noise."""
     rng = np.random.default_rng(11)
@@ -36,6 +49,25 @@ def test_the_noise_is_found_under_motion_and_misfit() -> None:
     assert part.noise(observed) == pytest.approx(1e-3, rel=0.05)
     observed[::50] += 1.0  # spikes
     assert part.noise(observed) == pytest.approx(1e-3, rel=0.15)
+
+
+@pytest.mark.parametrize("hertz", [6.0, 8.0, 12.0, 20.0])
+def test_the_noise_of_a_filtered_take_is_what_the_filter_leaves(hertz: float) -> None:
+    """Neighbouring frames have the same error, and would show hardly any."""
+    _, part, observed = a_slow_take(60.0)
+    noise = 1e-3 * np.random.default_rng(3).normal(size=observed.shape)
+    filtered = filtfilt(*butter(2, hertz / 30.0), noise, axis=0)
+    assert part.noise(observed + filtered) == pytest.approx(filtered.std(), rel=0.1)
+    assert white_noise(filtered) < 0.75 * filtered.std()
+
+
+@pytest.mark.parametrize("factor", [2, 4])
+def test_the_noise_of_an_interpolated_take_is_that_of_its_own_frames(factor: int) -> None:
+    times, part, observed = a_slow_take(30.0 * factor)
+    own = 1e-3 * np.random.default_rng(3).normal(size=observed[::factor].shape)
+    between = CubicSpline(times[::factor], own)(times)
+    assert part.noise(observed + between) == pytest.approx(between.std(), rel=0.1)
+    assert white_noise(between) < 0.5 * between.std()
 
 
 @pytest.mark.parametrize("gaps", [False, True])

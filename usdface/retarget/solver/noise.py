@@ -11,9 +11,10 @@ import numpy as np
 from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.takes import frame_step
 from usdface.visibility_patterns import visibility_patterns
 
-__all__ = ["MOST", "Unexplained", "typical_deviation", "white_noise"]
+__all__ = ["MOST", "Unexplained", "frames_apart", "typical_deviation", "white_noise"]
 
 # Misfit grows with the expression and is 0 at neutral. It is measured at this quantile of the
 # frames, so that neither a neutral face nor a few swapped markers decide.
@@ -34,6 +35,9 @@ _PATTERNS = 400
 _NUMBERS = 4e6
 # The sum of the squared coefficients of a third difference.
 _THIRD = 20.0
+# Most recordings are filtered or interpolated, so that neighbouring frames have the same error.
+# Errors so far apart [s] are independent after a filter of 6 Hz and above.
+_INDEPENDENT = 0.1
 # From median absolute value to standard deviation, of normally distributed values.
 _NORMAL = 1.4826
 
@@ -55,6 +59,15 @@ def white_noise(values: FloatArray) -> float:
         Standard deviation; 0 if nowhere four frames follow each other.
     """
     return typical_deviation(np.diff(values, 3, axis=0)) if len(values) >= 4 else 0.0
+
+
+def frames_apart(times: FloatArray) -> int:
+    """Return after how many frames at `times` (F,) [s] errors are independent, at least 1.
+
+    Also where a filter or interpolation made neighbouring frames alike.
+    """
+    step = frame_step(times)
+    return max(round(_INDEPENDENT / step), 1) if step > 0.0 else 1
 
 
 def typical_deviation(differences: FloatArray) -> float:
@@ -81,26 +94,29 @@ class Unexplained:
     alike : list of ((L,) int64, (R, H) float64)
         Those of these frames in which the same coordinates are occluded, and an orthonormal basis
         of the directions that these affect; empty if none is occluded.
+    apart : int
+        After so many frames errors are independent (`frames_apart`).
     """
 
     basis: FloatArray
     seen: BoolArray
     frames: IntArray
     alike: list[tuple[IntArray, FloatArray]]
+    apart: int = 1
 
     @classmethod
-    def of(cls, explained: FloatArray, seen: BoolArray) -> "Unexplained":
+    def of(cls, explained: FloatArray, seen: BoolArray, apart: int = 1) -> "Unexplained":
         """Return the part beyond the span of `explained` (K, N), for coordinates `seen` (F, N)."""
         turned, values, _ = np.linalg.svd(explained.T, full_matrices=True)
         rank = int((values > _NOTHING * values.max(initial=0.0)).sum())
         basis = turned[:, rank:]
         if seen.all() or not basis.size:
-            return cls(basis, seen, np.arange(len(seen)), [])
+            return cls(basis, seen, np.arange(len(seen)), [], apart)
         most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
         frames = np.flatnonzero(seen.any(axis=1))
         while len(visibility_patterns(seen[frames])[0]) > most:
             frames = frames[::2]
-        return cls(basis, seen, frames, _alike(basis, seen[frames]))
+        return cls(basis, seen, frames, _alike(basis, seen[frames]), apart)
 
     def squares(self, observed: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the mean square [m^2] of frames, and its degrees of freedom: (K,), (K,).
@@ -120,31 +136,42 @@ class Unexplained:
         return sums[enough].clip(min=0.0) / count[enough], count[enough]
 
     def noise(self, observed: FloatArray) -> float:
-        """Estimate the white noise of marker coordinates: standard deviation [m].
+        """Estimate the noise of marker coordinates: standard deviation [m].
 
-        Of few markers, whose displacements weights and pose explain all, it is that of the
-        displacements themselves: their slow motion is dropped like misfit. 0 if there are too few
-        frames to tell. `observed` as in `squares`.
+        White noise is the same between neighbouring frames and between those `apart`; that of a
+        filtered or interpolated take is larger between the latter. Of few markers, whose
+        displacements weights and pose explain all, it is that of the displacements themselves:
+        their slow motion is dropped like misfit. 0 if there are too few frames to tell.
+        `observed` as in `squares`.
         """
         if len(observed) < 4:
             return 0.0
-        found = self._unexplained_noise(observed) if self.basis.shape[1] else None
-        return white_noise(np.where(self.seen, observed, np.nan)) if found is None else found
+        found = self._unexplained_noise(observed, 1) if self.basis.shape[1] else None
+        if found is None:
+            return white_noise(np.where(self.seen, observed, np.nan))
+        return max(found, self._unexplained_noise(observed, self.apart) or 0.0)
 
-    def _unexplained_noise(self, observed: FloatArray) -> float | None:
+    def _unexplained_noise(self, observed: FloatArray, apart: int) -> float | None:
         """Return the noise of the unexplained part; None where gaps leave nothing of it.
 
-        As `white_noise`, by the median length of third differences: unlike the median of their
-        coordinates it is the same in every basis, whatever the order of markers and blend shapes.
+        Of frames that are `apart` from each other. As `white_noise`, by the median length of third
+        differences: unlike the median of their coordinates it is the same in every basis, whatever
+        the order of markers and blend shapes.
         """
-        differences = np.diff(observed @ self.basis, 3, axis=0)
-        four = np.lib.stride_tricks.sliding_window_view(self.seen, 4, axis=0)
-        windows: BoolArray = np.asarray(four.all(axis=-1))
-        first = self.frames[self.frames < len(windows)]
-        first = first[windows[first].any(axis=1)]
-        differences, windows = differences[first], windows[first]
+        if len(observed) <= 3 * apart:
+            return None
+        rest = observed @ self.basis
+        first, second, third, fourth = (
+            rest[k * apart : len(rest) - (3 - k) * apart] for k in range(4)
+        )
+        differences = fourth - first + 3.0 * (second - third)
+        four = np.lib.stride_tricks.sliding_window_view(self.seen, 3 * apart + 1, axis=0)
+        windows: BoolArray = np.asarray(four[..., ::apart].all(axis=-1))
+        used = self.frames[self.frames < len(windows)]
+        used = used[windows[used].any(axis=1)]
+        differences, windows = differences[used], windows[used]
         sums = (differences**2).sum(axis=1)
-        count = np.full(len(first), self.basis.shape[1])
+        count = np.full(len(used), self.basis.shape[1])
         for frames, hidden in [] if windows.all() else _alike(self.basis, windows):
             sums[frames] -= ((differences[frames] @ hidden) ** 2).sum(axis=1)
             count[frames] -= hidden.shape[1]

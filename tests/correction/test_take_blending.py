@@ -1,0 +1,48 @@
+"""Poses blended over a take: what both halves of a face show is raised on both."""
+
+import numpy as np
+import pytest
+from chin_system import chin
+
+from usdface.correction.evidence import Evidence
+from usdface.correction.gains import Gains
+from usdface.correction.take_blending import TakeBlending
+from usdface.face.layout import FaceLayout
+
+NAMES = ("browDown_L", "browDown_R", "mouthPress_L", "mouthPress_R", "jaw")
+POSE = np.array([1.0, 1.0, 0.8, 0.8, 0.0])
+EVIDENCE = Evidence(
+    np.ones(5),
+    0.01 * np.eye(5),
+    0.84,
+    {
+        "brows": np.array([True, True, False, False, False]),
+        "mouth": np.array([False, False, True, True, True]),
+    },
+)
+LAYOUT = FaceLayout(("browDown_L", "mouthPress_L"), ("browDown_R", "mouthPress_R"))
+
+
+def raised(left: float, right: float, outputs: tuple[float, float]) -> np.ndarray:
+    """Return what is added to half a pose whose mouth is pressed by so much on each side: (5,)."""
+    weights = np.tile([0.5, 0.5, left, right, 0.2], (3, 1))
+    blending = TakeBlending(
+        chin("take"), POSE[None], NAMES, LAYOUT, Gains(), EVIDENCE, weights, None
+    )
+    by_side = dict(zip(("both", "left", "right"), (min(outputs), *outputs), strict=True))
+    given = {side: np.full((3, 1), output) for side, output in by_side.items()}
+    return np.asarray((blending.raise_up(given, given).weights - weights)[0])
+
+
+def test_halves_that_show_an_emotion_alike_are_raised_alike() -> None:
+    """Mouths on either side of the least likeness, by the noise of the solve."""
+    alone = [raised(mouth, mouth, (0.6, 0.6)) for mouth in (0.2, 0.26)]
+    assert alone[0][0] < 0.5 * alone[1][0]
+    added = raised(0.26, 0.2, (0.6, 0.6))
+    assert 0.1 < added[1] == pytest.approx(added[0])
+    assert added[3] == pytest.approx(added[2], abs=0.1)
+
+
+def test_a_half_that_shows_it_alone_is_judged_alone() -> None:
+    assert raised(0.4, 0.0, (0.6, 0.0))[0] == pytest.approx(raised(0.4, 0.4, (0.6, 0.6))[0])
+    assert raised(0.0, 0.4, (0.6, 0.0))[0] == 0.0
