@@ -44,6 +44,8 @@ _ROUNDS = 40
 # settled. What they are filled with in a wrong pose is kept for long: a gap of 5 frames over
 # AnimFace's open jaw steps by 1.6 mm with 4 of these rounds, by 0.09 mm with 10.
 _HELD = 10
+# Rounds in which noise is estimated: then the pose's own error is far below it.
+_NOISE_ROUNDS = 4
 # Corrections of the neutral. Weight errors by the exact ones after 2, 3 and 4 of them (5 frames of
 # 0.3 mm, ICT face, python -m benchmarks.known_answer): 0.44, 0.42, 0.41.
 _NEUTRAL_STEPS = 4
@@ -144,6 +146,7 @@ def solve_pose_and_weights(
         )
 
     iterate: Iterate | None = None
+    least_misfit = 0.0
     carried = np.zeros((len(times), rows.axes * len(target)))
     regularisation = known or Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target))
     bounds = Bounds(rows=rows.model.limit_rows)
@@ -156,9 +159,12 @@ def solve_pose_and_weights(
         held = iterate if done > _HELD else None
         displaced, observed = _displaced(here, space, rows, held, times, carried)
         if rest is not None:
-            noise = max(rest.noise(observed), least_noise) if done <= 4 else regularisation.noise
+            noise = regularisation.noise
+            if done <= _NOISE_ROUNDS:
+                noise = max(rest.noise(observed), least_noise)
+                least_misfit = rest.least_misfit(observed, noise)
             # An error of the pose in the first rounds resembles misfit.
-            misfit = rest.misfit(observed, noise)
+            misfit = max(rest.misfit(observed, noise), least_misfit)
             regularisation = replace(regularisation, noise=noise, misfit=misfit)
         if not (fit_pose or to_correct or exactly) and seen.all():
             break

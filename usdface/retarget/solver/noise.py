@@ -35,9 +35,16 @@ _PATTERNS = 400
 _NUMBERS = 4e6
 # The sum of the squared coefficients of a third difference.
 _THIRD = 20.0
+# Numbers of frames over which third differences are taken: of more the mean is the same.
+_SPANS = 4
 # Most recordings are filtered or interpolated, so that neighbouring frames have the same error.
-# Errors so far apart [s] are independent after a filter of 6 Hz and above.
-_INDEPENDENT = 0.1
+# Errors so far apart [s] are nearly independent after filters of 4 Hz and above; the mean over both
+# ends of the span, as what remains oscillates. Of 0.07, 0.1, 0.13 and 0.2 s alone and spans of
+# them, on performers 1 to 4 of python -m benchmarks.performers, 10 s, filtered at 4 to 12 Hz or
+# interpolated.
+_INDEPENDENT = (0.1, 0.2)
+# By this share the variance of such noise may be off. Of 0, 0.05 and 0.1 on the same.
+_UNCERTAIN = 0.05
 # From median absolute value to standard deviation, of normally distributed values.
 _NORMAL = 1.4826
 
@@ -61,13 +68,16 @@ def white_noise(values: FloatArray) -> float:
     return typical_deviation(np.diff(values, 3, axis=0)) if len(values) >= 4 else 0.0
 
 
-def frames_apart(times: FloatArray) -> int:
-    """Return after how many frames at `times` (F,) [s] errors are independent, at least 1.
+def frames_apart(times: FloatArray) -> tuple[int, ...]:
+    """Return numbers of frames at `times` (F,) [s] between which errors are independent.
 
     Also where a filter or interpolation made neighbouring frames alike.
     """
     step = frame_step(times)
-    return max(round(_INDEPENDENT / step), 1) if step > 0.0 else 1
+    if step <= 0.0:
+        return (1,)
+    least, most = (max(round(span / step), 1) for span in _INDEPENDENT)
+    return tuple(np.unique(np.linspace(least, most, _SPANS).round().astype(int)).tolist())
 
 
 def typical_deviation(differences: FloatArray) -> float:
@@ -94,7 +104,7 @@ class Unexplained:
     alike : list of ((L,) int64, (R, H) float64)
         Those of these frames in which the same coordinates are occluded, and an orthonormal basis
         of the directions that these affect; empty if none is occluded.
-    apart : int
+    apart : tuple of int
         After so many frames errors are independent (`frames_apart`).
     """
 
@@ -102,10 +112,12 @@ class Unexplained:
     seen: BoolArray
     frames: IntArray
     alike: list[tuple[IntArray, FloatArray]]
-    apart: int = 1
+    apart: tuple[int, ...] = (1,)
 
     @classmethod
-    def of(cls, explained: FloatArray, seen: BoolArray, apart: int = 1) -> "Unexplained":
+    def of(
+        cls, explained: FloatArray, seen: BoolArray, apart: tuple[int, ...] = (1,)
+    ) -> "Unexplained":
         """Return the part beyond the span of `explained` (K, N), for coordinates `seen` (F, N)."""
         turned, values, _ = np.linalg.svd(explained.T, full_matrices=True)
         rank = int((values > _NOTHING * values.max(initial=0.0)).sum())
@@ -149,7 +161,19 @@ class Unexplained:
         found = self._unexplained_noise(observed, 1) if self.basis.shape[1] else None
         if found is None:
             return white_noise(np.where(self.seen, observed, np.nan))
-        return max(found, self._unexplained_noise(observed, self.apart) or 0.0)
+        others = [self._unexplained_noise(observed, apart) for apart in self.apart]
+        variances = [other**2 for other in others if other is not None]
+        return max(found, float(np.sqrt(np.mean(variances)))) if variances else found
+
+    def least_misfit(self, observed: FloatArray, noise: float) -> float:
+        """Return the misfit [m] that noise which is not white may hide: its variance is less sure.
+
+        `observed` as in `squares`, `noise` [m] as estimated from it.
+        """
+        if self.apart == (1,) or not self.basis.shape[1]:
+            return 0.0
+        white = self._unexplained_noise(observed, 1) or 0.0
+        return float(np.sqrt(2.0 * _UNCERTAIN * max(noise**2 - white**2, 0.0)))
 
     def _unexplained_noise(self, observed: FloatArray, apart: int) -> float | None:
         """Return the noise of the unexplained part; None where gaps leave nothing of it.
