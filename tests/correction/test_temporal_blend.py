@@ -30,13 +30,13 @@ def test_a_blend_time_is_counted_in_frames():
 
 def test_no_frames_change_nothing(noisy):
     weights, raised = noisy
-    np.testing.assert_array_equal(blended(raised - weights, 1), raised - weights)
-    np.testing.assert_allclose(blend_out(weights, raised, weights, 0), weights, atol=1e-15)
+    np.testing.assert_array_equal(blended(raised - weights, 1, None), raised - weights)
+    np.testing.assert_allclose(blend_out(weights, raised, weights, 0, None), weights, atol=1e-15)
 
 
 def test_what_rises_holds_and_falls_still_does():
     added = np.clip(np.minimum(np.arange(200) - 60, 140 - np.arange(200)) / 5, 0, 1)[:, None]
-    smooth = blended(added, FRAMES)
+    smooth = blended(added, FRAMES, None)
     middle = np.flatnonzero(added[:, 0] == 1)[FRAMES // 2 : -(FRAMES // 2)]
     np.testing.assert_allclose(smooth[middle], 1.0, atol=1e-12)
     rising = np.diff(smooth[: middle[0], 0])
@@ -47,7 +47,7 @@ def test_what_rises_holds_and_falls_still_does():
 def test_it_begins_and_ends_within_half_the_blend_time():
     added = np.zeros((60, 2))
     added[30, 0] = 1.0
-    smooth = blended(added, FRAMES)
+    smooth = blended(added, FRAMES, None)
     assert smooth[30 - FRAMES // 2 : 31 + FRAMES // 2, 0].min() > 0
     assert not smooth[: 30 - FRAMES // 2].any() and not smooth[31 + FRAMES // 2 :].any()
     assert not smooth[:, 1].any()
@@ -59,7 +59,21 @@ def test_what_is_taken_back_is_never_less_than_must_be(sign):
     corrected = weights + sign * RNG.uniform(size=(100, 2))
     share = np.where((np.arange(100) > 40) & (np.arange(100) < 60), 0.3, 1.0)[:, None]
     held = weights + share * (corrected - weights)
-    kept = (blend_out(weights, corrected, held, FRAMES) - weights) * sign
+    kept = (blend_out(weights, corrected, held, FRAMES, None) - weights) * sign
     assert (kept >= 0).all() and (kept <= (held - weights) * sign + 1e-12).all()
     far = np.r_[0:28, 73:100]
-    np.testing.assert_array_equal(blend_out(weights, corrected, held, FRAMES)[far], corrected[far])
+    np.testing.assert_array_equal(
+        blend_out(weights, corrected, held, FRAMES, None)[far], corrected[far]
+    )
+
+
+def test_frames_on_either_side_of_a_gap_are_no_neighbours() -> None:
+    """A pose that is held after a gap is held from its first frame on; dropped frames are none."""
+    added = np.repeat([0.0, 1.0], 60)[:, None]
+    times = np.arange(120) / 60.0
+    gap = times + np.repeat([0.0, 1.0], 60)
+    np.testing.assert_array_equal(blended(added, FRAMES, gap), added)
+    smooth = blended(added, FRAMES, times)
+    assert 0.0 < smooth[59, 0] < smooth[60, 0] < 1.0
+    dropped = np.delete(np.arange(120), np.arange(3, 120, 4))
+    assert 0.0 < blended(added[dropped], FRAMES, times[dropped])[45, 0] < 1.0

@@ -159,7 +159,7 @@ def express(
     else:
         blended = blending.raise_up(outputs, rules_alone)
     gaps = gaps_of(face, names, poses)
-    corrected, new_findings = _keep_contact(weights, blended.weights, gaps, blending.frames)
+    corrected, new_findings = _keep_contact(weights, blended.weights, gaps, blending.frames, times)
     findings += new_findings
     sides = {
         side: SideTrace(
@@ -251,13 +251,17 @@ def expression_poses(
 
 
 def _keep_contact(
-    weights: FloatArray, corrected: FloatArray, gaps: Gaps, blend: int
+    weights: FloatArray,
+    corrected: FloatArray,
+    gaps: Gaps,
+    blend: int,
+    times: FloatArray | None,
 ) -> tuple[FloatArray, list[Finding]]:
     limited_weights, limited, excess = limit_correction(weights, corrected, gaps)
     if limited.any() and blend:
         # Smaller corrections may still change a gap more, so the limit is applied again.
         limited_weights = limit_correction(
-            weights, blend_out(weights, corrected, limited_weights, blend), gaps
+            weights, blend_out(weights, corrected, limited_weights, blend, times), gaps
         )[0]
     findings = []
     for contact in dict.fromkeys(gaps.contact):

@@ -109,7 +109,7 @@ class TakeBlending:
         for row, side in unrecorded:
             record(self._judged(outputs, by_rules, row, side), row, side)
         eased = self._eased(reached)
-        corrected = np.clip(eased + blended(added, self.frames), 0.0, 1.0)
+        corrected = np.clip(eased + blended(added, self.frames, self.times), 0.0, 1.0)
         return Blended(corrected, shown, missing)
 
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
