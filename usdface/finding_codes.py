@@ -686,6 +686,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "add_markers",
         "the markers cannot distinguish an expression from the others",
     ),
+    "EXPRESSION_HELD_BACK": (
+        "info",
+        "look_at_frames",
+        "an emotion that is detected is not raised, as a region does not show its pose",
+    ),
     "EXPRESSION_SHARED": (
         "info",
         "nothing",

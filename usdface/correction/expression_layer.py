@@ -11,6 +11,7 @@ from usdface.correction.evidence import evidence_of
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
+from usdface.correction.held_back import held_back_findings
 from usdface.correction.likeness import Likeness, performers_outputs
 from usdface.correction.rule_check import check_rules
 from usdface.correction.take_blending import MissingRegions, TakeBlending
@@ -161,6 +162,7 @@ def express(
     gaps = gaps_of(face, names, poses)
     corrected, new_findings = _keep_contact(weights, blended.weights, gaps, blending.frames, times)
     findings += new_findings
+    findings += held_back_findings(system, outputs["both"], blended.missing["both"])
     sides = {
         side: SideTrace(
             features.sides[side],
