@@ -30,7 +30,7 @@ def opened(
     both = np.stack([signal, NONE], axis=1)
     alone = None if own is None else np.stack([own, NONE], axis=1)
     shown = shown_closing(both, alone, STEP)
-    return weights, without_unshown_closing(weights, shown, GAPS, FREE)
+    return weights, without_unshown_closing(weights, weights, shown, GAPS, FREE)
 
 
 def test_an_eye_without_evidence_is_opened_and_told() -> None:
@@ -63,15 +63,27 @@ def test_a_second_time_changes_nothing_and_noise_makes_no_jitter() -> None:
     noise = 0.05 * np.random.default_rng(1).standard_normal(len(TIMES))
     before, after = opened(0.4 * HILL, NONE, 0.05 * HILL + noise)
     again = opened(after[:, 0], after[:, 1], 0.05 * HILL + noise)[1]
-    np.testing.assert_array_equal(again, after)
+    np.testing.assert_allclose(again, after, rtol=0, atol=1e-15)
     assert np.abs(np.diff(after[:, 0])).max() < 2.0 * np.abs(np.diff(before[:, 0])).max()
 
 
 def test_pins_a_single_shape_for_both_eyes_and_single_frames_stay() -> None:
     weights = np.stack([0.4 * HILL, NONE, HILL], axis=1)
     shown = shown_closing(np.zeros((len(TIMES), 2)), None, STEP)
-    pinned = without_unshown_closing(weights, shown, GAPS, np.ones_like(FREE))
+    pinned = without_unshown_closing(weights, weights, shown, GAPS, np.ones_like(FREE))
     np.testing.assert_array_equal(pinned, weights)
     shared: Any = {"left": GAPS["left"], "right": GAPS["left"]}
-    np.testing.assert_array_equal(without_unshown_closing(weights, shown, shared, FREE), weights)
+    np.testing.assert_array_equal(
+        without_unshown_closing(weights, weights, shown, shared, FREE), weights
+    )
     assert np.isinf(shown_closing(np.zeros((1, 2)), None, 0.0).most).all()
+
+
+def test_an_exaggerated_eye_is_judged_as_it_was_performed() -> None:
+    """A wink that its markers show stays; one that they do not falls in proportion."""
+    performed = np.stack([0.4 * HILL, NONE, HILL], axis=1)
+    exaggerated = performed * [2.0, 1.0, 1.0]
+    for signal, share in ((0.3 * HILL, 1.0), (NONE, 0.05 / 0.4)):
+        shown = shown_closing(np.stack([signal, NONE], axis=1), None, STEP)
+        after = without_unshown_closing(exaggerated, performed, shown, GAPS, FREE)
+        assert after[:, 0].max() == pytest.approx(0.8 * share, abs=1e-9)

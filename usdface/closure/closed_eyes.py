@@ -121,7 +121,7 @@ def close_eyes(
     closed = weights
     if solution:  # lids and gaze of a take of weights are measured, not solved from markers
         shown = shown_closing(signal, alone, frame_step(solved.times))
-        closed = without_unshown_closing(weights, shown, gaps, near_pins)
+        closed = without_unshown_closing(weights, solved.weights, shown, gaps, near_pins)
         findings += opened_findings(weights, closed, gaps)
         closed = without_glances(closed, solved.times, solved.names, closings, near_pins)
     for eye, own in gaps.items():

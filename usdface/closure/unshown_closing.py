@@ -66,6 +66,7 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, step: float) -> Sh
 
 def without_unshown_closing(
     weights: FloatArray,
+    solved: FloatArray,
     shown: ShownClosing,
     gaps: Mapping[Eye, LidGaps],
     near_pins: FloatArray,
@@ -75,6 +76,9 @@ def without_unshown_closing(
     Parameters
     ----------
     weights : (F, T) float64
+        Exaggerated and corrected: they are lowered in proportion.
+    solved : (F, T) float64
+        As the performer shows them.
     shown : ShownClosing
     gaps : mapping of "left", "right" to LidGaps
     near_pins : (F, T) float64
@@ -83,10 +87,11 @@ def without_unshown_closing(
     closers = [gaps[eye].closer for eye in EYES if eye in gaps]
     if len(set(closers)) < 2:
         return weights
-    both = weights[:, closers]
+    both = solved[:, closers]
     least = np.minimum(both, np.maximum(shown.most, both[:, ::-1]) + _HARDLY)
+    share = np.divide(least, both, out=np.ones(both.shape), where=both > 0.0)
     opened = weights.copy()
-    opened[:, closers] = both + (1.0 - near_pins[:, closers]) * (least - both)
+    opened[:, closers] *= 1.0 - (1.0 - near_pins[:, closers]) * (1.0 - share)
     return opened
 
 
