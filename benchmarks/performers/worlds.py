@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
+from scipy.signal import butter, filtfilt
 
 from benchmarks.performers.deformation_transfer import transfer
 from benchmarks.solve.faces import ict
@@ -61,12 +62,16 @@ class Row:
         Distance along the skin between a marker and the vertex that it is bound to.
     part : (int, int)
         First frame of the recorded curves, and the one after the last.
+    cut_off : float [Hz]
+        Of the Butterworth filter (second order, forwards and backwards) that the markers went
+        through before they were exported, as most do; 0 = none.
     """
 
     name: str
     strengths: bool = False
     misplaced: float = 0.0
     part: tuple[int, int] = (SCORED.start, SCORED.stop)
+    cut_off: float = 0.0
 
 
 ROWS = (
@@ -74,6 +79,7 @@ ROWS = (
     Row("strengths", True),
     Row("places off by 4 mm", misplaced=0.004),
     Row("another person, 10 s", part=(2915, 3215)),
+    Row("another person, 10 s, filtered at 6 Hz", part=(2915, 3215), cut_off=6.0),
 )
 
 
@@ -156,10 +162,13 @@ def perform(
     played = np.concatenate([np.zeros((neutral_frames, truth.shape[1])), truth])
     still = neutral[worn] + np.tensordot(played, moved, 1)
     jitter = np.random.default_rng([number, part.start or 0]).normal(size=still.shape)
-    positions = nodding(still, face.rate) + noise * jitter
+    positions, unturned = nodding(still, face.rate) + noise * jitter, still + noise * jitter
+    if row.cut_off:
+        cut = butter(2, row.cut_off / (0.5 * face.rate))
+        positions, unturned = (filtfilt(*cut, each, axis=0) for each in (positions, unturned))
     return Performance(
         positions,
-        still + noise * jitter,
+        unturned,
         truth,
         face.points,
         worn,
