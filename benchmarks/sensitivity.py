@@ -62,7 +62,7 @@ CLOSED = "closure_figures:figures"
 FILMED, NAMED = "footage_figures:figures", "footage_figures:name_figures"
 TABLE: dict[str, list[Constant]] = {
     "binding": [
-        *rows("usdface.binding.candidates", "_LARGEST_WEIGHT _EVEN_CELL", PLACED),
+        *rows("usdface.binding.candidates", "LARGEST_WEIGHT _EVEN_CELL", PLACED),
         *rows("usdface.binding.face_surface", "_MARGIN MOVING_SHARE _CELLS _DEPTH _FACING", PLACED),
         *rows("usdface.binding.observations", "_FEWEST_MOVING _CENTRAL", PLACED),
         *rows("usdface.binding.registration", "SHAPE_ERROR MOTION_ERROR USUAL_COST", PLACED),
@@ -159,7 +159,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.retarget.map_choice", "_AS_GOOD", SOLVED),
         *rows("usdface.retarget.confidence", "_MANY", SOLVED),
         *rows("usdface.retarget.neutral_weights", "_ERROR _LASTING_ERROR _STRONG _SEEN", RESTED),
-        *rows("usdface.retarget.neutral_weights", "_SPARSITY _REST_SPREAD _LARGEST", RESTED),
+        *rows("usdface.retarget.neutral_weights", "_SPARSITY _REST_SPREAD LARGEST", RESTED),
         *rows("usdface.retarget.neutral_weights", "_FEWEST_FRAMES _FEWEST_MARKERS", RESTED),
         *rows("usdface.retarget.neutral_weights", "_NEUTRAL _LEAST _SURE", RESTED),
         *rows("usdface.retarget.calibration", "_KNOWN _UNLIKE", CALIBRATED),

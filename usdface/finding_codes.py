@@ -555,6 +555,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the character looks to the side; it is solved as if it looked along +z",
     ),
     "NEUTRAL_FOUND": ("info", "look_at_frames", "neutral frames were detected"),
+    "NEUTRAL_AT_LIMIT": (
+        "warning",
+        "name_neutral",
+        "the frames found as neutral show an expression, more of it than is taken off",
+    ),
     # retarget
     "NEUTRAL_ASSUMED": (
         "warning",

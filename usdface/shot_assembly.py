@@ -77,7 +77,8 @@ def assemble_shot(
     >>> [expression.name for expression in shot.expressions][:3]
     ['joy', 'sadness', 'anger']
     """
-    resolved = resolve_binding(rig, take, setup, options=binding)
+    performer = calibration.face if calibration else None
+    resolved = resolve_binding(rig, take, setup, options=binding, performer=performer)
     findings = binding_findings(resolved, take)
     mesh, bound = resolved.mesh, resolved.setup
     if calibration is not None:

@@ -9,11 +9,11 @@ from usdface.binding.face_surface import FaceSurface
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import infinitesimal_motions
 
-__all__ = ["CandidateVertices", "candidate_vertices"]
+__all__ = ["LARGEST_WEIGHT", "CandidateVertices", "candidate_vertices"]
 
 # The largest weight of a performer whose movements are stronger than the rig's. Set by hand; judge:
 # `python benchmarks/binding.py`, whose performers reach 1.25; docs/constants.md lists them.
-_LARGEST_WEIGHT = 1.5
+LARGEST_WEIGHT = 1.5
 # Edge of the cells that even out the mesh before its centre and size are measured [share of the
 # face's size]: longer than the edges of a face mesh, far shorter than the face.
 _EVEN_CELL = 0.08
@@ -77,7 +77,7 @@ def candidate_vertices(
         indices=indices,
         points=points,
         centre=centre,
-        offsets=_LARGEST_WEIGHT * surface.offsets_at(indices),
+        offsets=LARGEST_WEIGHT * surface.offsets_at(indices),
         rigid_motions=infinitesimal_motions(points),
         size=size,
     )

@@ -26,6 +26,7 @@ __all__ = [
     "peak_frames",
     "stabilised_markers",
     "stabilised_take",
+    "without_head",
 ]
 
 # A head pose takes three markers; the fourth lets one of them move with the face.
@@ -107,7 +108,7 @@ def neutral_frames(take: MarkerTake) -> tuple[int, int]:
     InputError
         If the take is two-dimensional, or has too few markers for the head pose.
     """
-    return held_poses(_stabilised(take, "neutral"), take.times)[0].frames
+    return held_poses(without_head(take, "neutral"), take.times)[0].frames
 
 
 def peak_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]:
@@ -118,7 +119,7 @@ def peak_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]:
     InputError
         As `neutral_frames`.
     """
-    return tuple(distant_frames(_stabilised(take, "peak"), neutral, MOST_PEAKS).tolist())
+    return tuple(distant_frames(without_head(take, "peak"), neutral, MOST_PEAKS).tolist())
 
 
 def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Sequence[int]) -> None:
@@ -138,7 +139,14 @@ def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Seque
         raise InputError(f"the peak frame {max(peaks)} lies outside {there}", "FRAMES_OUTSIDE")
 
 
-def _stabilised(take: MarkerTake, kind: str) -> StabilisedTake:
+def without_head(take: MarkerTake, kind: str) -> StabilisedTake:
+    """Remove the head motion from the markers of a take in space that are ever seen.
+
+    Raises
+    ------
+    InputError
+        As `neutral_frames`; it names the `kind` of frames that are looked for.
+    """
     if take.dimension != 3:
         raise InputError(
             f"the take {take.source} is of an image; its {kind} frames are found only where places "

@@ -75,6 +75,19 @@ class Observations:
         """RMS radius of the moving markers [m]."""
         return rms_radius(self.neutral[self.moving])
 
+    def again(
+        self, stabilised: FloatArray, neutral: tuple[int, int], peaks: IntArray
+    ) -> "Observations":
+        """Return the observations from other neutral or peak frames, as `observe` measures them."""
+        return observe(
+            stabilised,
+            neutral,
+            peaks,
+            anchors=self.anchors,
+            heights=self.heights,
+            named=self.named,
+        )
+
 
 def observe(
     stabilised: FloatArray,

@@ -12,7 +12,7 @@ from usdface.binding.registration import MOTION_ERROR, Registration, trust_of
 from usdface.geometry.rigid_modes import infinitesimal_motions
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
 
-__all__ = ["Targets", "peak_motion", "unexplained_motion"]
+__all__ = ["Targets", "peak_motion", "targets_of", "unexplained_motion"]
 
 WeightBounds = Literal["solved", "clipped", "none"]
 
@@ -29,8 +29,17 @@ class Targets:
     trust: FloatArray
 
 
+def targets_of(candidates: CandidateVertices, registration: Registration) -> Targets:
+    """Return the markers where a registration has them, trusted by how well they fit there."""
+    return Targets(
+        candidates.points[registration.assigned],
+        candidates.offsets[:, registration.assigned],
+        trust_of(registration.marker_costs),
+    )
+
+
 def unexplained_motion(
-    candidates: CandidateVertices, observations: Observations, registration: Registration
+    targets: Targets, observations: Observations, *, start: Registration, size: float
 ) -> tuple[float, float]:
     """Return the mean squared motion of the markers that the rig cannot explain where they sit.
 
@@ -38,24 +47,29 @@ def unexplained_motion(
     from 0 to 1. The first is the difference of the two faces, which grows with the distance from
     the neutral to the peaks. The second reveals a false neutral, such as an open mouth: motion
     towards the true one needs negative weights.
+
+    Parameters
+    ----------
+    targets : Targets
+        Where the markers sit.
+    observations : Observations
+    start : Registration
+        Carries the markers to the character; its weights and rigid motions predict occluded ones.
+    size : float [m]
+        Of the character's face: errors are shares of it.
     """
-    targets = Targets(
-        candidates.points[registration.assigned],
-        candidates.offsets[:, registration.assigned],
-        trust_of(registration.marker_costs),
-    )
-    moves = observations.displacements @ registration.linear
+    moves = observations.displacements @ start.linear
     frames = np.maximum(observations.visible.sum(axis=0), 1)
 
     def left(bounds: WeightBounds) -> float:
         weights, rigid = peak_motion(
-            targets, moves, observations.visible, start=registration, bounds=bounds
+            targets, moves, observations.visible, start=start, bounds=bounds
         )
         predicted = weights @ targets.offsets.reshape(len(targets.offsets), -1)
         predicted += rigid @ infinitesimal_motions(targets.points).reshape(6, -1)
         squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2)
         each = (squared * observations.visible).sum(axis=0) / frames
-        return float(each.mean()) / (MOTION_ERROR * candidates.size) ** 2
+        return float(each.mean()) / (MOTION_ERROR * size) ** 2
 
     signed = left("none")
     return signed, left("solved") - signed

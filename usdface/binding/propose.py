@@ -10,6 +10,7 @@ from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
 from usdface.binding.confidence import placement_confidence
+from usdface.binding.explaining_neutral import explaining_neutral
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.binding.landmarks import find_landmarks
 from usdface.binding.lifted_take import lifted_take
@@ -18,15 +19,14 @@ from usdface.binding.named_search import NameCheck, register_markers
 from usdface.binding.neutral_frames import (
     FEWEST_MARKERS,
     MOST_PEAKS,
-    HeldPose,
     StabilisedTake,
     check_frames,
     distant_frames,
     held_poses,
     stabilised_markers,
 )
-from usdface.binding.observations import Observations, observe
-from usdface.binding.peak_motion import unexplained_motion
+from usdface.binding.observations import observe
+from usdface.binding.peak_motion import targets_of
 from usdface.binding.pose_search import RegisteredMarkers
 from usdface.binding.proposal import ContradictedName, DuplicateMarker, Proposal
 from usdface.binding.registration import squared_errors, total_errors
@@ -179,10 +179,16 @@ def _registered(
         observations = without_anchors(observations, [anchor.marker for anchor in doubted])
         registered, check = register_markers(surface, observations)
     if find_neutral:
-        neutral = _explaining_neutral(registered, stabilised, held, peaks=peaks)
+        neutral = explaining_neutral(
+            held,
+            [observations.again(stabilised.positions, pose.frames, peaks) for pose in held],
+            targets_of(registered.candidates, registered.best),
+            start=registered.best,
+            size=registered.candidates.size,
+        )
         if check.used and neutral != likely:
             peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
-            observations = _from_neutral(observations, stabilised, neutral, peaks=peaks)
+            observations = observations.again(stabilised.positions, neutral, peaks)
             registered, check = register_markers(surface, observations)
     named = observations.named is not None
     return _Registered(registered, check, named, doubted, neutral, peaks)
@@ -270,53 +276,6 @@ def _anchors(names: Sequence[str], given: dict[str, int], surface: FaceSurface) 
             if where < len(surface.vertices) and surface.vertices[where] == given[name]:
                 anchors[i] = where
     return anchors
-
-
-def _explaining_neutral(
-    registered: RegisteredMarkers,
-    stabilised: StabilisedTake,
-    held: Sequence[HeldPose],
-    *,
-    peaks: IntArray,
-) -> tuple[int, int]:
-    """Return the frames of the held pose from which the rig explains the peak frames.
-
-    The error added by the bounds of the weights, plus the difference of the two faces, is divided
-    by the likelihood of the pose. The difference depends on the distance of a pose to the peaks, so
-    its minimum over all poses is used.
-    """
-    best = registered.best
-    left = [
-        unexplained_motion(
-            registered.candidates,
-            _from_neutral(registered.observations, stabilised, pose.frames, peaks=peaks),
-            best,
-        )
-        for pose in held
-    ]
-    difference = min(signed for signed, _ in left)
-    unlikely = [
-        (difference + bounded) / pose.likely for (_, bounded), pose in zip(left, held, strict=True)
-    ]
-    return held[int(np.argmin(unlikely))].frames
-
-
-def _from_neutral(
-    observations: Observations,
-    stabilised: StabilisedTake,
-    neutral: tuple[int, int],
-    *,
-    peaks: IntArray,
-) -> Observations:
-    """Return the observations from other neutral frames."""
-    return observe(
-        stabilised.positions,
-        neutral,
-        peaks,
-        anchors=observations.anchors,
-        heights=observations.heights,
-        named=observations.named,
-    )
 
 
 def _one_vertex_each(registered: RegisteredMarkers) -> IntArray:

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from usdface.binding.bound_neutral import bound_neutral
+from usdface.binding.neutral_findings import neutral_findings
 from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
@@ -14,9 +16,9 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.fitted_setup import check_vertices
 from usdface.face.shape_names import rename_weights
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
+from usdface.performer_face import PerformerFace
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.neutral_weights import estimate_neutral_weights
 from usdface.retarget_setup import Binding, RetargetSetup, unbound
@@ -90,6 +92,7 @@ def resolve_binding(
     given: RetargetSetup | None,
     *,
     options: BindOptions,
+    performer: PerformerFace | None = None,
 ) -> ResolvedBinding:
     """Complete a binding: vertices, neutral and peak frames.
 
@@ -100,6 +103,8 @@ def resolve_binding(
     given : RetargetSetup or None
         As the binding file has it; without one all vertices are proposed.
     options : BindOptions
+    performer : PerformerFace, optional
+        Its resting markers help to find the neutral frames of a take whose markers are bound.
 
     Raises
     ------
@@ -140,7 +145,8 @@ def resolve_binding(
     else:
         resolved = _compared(resolved, take)
         if find_neutral:
-            setup = replace(setup, neutral=neutral_frames(labelled))
+            face = bound_face(mesh, setup)
+            setup = replace(setup, neutral=bound_neutral(labelled, face, performer))
         if options.peaks == "auto":
             neutral = setup.neutral or neutral_frames(labelled)
             setup = replace(setup, peaks=peak_frames(labelled, neutral))
@@ -197,8 +203,7 @@ def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) 
         )
         findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
     if resolved.neutral_found:
-        found = _neutral_found(resolved.setup, take.source)
-        findings += timed([found], take.times.tolist())
+        findings += timed(neutral_findings(resolved.setup, take.source), take.times.tolist())
     return findings
 
 
@@ -274,15 +279,3 @@ def _compared(resolved: ResolvedBinding, take: MarkerTake) -> ResolvedBinding:
 
 def _missing(setup: RetargetSetup, take: MarkerTake) -> tuple[str, ...]:
     return tuple(name for name in setup.binding.markers if name not in take.names)
-
-
-def _neutral_found(setup: RetargetSetup, source: str) -> Finding:
-    first, last = setup.neutral or (0, 0)
-    message = "the face rests in frames {first_frame} to {last_frame}: taken as neutral"
-    shown = sorted(setup.neutral_weights.items(), key=lambda item: -item[1])
-    if not shown:
-        return finding("NEUTRAL_FOUND", source, message, first, last)
-    message += ", less the {shape_count} blend shapes that show there (most: {most})"
-    most = Prose(", ".join(f"{name} {weight:.2f}" for name, weight in shown[:3]))
-    shapes = [name for name, _ in shown]
-    return finding("NEUTRAL_FOUND", source, message, first, last, len(shown), most, shapes=shapes)

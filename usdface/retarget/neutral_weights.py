@@ -15,7 +15,7 @@ from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
 from usdface.takes import visible
 
-__all__ = ["estimate_neutral_weights", "without_weights"]
+__all__ = ["LARGEST", "estimate_neutral_weights", "without_weights"]
 
 # As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in any
 # frame, its error in the mean of all, and the motion beyond which a frame has less weight, because
@@ -29,7 +29,7 @@ _STRONG = 0.032
 _SPREAD = 0.5
 _SPARSITY = 0.5
 _REST_SPREAD = 0.15
-_LARGEST = 0.5  # more than half of a shape is no neutral
+LARGEST = 0.5  # more than half of a shape is no neutral
 # Bounds on time: sampled frames, and steps of the search.
 _FRAMES = 200
 _STEPS = 60
@@ -96,7 +96,7 @@ def estimate_neutral_weights(
         np.zeros(count),
         jac=True,
         method="L-BFGS-B",
-        bounds=[(0.0, _LARGEST)] * count,
+        bounds=[(0.0, LARGEST)] * count,
         options={"maxiter": _STEPS},
     )
     found = result.x

@@ -1,0 +1,116 @@
+"""The neutral frames of a take whose markers are bound: rig and performer's file judge them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdface.arrays import FloatArray, IntArray
+from usdface.binding.candidates import LARGEST_WEIGHT
+from usdface.binding.explaining_neutral import explaining_neutral
+from usdface.binding.neutral_frames import (
+    FEWEST_MARKERS,
+    MOST_PEAKS,
+    distant_frames,
+    held_poses,
+    without_head,
+)
+from usdface.binding.observations import Observations, observe
+from usdface.binding.peak_motion import Targets
+from usdface.binding.registration import MOTION_ERROR, Registration
+from usdface.face.bound_face import BoundFace
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import similarity_fit
+from usdface.performer_face import PerformerFace
+from usdface.takes import MarkerTake
+
+__all__ = ["bound_neutral"]
+
+
+def bound_neutral(
+    take: MarkerTake, face: BoundFace, performer: PerformerFace | None = None
+) -> tuple[int, int]:
+    """Return the first and last frame index of the held pose that is the likeliest neutral.
+
+    Of the poses that the face holds, the one from which the rig explains the peak frames, by the
+    rule of proposed places; by the markers alone, as `neutral_frames`, where fewer than four bound
+    ones are seen.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    face : BoundFace
+        With markers of the take that are bound to vertices of the mesh.
+    performer : PerformerFace, optional
+        A pose near to its resting markers is likelier.
+
+    Raises
+    ------
+    InputError
+        If the take is two-dimensional, or has too few markers for the head pose.
+    """
+    stabilised = without_head(take, "neutral")
+    held = held_poses(stabilised, take.times)
+    peaks = distant_frames(stabilised, held[0].frames, MOST_PEAKS)
+    names = [take.names[i] for i in np.flatnonzero(take.visible.any(axis=0))]
+    bound = np.array([i for i, name in enumerate(names) if name in face.vertex_of], dtype=int)
+    if len(bound) < FEWEST_MARKERS or not len(peaks) or not face.shape_names:
+        return held[0].frames
+    markers = [names[i] for i in bound]
+    observed = [_observed(stabilised.positions[:, bound], pose.frames, peaks) for pose in held]
+    vertices = face.vertices_of(markers)
+    points = face.mesh.points[vertices]
+    points = points - points.mean(axis=0)
+    size = rms_radius(points)
+    return explaining_neutral(
+        held,
+        observed,
+        Targets(points, LARGEST_WEIGHT * face.mesh.offsets_at(vertices), np.ones(len(points))),
+        start=_registered(observed[0], points, len(face.shape_names)),
+        size=size,
+        away=_from_rest(observed, markers, performer) if performer else 0.0,
+    )
+
+
+def _observed(positions: FloatArray, neutral: tuple[int, int], peaks: IntArray) -> Observations:
+    """Return the peak frames from a pose; no marker's place is in doubt."""
+    count = positions.shape[1]
+    return observe(
+        positions, neutral, peaks, anchors=np.full(count, -1), heights=np.full(count, np.nan)
+    )
+
+
+def _registered(observed: Observations, points: FloatArray, shapes: int) -> Registration:
+    """Return the registration of markers at given points (M, 3) [m]: a similarity."""
+    count, peaks = len(points), len(observed.displacements)
+    linear, offset = similarity_fit(observed.neutral, points)
+    return Registration(
+        linear=linear,
+        offset=offset,
+        bend=np.zeros((count, 3)),
+        weights=np.zeros((peaks, shapes)),
+        rigid=np.zeros((peaks, 6)),
+        assigned=np.arange(count),
+        marker_costs=np.zeros(count),
+        cost=0.0,
+    )
+
+
+def _from_rest(
+    observed: Sequence[Observations], markers: Sequence[str], performer: PerformerFace
+) -> FloatArray | float:
+    """Return how far the poses are from the performer's rest: mean squares, in expected errors.
+
+    Under a similarity: another session may have another unit or origin. 0 where too few markers
+    are the performer's.
+    """
+    rows = [i for i, name in enumerate(markers) if name in performer.markers]
+    if len(rows) < FEWEST_MARKERS:
+        return 0.0
+    rest = performer.rest[[performer.markers.index(markers[i]) for i in rows]]
+    unit = MOTION_ERROR * rms_radius(rest)
+
+    def away(pose: FloatArray) -> float:
+        linear, offset = similarity_fit(pose, rest)
+        return float(((pose @ linear + offset - rest) ** 2).sum(axis=1).mean()) / unit**2
+
+    return np.array([away(each.neutral[rows]) for each in observed])
