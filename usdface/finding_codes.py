@@ -634,7 +634,8 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "REGION_MUTED": (
         "warning",
         "place_markers",
-        "a region of the character moves less than the performer's",
+        "a region of the character moves less than the performer's, or than the exaggeration "
+        "asks for",
     ),
     "DIRECTION_UNKNOWN": (
         "info",

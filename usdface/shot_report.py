@@ -25,8 +25,9 @@ from usdface.verdict.judge import Verdict, judge
 
 __all__ = ["ShotReport", "report_of"]
 
-# A region with a smaller travel ratio is reported, with a factor on its weights between these: more
-# would enlarge something else. Set by hand: they only advise.
+# A region whose travel ratio is a smaller share of the size that was asked for is reported, with a
+# factor on its weights between these: more would enlarge something else. Set by hand: they only
+# advise.
 _MUTED = 0.7
 _REMEDIES = (1.1, 2.0)
 
@@ -102,9 +103,9 @@ def _verdict(result: ShotResult, summary: dict[str, Any], details: dict[str, Any
     """Return the verdict on a result by its measures and those of its report."""
     travels = details.get("travel_by_part", {})
     ratios = {
-        part: t["ratio"]
+        part: t["ratio"] / asked
         for part, t in travels.items()
-        if t["ratio"] is not None and _reduction(result.shot.factors, part) > 0.0
+        if t["ratio"] is not None and (asked := _asked(result.shot.factors, part)) > 0.0
     }
     return judge(shot_measures(result, ratios, summary.get("weight_deviation_median", np.nan)))
 
@@ -196,7 +197,7 @@ def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> S
     muted = [
         _muted(region, travel, exaggeration)
         for region, travel in merged.items()
-        if travel.ratio < _MUTED and _reduction(exaggeration, region) > 0.0
+        if travel.ratio < _MUTED * _asked(exaggeration, region)
     ]
     return ShotReport({"travel_ratio_by_region": ratios}, details, (*failed, *muted))
 
@@ -217,28 +218,46 @@ def _travel_details(travel: Travel) -> dict[str, Any]:
     }
 
 
-def _reduction(exaggeration: Exaggeration, region: str) -> float:
-    """Return the factor that a region is played smaller by; 1 if it is not, 0 if held still."""
+def _asked(exaggeration: Exaggeration, region: str) -> float:
+    """Return the size that a region is to be played at, at most 1; 0 if it is held still.
+
+    A larger one is not asked of it: weights that end at 1 keep it from that, and nothing mutes it.
+    """
     return min(exaggeration.mean_of("face") * exaggeration.mean_of(region), 1.0)
 
 
 def _muted(region: str, travel: Travel, exaggeration: Exaggeration) -> Finding:
-    """Return the finding on a region that moves too little, and the remedy.
+    """Return the finding on a region that moves less than was asked for, and the remedy.
 
-    A factor that only undoes the present exaggeration is no reason to doubt the places.
+    The factor that is advised keeps the size that was asked for.
     """
+    asked = _asked(exaggeration, region)
     message = "the skin travels {travel_ratio:.2f} of the performer's markers"
+    values = {"travel_ratio": travel.ratio}
+    if asked < 1.0:
+        message += ", {asked_ratio:.2f} was asked for"
+        values["asked_ratio"] = asked
     low, high = _REMEDIES
-    factor = exaggeration.mean_of(region) * travel.best_factor
-    if low <= travel.best_factor <= high / _reduction(exaggeration, region):
-        message += "; --exaggeration {region}={best_factor:.1f} comes nearest to them"
-        return finding("REGION_MUTED", region, message, travel.ratio, region, factor)
-    why = f"only a factor of {factor:.1f} would do" if factor > high else "and hardly follows them"
+    missing = asked * travel.best_factor
+    factor = exaggeration.mean_of(region) * missing
+    if low <= missing <= high:
+        message += f"; --exaggeration {_of_face(exaggeration)}{{region}}={{best_factor:.1f}} "
+        message += "comes nearest to that" if asked < 1.0 else "comes nearest to them"
+        return finding("REGION_MUTED", region, message, *values.values(), region, factor)
+    why = f"only a factor of {factor:.1f} would do" if missing > high else "and hardly follows them"
     message += (
         f", {why}: check the places of the markers, and whether the character has blend "
         "shapes for this motion"
     )
-    return finding("REGION_MUTED", region, message, travel.ratio, best_factor=factor)
+    return finding("REGION_MUTED", region, message, *values.values(), best_factor=factor)
+
+
+def _of_face(exaggeration: Exaggeration) -> str:
+    """Return the face's factor as --exaggeration has it before those of regions; "" if none."""
+    curve = exaggeration.parts.get("face")
+    if curve is None or (curve == 1.0).all() or np.ptp(curve) > 0.0:
+        return ""  # a changing one is on the shot, and stays there
+    return f"{curve[0]:g},"
 
 
 def _free_places(face: BoundFace, solution: Solution) -> tuple[FreePlaces, list[Finding]]:

@@ -13,9 +13,10 @@ import usdface
 from usdface import ProcessOptions, Shot
 from usdface.cli import main
 from usdface.face.regions import gain_region
+from usdface.findings import Finding
 from usdface.io.bind_file import setup_of_json
 from usdface.retarget.travel import Travel, region_travel
-from usdface.shot_report import report_of
+from usdface.shot_report import ShotReport, report_of
 from usdface.takes import MarkerTake
 
 
@@ -135,34 +136,66 @@ def test_regions_merge_into_those_of_the_gains(shot: Shot) -> None:
     assert sum(t.markers for t in merged.values()) == sum(t.markers for t in single.values())
 
 
-@pytest.mark.slow
-def test_a_muted_region_is_reported_with_the_factor_that_makes_up_for_it(tmp_path: Path) -> None:
+def played(shot: Shot, exaggeration: dict[str, float], **shrunk: float) -> ShotReport:
+    """Report a shot that is played at a size, its weights of some shapes less than that."""
+    options = ProcessOptions(express=False, closure=False, exaggeration=exaggeration)
+    result = usdface.retarget(shot, options=options)
+    weights = result.solved.weights.copy()
+    for name, factor in shrunk.items():
+        weights[:, [each.startswith(name) for each in result.solved.names]] *= factor
+    return report_of(replace(result, solved=replace(result.solved, weights=weights)))
+
+
+def muted(report: ShotReport) -> list[Finding]:
+    return [found for found in report.findings if found.code == "REGION_MUTED"]
+
+
+def test_a_muted_region_is_reported_with_the_factor_that_makes_up_for_it(shot: Shot) -> None:
+    report = played(shot, {}, brow=0.6)
+    assert report.summary["travel_ratio_by_region"]["brows"] == pytest.approx(0.6, abs=0.01)
+    assert report.details["travel"]["brows"]["ratio"] == pytest.approx(0.6, abs=0.01)
+    (found,) = muted(report)
+    assert found.where == "brows" and "--exaggeration brows=1.7 " in found.message
+    assert "asked_ratio" not in found.values
+
+
+def test_a_size_that_was_asked_for_is_no_finding(tmp_path: Path, shot: Shot) -> None:
+    for asked in ({"face": 0.6}, {"mouth": 0.6}, {"face": 0.4}, {"face": 0.5, "brows": 0.8}):
+        report = played(shot, asked)
+        assert not muted(report) and report.verdict is not None
+        reasons = {reason.criterion.code for reason in report.verdict.reasons}
+        assert "REGION_FLAT" not in reasons, asked
     folder = make_world().write(tmp_path, exaggeration={"brows": 0.6})
     files = (folder / "rig.usda", folder / "take.usda", folder / "shot.usda")
     usdface.make_shot(*files, bind=folder / "bind.json")
-    result = usdface.process(folder / "shot.usda")
-    assert result.summary["travel_ratio_by_region"]["brows"] == pytest.approx(0.6, abs=0.01)
-    assert result.details["travel"]["brows"]["ratio"] == pytest.approx(0.6, abs=0.01)
-    muted = [found for found in result.findings if found.code == "REGION_MUTED"]
-    assert [found.where for found in muted] == ["brows"]
-    assert "--exaggeration brows=1.0 " in muted[0].message
     report = tmp_path / "report.json"
-    command = ["process", str(folder / "shot.usda"), "--exaggeration", "brows=1.0"]
-    assert main([*command, "--report", str(report)]) == 0
+    assert main(["process", str(folder / "shot.usda"), "--report", str(report)]) == 0
     written = json.loads(report.read_text())
-    assert written["travel"]["brows"]["ratio"] == pytest.approx(1.0, abs=0.01)
+    assert written["travel"]["brows"]["ratio"] == pytest.approx(0.6, abs=0.01)
     assert "REGION_MUTED" not in {found["code"] for found in written["findings"]}
 
 
-def test_a_face_that_is_played_smaller_on_purpose_is_not_doubted(shot: Shot) -> None:
-    smaller = ProcessOptions(express=False, exaggeration={"face": 0.4})
-    report = report_of(usdface.retarget(shot, options=smaller))
-    messages = [f.message for f in report.findings if f.code == "REGION_MUTED"]
-    assert messages and not any("check the places" in message for message in messages)
-    still = ProcessOptions(express=False, exaggeration={"face": 0.0})
-    report = report_of(usdface.retarget(shot, options=still))
-    assert "REGION_MUTED" not in {found.code for found in report.findings}
-    assert report.verdict is not None
+@pytest.mark.parametrize(
+    ("asked", "advice"),
+    [
+        ({"face": 0.6}, "--exaggeration 0.6,brows=1.7 "),
+        ({"brows": 0.6}, "--exaggeration brows=1.0 "),
+        ({"face": 0.5, "brows": 0.8}, "--exaggeration 0.5,brows=1.3 "),
+    ],
+)
+def test_what_is_muted_beyond_the_size_asked_for_is_reported_with_both_factors(
+    shot: Shot, asked: dict[str, float], advice: str
+) -> None:
+    size = float(np.prod(list(asked.values())))
+    (found,) = muted(played(shot, asked, brow=0.6))
+    assert found.where == "brows" and advice in found.message
+    assert found.values["asked_ratio"] == pytest.approx(size)
+    assert found.values["travel_ratio"] == pytest.approx(0.6 * size, abs=0.01)
+
+
+def test_a_region_that_is_held_still_is_not_reported(shot: Shot) -> None:
+    report = played(shot, {"face": 0.0})
+    assert not muted(report) and report.verdict is not None
     assert "REGION_FLAT" not in {reason.criterion.code for reason in report.verdict.reasons}
 
 
