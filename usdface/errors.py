@@ -80,6 +80,7 @@ ERROR_CODES: dict[str, str] = {
     "VERTEX_OUTSIDE": "a marker is bound to a vertex that the mesh does not have",
     "FRAMES_OUTSIDE": "neutral, peak or pinned frames are not in the take",
     "SHOT_INCOMPLETE": "a file is no shot, or a target of the shot does not exist",
+    "SHOT_AS_RIG": "a shot, or a result of one, is named as the rig of a new shot",
     "SOLVE_UNDETERMINED": "the numbers do not determine a solution",
     "RESULT_UNUSABLE": "the result is not usable, and is refused as requested; nothing is written",
     # formats of other packages

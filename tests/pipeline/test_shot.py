@@ -60,3 +60,21 @@ def test_a_correction_that_cannot_be_is_refused(folder: Path) -> None:
         with pytest.raises(InputError, match="'gain' is -1"):
             make_shot(*files, bind=bind, correction={"gain": -1.0}, fuzzy=system)
     assert not (folder / "no.usda").exists()
+
+
+def test_a_shot_or_its_result_is_refused_as_the_rig_of_another(
+    folder: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["process", f"{folder}/designed.usda", f"-o={folder}/played.usda"]) == 0
+    capfd.readouterr()
+    for name in ("designed", "played"):
+        files = [f"--rig={folder}/{name}.usda", f"--take={folder}/take.usda"]
+        output = tmp_path / f"{name}.usda"
+        assert main(["shot", *files, f"--bind={folder}/bind.json", f"-o={output}"]) == 1
+        error = capfd.readouterr().err
+        assert error.count("\n") == 1 and f"{name}.usda is a shot" in error
+        assert "UsdFaceRetarget prim /" in error and "the rig itself" in error
+        assert not output.exists()
+    with pytest.raises(InputError, match="is a shot") as refused:
+        make_shot(folder / "played.usda", folder / "take.usda", tmp_path / "no.usda")
+    assert refused.value.code == "SHOT_AS_RIG"

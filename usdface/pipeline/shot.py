@@ -15,8 +15,8 @@ from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.usd.fingerprint import check_unedited
-from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shared_layers import SharedLayers
+from usdface.io.usd.shot import read_character
 from usdface.io.usd.shot_write import write_shot
 from usdface.io.usd.stage import default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
@@ -122,7 +122,7 @@ def make_shot(
 
         check_picture(Path(figure))
     with progress.step("read"):
-        character, findings = read_rig(rig)
+        character, findings = read_character(rig)
         findings += report_size(character) + report_stray(character)
         take_stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(take_stage, take))

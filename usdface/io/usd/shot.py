@@ -27,6 +27,7 @@ from usdface.io.usd.stage import (
     check_clocks,
     metrics_of,
     missing_metrics,
+    open_stage,
     to_si,
 )
 from usdface.io.usd.take import count_frames, read_take_prim
@@ -36,7 +37,14 @@ from usdface.schemas import tokens
 from usdface.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["ShotPrims", "StagedShot", "base_weights", "read_shot", "shot_frames"]
+__all__ = [
+    "ShotPrims",
+    "StagedShot",
+    "base_weights",
+    "read_character",
+    "read_shot",
+    "shot_frames",
+]
 
 # A face that is turned aside by less [degrees] looks ahead: rounding of transforms.
 _AHEAD = 0.01
@@ -81,6 +89,28 @@ class StagedShot:
     codes: FloatArray
     metrics: Metrics
     to_rig: FloatArray
+
+
+def read_character(path: Path) -> tuple[Rig, list[Finding]]:
+    """Read the rig of a new shot, from a file that is no shot itself.
+
+    Raises
+    ------
+    InputError
+        If it has a `UsdFaceRetarget` prim: a shot of it would have two. Or as
+        `usdface.io.usd.rig.rig_of_stage`.
+    """
+    stage = open_stage(path)
+    with usd_errors(str(path)):
+        setups = _retarget_prims(stage)
+    if setups:
+        raise InputError(
+            f"{path} is a shot, or a result of one: it has the {tokens.RETARGET} prim "
+            f"{setups[0].GetPath()}; expected a character without one. Name the file of the rig "
+            "itself, from which that shot was made",
+            "SHOT_AS_RIG",
+        )
+    return rig_of_stage(stage)
 
 
 def read_shot(
@@ -178,8 +208,12 @@ def _facing_front(
     return rig, turn, [*findings, finding("CHARACTER_TURNED", mesh.path, message, abs(degrees))]
 
 
+def _retarget_prims(stage: Usd.Stage) -> list[Usd.Prim]:
+    return [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
+
+
 def _retarget_prim(stage: Usd.Stage, where: str) -> Usd.Prim:
-    found = [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
+    found = _retarget_prims(stage)
     if len(found) != 1:
         paths = ", ".join(str(p.GetPath()) for p in found)
         raise InputError(
