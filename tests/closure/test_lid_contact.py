@@ -138,3 +138,57 @@ def test_a_raised_lower_lid_is_lowered_where_it_would_leave_shut_lids_open() -> 
         part_crossed_lids(half, gaps, free), part_crossed_lids(half, uneven(()), free)
     )
     np.testing.assert_allclose(part_crossed_lids(after, gaps, free), after, atol=1e-4)
+
+
+def laughing(shut: FloatArray, noise: float) -> tuple[FloatArray, LidGaps]:
+    """Return weights of a laugh that shuts the eyes by `shut` (F,), and the lids of an eye.
+
+    The gaps of three places are those of ICT [mm] at its blink, squint, raised cheek and smile: the
+    first closes last, the second first.
+    """
+    blink, squint = [-5.26, -7.88, -4.1], [-1.29, -2.25, -1.29]
+    cheek, smile = [-1.35, -2.42, -1.88], [-0.22, -0.52, -0.52]
+    gaps = LidGaps(
+        "left",
+        0.001 * np.array([5.64, 8.78, 3.97]),
+        BlendShapeEvaluator(0.001 * np.array([blink, squint, cheek, smile])),
+        np.arange(3),
+        0.0077,
+        closer=0,
+        tighteners=(1,),
+        cheek_raisers=(2,),
+        raisers=(),
+        movers=np.ones(4, bool),
+    )
+    weights = np.tile([0.0, 0.55, 0.75, 0.5], (len(shut), 1))
+    weights[:, 0] = shut
+    return weights + noise * np.random.default_rng(0).normal(size=weights.shape), gaps
+
+
+@pytest.mark.parametrize(("shut", "fade"), [(0.86, 0), (0.82, 0), (0.86, 18), (0.78, 18)])
+def test_eyes_held_shut_in_a_laugh_are_as_steady_as_their_weights(shut: float, fade: int) -> None:
+    weights, gaps = laughing(np.full(200, shut), 0.008)
+    parted = part_crossed_lids(weights, gaps, np.ones(4, bool), fade)
+    steps, was = (np.abs(np.diff(each, axis=0)).max(axis=0) for each in (parted, weights))
+    assert (steps <= 1.2 * was).all()
+    assert (np.ptp(parted, axis=0) <= 1.2 * np.ptp(weights, axis=0)).all()
+    assert gaps.widest(parted).max() < looks_open(gaps) + 2e-6
+    assert crossing(parted, gaps).max() < 1e-6
+    # The lower lid gives way no further than it takes.
+    assert gaps.widest(parted).min() > looks_open(gaps) - (5e-5 if fade else 2e-6)
+
+
+def test_the_lower_lid_gives_way_over_some_frames() -> None:
+    blink = np.concatenate([np.zeros(30), np.linspace(0, 0.72, 6), np.full(40, 0.72)])
+    weights, gaps = laughing(np.concatenate([blink, blink[::-1]]), 0.0)
+    free, fade = np.ones(4, bool), 18
+    at_once, parted = (part_crossed_lids(weights, gaps, free, fade=n) for n in (0, fade))
+    steps = [np.abs(np.diff(each[:, 1:3], axis=0)).max() for each in (at_once, parted)]
+    assert steps[0] > 0.25 and steps[1] < 0.1
+    assert (parted[:, 1:3] <= at_once[:, 1:3] + 1e-9).all()
+    assert crossing(parted, gaps).max() < 1e-6
+    # The upper lid takes its place: an eye is open as far as without.
+    opened = gaps.least(weights) > 0
+    np.testing.assert_allclose(gaps.least(parted)[opened], gaps.least(weights)[opened], atol=1e-6)
+    np.testing.assert_array_equal(parted[: 30 - fade], weights[: 30 - fade])
+    np.testing.assert_array_equal(part_crossed_lids(parted, gaps, free, fade=fade), parted)

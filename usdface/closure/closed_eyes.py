@@ -10,11 +10,12 @@ from usdface.closure.blink_gaze import without_glances
 from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.closings import find_closings
 from usdface.closure.eye_closing import EyeClosing, closing_course, nearest_frame
-from usdface.closure.lid_contact import close_lids, crossing, looks_open, part_crossed_lids
+from usdface.closure.lid_contact import close_lids
 from usdface.closure.lid_estimate import lid_estimate
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
 from usdface.closure.lid_signal import least_pulses, lid_signal
+from usdface.closure.parted_lids import one_shape_for_both, part_eyes
 from usdface.closure.solved_lids import solved_lids
 from usdface.closure.unshown_closing import (
     opened_findings,
@@ -27,13 +28,6 @@ from usdface.retarget.solution import Solution
 from usdface.takes import WeightsTake, frame_step
 
 __all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
-
-# Least crossing that is reported [m].
-_REPORTED = 1e-4
-# [m]: the rest of a bisection. Least fall of a weight that is reported, of those that raise the
-# lower lid.
-_EXACT = 1e-6
-_FALLEN = 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,10 +120,8 @@ def close_eyes(
         closed = without_glances(closed, solved.times, solved.names, closings, near_pins)
     for eye, own in gaps.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
-    for eye, own in gaps.items():
-        parted = _without_crossing(closed, own, near_pins)
-        findings += _crossing(eye, own, parted) + _opened(eye, own, closed, parted)
-        closed = parted
+    closed, told = part_eyes(closed, gaps, near_pins, solved.times)
+    findings += told
     every = (_completed(each, gaps, solved.times, weights, closed) for each in closings)
     # One shape that closes both eyes does not wink, and pins hold weights.
     completed = tuple(each for each in every if _changed(each, gaps, weights, closed))
@@ -145,23 +137,9 @@ def _eye_course(
         column = EYES.index(eye)
         shapes = [own.closer, *own.tighteners, *own.raisers]
         result[:, column] = course[:, column] * (1.0 - near_pins[:, shapes].max(axis=1))
-    if len(gaps) == 2 and gaps["left"].closer == gaps["right"].closer:
-        # One shape closes both eyes: not for a wink.
+    if one_shape_for_both(gaps):  # not for a wink
         result[:] = result.min(axis=1, keepdims=True)
     return result
-
-
-def _without_crossing(weights: FloatArray, gaps: LidGaps, near_pins: FloatArray) -> FloatArray:
-    """Return weights at which the lids do not cross; pinned weights stay."""
-    near = near_pins[:, gaps.movers].max(axis=1, initial=0.0)
-    free = np.ones(weights.shape[1], dtype=bool)
-    parted = part_crossed_lids(weights, gaps, free)
-    pinned = near > 0
-    if pinned.any():
-        held = near_pins[pinned].max(axis=0) > 0
-        kept = part_crossed_lids(weights[pinned], gaps, ~held)
-        parted[pinned] += near[pinned, None] * (kept - parted[pinned])
-    return parted
 
 
 def _unseen(gaps: Mapping[Eye, LidGaps], signal: FloatArray) -> list[Finding]:
@@ -191,61 +169,6 @@ def _by_another_face(
         finding("LIDS_GUESSED", f"{eye} eye", message)
         for eye, own in gaps.items()
         if scanned_lid_displacements(face, own, names)
-    ]
-
-
-def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
-    depth = crossing(weights, gaps)
-    frames = np.flatnonzero(depth > _REPORTED)
-    if not len(frames):
-        return []
-    message = (
-        "pinned weights make its lids cross in {frame_count} frames ({first_frame} to "
-        "{last_frame}), by {depth_mm:.1f} mm at most"
-    )
-    return [
-        finding(
-            "LIDS_CROSS",
-            f"{eye} eye",
-            message,
-            len(frames),
-            frames[0],
-            frames[-1],
-            1000 * depth.max(),
-        )
-    ]
-
-
-def _opened(eye: Eye, gaps: LidGaps, shut: FloatArray, parted: FloatArray) -> list[Finding]:
-    """Report lids that were shut, cross, and stay open in part where they are parted.
-
-    Or whose lower lid is lowered for it.
-    """
-    frames = np.flatnonzero((shut != parted).any(axis=1))
-    frames = frames[gaps.widest(shut[frames]) <= 0.0]
-    left, raised = gaps.widest(parted[frames]), [*gaps.tighteners, *gaps.cheek_raisers]
-    fallen = (shut[frames] - parted[frames])[:, raised].max(axis=1, initial=0.0)
-    told = (left > looks_open(gaps) + _EXACT) | (fallen > _FALLEN)
-    frames, left, fallen = frames[told], left[told], fallen[told]
-    if not len(frames):
-        return []
-    message = (
-        "shut in {frame_count} frames ({first_frame} to {last_frame}) by weights at which its lids "
-        "cross by up to {depth_mm:.1f} mm; parted, they stay open by up to {gap_mm:.1f} mm, with "
-        "weights of the lower lid down by up to {weight:.2f}"
-    )
-    return [
-        finding(
-            "LIDS_PARTED",
-            f"{eye} eye",
-            message,
-            len(frames),
-            frames[0],
-            frames[-1],
-            -1000 * gaps.least(shut[frames]).min(),
-            1000 * left.max(),
-            fallen.max(),
-        )
     ]
 
 

@@ -3,12 +3,13 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.lid_gaps import LidGaps
 from usdface.frame_blocks import by_blocks
 
-__all__ = ["close_lids", "crossing", "looks_open", "part_crossed_lids"]
+__all__ = ["close_lids", "crossing", "looks_open", "lower_until_parted", "part_crossed_lids"]
 
 # Shut lids that are parted at their widest place by more than this share of the opening look open,
 # and by more than this many times what the closing shape alone leaves: 0.115 and 0.218 openings on
@@ -60,11 +61,14 @@ def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatA
     return result
 
 
-def part_crossed_lids(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
-    """Lower weights until the lids do not cross: first the closing shape's, then all movers'.
+def part_crossed_lids(
+    weights: FloatArray, gaps: LidGaps, free: BoolArray, fade: int = 0
+) -> FloatArray:
+    """Part lids that cross: the closing shape's weight is lowered first, then all movers'.
 
     Shut lids that are parted stay open in part if the lower lid is raised unevenly. Where they look
-    open (`looks_open`), shapes that raise the lower lid are lowered first, as far as it takes.
+    open (`looks_open`), shapes that raise the lower lid give way, as far as it takes, and the upper
+    lid comes down in their place.
 
     Parameters
     ----------
@@ -72,43 +76,84 @@ def part_crossed_lids(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> Fl
     gaps : LidGaps
     free : (T,) bool
         Blend shapes that may change.
+    fade : int
+        Number of frames over which the lower lid gives way before lids cross, and comes back after;
+        0 = at once.
 
     Returns
     -------
     (F, T) float64
-        Equal to `weights` in frames in which the lids do not cross.
+        Equal to `weights` in frames in which the lids do not cross, nor near ones in which the
+        lower lid gives way.
     """
-    parted = _parted(weights, gaps, free)
-    squeezers = [k for k in {*gaps.tighteners, *gaps.cheek_raisers} if free[k]]
-    frames = np.flatnonzero((parted != weights).any(axis=1))
-    limit = looks_open(gaps)
-    frames = frames[gaps.widest(weights[frames]) < limit]
-    if not len(frames) or not squeezers:
-        return parted
-
-    def lowered(share: FloatArray) -> FloatArray:
-        own = weights[frames].copy()
-        own[:, squeezers] *= 1.0 - share[:, None]
-        return _parted(own, gaps, free)
-
-    wide = gaps.widest(parted[frames])
-    # Shut lids are to look shut; the further they were parted before, the less it counts.
-    shut = 1.0 - (gaps.widest(weights[frames]) / limit).clip(min=0.0)
-    allowed = wide + shut * (limit - wide).clip(max=0.0)
-    allowed = np.maximum(allowed, gaps.widest(lowered(np.ones(len(frames)))) + _EXACT)
-    share = _bisected(lambda share: gaps.widest(lowered(share)) <= allowed, len(frames))
-    parted[frames] = lowered(share)
+    parted = lower_until_parted(weights, gaps, free)
+    share = _faded(_lowering(weights, parted, gaps, free), fade)
+    frames = np.flatnonzero(share)
+    if len(frames):
+        parted[frames] = _lowered(weights[frames], share[frames], gaps, free)
     return parted
 
 
-def _parted(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
-    """Return weights of which the closing shape's, then all movers' are lowered."""
+def _lowering(
+    weights: FloatArray, parted: FloatArray, gaps: LidGaps, free: BoolArray
+) -> FloatArray:
+    """Return the least shares (F,) to lower what raises the lower lid by, for lids to look shut."""
+    share = np.zeros(len(weights))
+    limit = looks_open(gaps)
+    frames = np.flatnonzero((parted != weights).any(axis=1))
+    before = gaps.widest(weights[frames])
+    frames, before = frames[before < limit], before[before < limit]
+    if not len(frames):
+        return share
+
+    def left(share: FloatArray) -> FloatArray:
+        return gaps.widest(_lowered(weights[frames], share, gaps, free))
+
+    wide = gaps.widest(parted[frames])
+    # Shut lids are to look shut; the further they were parted before, the less it counts.
+    shut = 1.0 - (before / limit).clip(min=0.0)
+    allowed = wide + shut * (limit - wide).clip(max=0.0)
+    allowed = np.maximum(allowed, left(np.ones(len(frames))) + _EXACT)
+    share[frames] = _bisected(lambda share: left(share) <= allowed, len(frames))
+    return share
+
+
+def _lowered(weights: FloatArray, share: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
+    """Return weights at which the lower lid gave way, and the upper lid came down in its place.
+
+    The upper lid comes down until the lids are as near as before, or meet. So how far it was down
+    in a frame does not count where the lids cross: its noise would go into the lower lid.
+    """
+    squeezers = [k for k in {*gaps.tighteners, *gaps.cheek_raisers} if free[k]]
+    own = weights.copy()
+    own[:, squeezers] *= 1.0 - share[:, None]
+    if free[gaps.closer] and squeezers:
+        own[:, gaps.closer] = np.maximum(own[:, gaps.closer], 1.0)
+        nearest = np.maximum(gaps.least(weights), -_PRESSED * gaps.opening)
+        own = _scaled(own, np.array([gaps.closer]), gaps, nearest)
+    return lower_until_parted(own, gaps, free)
+
+
+def _faded(share: FloatArray, frames: int) -> FloatArray:
+    """Return shares (F,) that rise and fall over some frames, and are no less anywhere."""
+    # The weighted mean, over a window around each frame, of the largest within as long a window.
+    length = 2 * (frames // 2) + 1
+    if length == 1 or not share.any():
+        return share
+    most = maximum_filter1d(share, length, mode="nearest")
+    window = np.hanning(length + 2)[1:-1]
+    return np.asarray(convolve1d(most, window / window.sum(), mode="nearest"))
+
+
+def lower_until_parted(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
+    """Lower the closing shape's weight, then all movers', until the lids do not cross."""
     result = weights.copy()
     movers = np.flatnonzero(gaps.movers & free)
     for columns in (np.intersect1d(movers, [gaps.closer]), movers):
         frames = np.flatnonzero(crossing(result, gaps) > _EXACT)
         if len(frames) and len(columns):
-            result[frames] = _scaled(result[frames], columns, gaps)
+            nearest = np.full(len(frames), -_PRESSED * gaps.opening)
+            result[frames] = _scaled(result[frames], columns, gaps, nearest)
     return result
 
 
@@ -142,12 +187,14 @@ def _least_weight(weights: FloatArray, columns: list[int], gaps: LidGaps) -> Flo
     return _bisected(met, len(weights))
 
 
-def _scaled(weights: FloatArray, columns: IntArray, gaps: LidGaps) -> FloatArray:
-    """Return weights of which some columns are scaled down until the lids do not cross."""
+def _scaled(
+    weights: FloatArray, columns: IntArray, gaps: LidGaps, nearest: FloatArray
+) -> FloatArray:
+    """Return weights with some columns scaled down until no gap is below `nearest` (F,) [m]."""
     lowest = weights.copy()
     lowest[:, columns] = 0.0
     between = gaps.between(weights, lowest)
-    share = _bisected(lambda share: _crossed(between(share), gaps) <= 0.0, len(weights))
+    share = _bisected(lambda share: between(share).min(axis=1) >= nearest, len(weights))
     return np.asarray(weights + share[:, None] * (lowest - weights))
 
 

@@ -1,0 +1,56 @@
+"""Crossing lids of both eyes."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.closure.lid_gaps import LidGaps
+from usdface.closure.parted_lids import part_eyes
+
+# Of two places along an eye 8 mm open, the squint of the left eye lifts one 1.6 times as far.
+LEFT = LidGaps(
+    "left",
+    np.array([0.008, 0.008]),
+    BlendShapeEvaluator(0.001 * np.array([[-8, -8], [-6.4, -4], [0, 0]])),
+    np.array([0, 1]),
+    0.008,
+    closer=0,
+    tighteners=(1,),
+    cheek_raisers=(),
+    raisers=(),
+    movers=np.array([True, True, False]),
+)
+RIGHT = replace(
+    LEFT,
+    eye="right",
+    evaluator=BlendShapeEvaluator(0.001 * np.array([[-8, -8], [0, 0], [-6.4, -4]])),
+    tighteners=(2,),
+    movers=np.array([True, False, True]),
+)
+TIMES = np.arange(20) / 60
+
+
+def test_lids_that_one_shape_closes_do_not_cross_on_either_eye() -> None:
+    for squints in ((0.65, 1.0), (1.0, 0.65), (0.9, 0.8), (0.0, 1.0)):
+        weights = np.tile([0.5, *squints], (len(TIMES), 1))
+        gaps = {"left": LEFT, "right": RIGHT}
+        parted, _ = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
+        assert min(own.least(parted).min() for own in gaps.values()) > -0.00017
+        again, _ = part_eyes(parted, gaps, np.zeros_like(weights), TIMES)
+        np.testing.assert_allclose(again, parted, atol=2e-5)
+
+
+def test_a_take_of_one_frame_is_parted() -> None:
+    parted, _ = part_eyes(np.array([[1.0, 0.8, 0.0]]), {"left": LEFT}, np.zeros((1, 3)), TIMES[:1])
+    assert LEFT.least(parted)[0] > -0.00017
+
+
+def test_pinned_weights_stay() -> None:
+    weights = np.tile([1.0, 0.8, 0.0], (len(TIMES), 1))
+    near = np.zeros_like(weights)
+    near[5:10, 1] = 1.0
+    parted, _ = part_eyes(weights, {"left": LEFT}, near, TIMES)
+    np.testing.assert_array_equal(parted[5:10, 1], 0.8)
+    assert (parted[15:, 1] < 0.6).all()
+    assert LEFT.least(parted).min() > -0.00017

@@ -1,0 +1,139 @@
+"""Parts crossing lids of both eyes: pins stay, and the lower lid gives way in good time."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.closure.lid_contact import (
+    crossing,
+    looks_open,
+    lower_until_parted,
+    part_crossed_lids,
+)
+from usdface.closure.lid_gaps import Eye, LidGaps
+from usdface.findings import Finding, finding
+from usdface.takes import frame_step
+
+__all__ = ["one_shape_for_both", "part_eyes"]
+
+_Part = Callable[[FloatArray, LidGaps, BoolArray], FloatArray]
+# The lower lid gives way, and comes back, in as long as the slowest blink opens [s] (`blinks`).
+_GIVES_WAY = 0.3
+# Least crossing that is reported [m].
+_REPORTED = 1e-4
+# [m]: the rest of a bisection. Least fall of a weight that is reported, of those that raise the
+# lower lid.
+_EXACT = 1e-6
+_FALLEN = 0.1
+
+
+def part_eyes(
+    weights: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray, times: FloatArray
+) -> tuple[FloatArray, list[Finding]]:
+    """Part lids that cross.
+
+    Parameters
+    ----------
+    weights : (F, T) float64
+    gaps : mapping of "left", "right" to LidGaps
+    near_pins : (F, T) float64
+        `usdface.retarget.pins.pin_nearness`; pinned weights stay.
+    times : (F,) float64 [s]
+
+    Returns
+    -------
+    weights : (F, T) float64
+    findings : list of Finding
+    """
+    step = frame_step(times)
+    part = partial(part_crossed_lids, fade=round(_GIVES_WAY / step) if step else 0)
+    findings: list[Finding] = []
+    for eye, own in gaps.items():
+        parted = _without_crossing(weights, own, near_pins, part)
+        findings += _crossing(eye, own, parted) + _opened(eye, own, weights, parted)
+        weights = parted
+    if one_shape_for_both(gaps):
+        # What brings one eye's upper lid down may have crossed the lids of the other.
+        for own in gaps.values():
+            weights = _without_crossing(weights, own, near_pins, lower_until_parted)
+    return weights, findings
+
+
+def one_shape_for_both(gaps: Mapping[Eye, LidGaps]) -> bool:
+    """Return whether the two eyes close by the same blend shape."""
+    return len(gaps) == 2 and gaps["left"].closer == gaps["right"].closer
+
+
+def _without_crossing(
+    weights: FloatArray,
+    gaps: LidGaps,
+    near_pins: FloatArray,
+    part: _Part,
+) -> FloatArray:
+    """Return weights at which the lids do not cross; pinned weights stay."""
+    near = near_pins[:, gaps.movers].max(axis=1, initial=0.0)
+    free = np.ones(weights.shape[1], dtype=bool)
+    parted = part(weights, gaps, free)
+    pinned = near > 0
+    if pinned.any():
+        held = near_pins[pinned].max(axis=0) > 0
+        kept = part(weights, gaps, ~held)[pinned]
+        parted[pinned] += near[pinned, None] * (kept - parted[pinned])
+    return parted
+
+
+def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
+    depth = crossing(weights, gaps)
+    frames = np.flatnonzero(depth > _REPORTED)
+    if not len(frames):
+        return []
+    message = (
+        "pinned weights make its lids cross in {frame_count} frames ({first_frame} to "
+        "{last_frame}), by {depth_mm:.1f} mm at most"
+    )
+    return [
+        finding(
+            "LIDS_CROSS",
+            f"{eye} eye",
+            message,
+            len(frames),
+            frames[0],
+            frames[-1],
+            1000 * depth.max(),
+        )
+    ]
+
+
+def _opened(eye: Eye, gaps: LidGaps, shut: FloatArray, parted: FloatArray) -> list[Finding]:
+    """Report lids that were shut, cross, and stay open in part where they are parted.
+
+    Or whose lower lid is lowered for it.
+    """
+    frames = np.flatnonzero((shut != parted).any(axis=1))
+    frames = frames[gaps.widest(shut[frames]) <= 0.0]
+    left, raised = gaps.widest(parted[frames]), [*gaps.tighteners, *gaps.cheek_raisers]
+    fallen = (shut[frames] - parted[frames])[:, raised].max(axis=1, initial=0.0)
+    told = (left > looks_open(gaps) + _EXACT) | (fallen > _FALLEN)
+    frames, left, fallen = frames[told], left[told], fallen[told]
+    if not len(frames):
+        return []
+    message = (
+        "shut in {frame_count} frames ({first_frame} to {last_frame}) by weights at which its lids "
+        "cross by up to {depth_mm:.1f} mm; parted, they stay open by up to {gap_mm:.1f} mm, with "
+        "weights of the lower lid down by up to {weight:.2f}"
+    )
+    return [
+        finding(
+            "LIDS_PARTED",
+            f"{eye} eye",
+            message,
+            len(frames),
+            frames[0],
+            frames[-1],
+            -1000 * gaps.least(shut[frames]).min(),
+            1000 * left.max(),
+            fallen.max(),
+        )
+    ]
