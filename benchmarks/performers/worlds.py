@@ -11,9 +11,9 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from scipy.signal import butter, filtfilt
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
-from scipy.signal import butter, filtfilt
 
 from benchmarks.performers.deformation_transfer import transfer
 from benchmarks.solve.faces import ict
