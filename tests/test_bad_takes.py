@@ -10,6 +10,9 @@ from pxr import Sdf, Usd
 from worlds import World, animation_of, make_world, write_live_link
 
 from usdface.cli import main
+from usdface.options import ProcessOptions
+from usdface.retarget_shot import retarget
+from usdface.shot import Shot
 from usdface.takes import MarkerTake
 
 FACE = ("nose", "bridge", "forehead", "brow", "chin")
@@ -234,3 +237,18 @@ def test_an_image_has_no_say_on_depth(tmp_path: Path) -> None:
     turns = animation.GetAttribute("rotations")
     real = [turns.Get(code)[0].GetReal() for code in turns.GetTimeSamples()]
     assert np.degrees(2 * np.arccos(np.clip(real, -1, 1))).max() < 0.5  # nor turns the head
+
+
+def test_a_head_that_its_markers_do_not_determine_is_known_where_the_face_is_seen() -> None:
+    """Hidden head markers in a line are no gap of the head's motion."""
+    rod = np.array([0.0, 0.15, 0.05]) + np.outer([-1.0, 0.0, 1.0], [0.05, 0.0, 0.0])
+    world = with_head_markers(make_world(), rod)
+    positions = world.take.positions.copy()
+    positions[10:30, -3:] = np.nan
+    setup = world.setup(head="markers", head_markers=("head_0", "head_1", "head_2"), neutral=(0, 3))
+    shot = Shot(world.rig, taken(world, positions).take, setup)
+    result = retarget(shot, options=ProcessOptions(express=False))
+    assert result.solution is not None and result.head_motion is not None
+    assert result.solution.head == "solve"
+    apart = result.head_motion.rotations - result.solution.pose.rotations
+    assert np.abs(apart).max() < 1e-3

@@ -346,7 +346,7 @@ def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose
 def _head_seen(shot: Shot, solution: Solution) -> BoolArray:
     """Return which markers determine the head's pose: (F, M) bool."""
     seen = ~np.isnan(solution.distances)
-    if shot.setup.head == "markers" and isinstance(shot.take, MarkerTake):
+    if solution.head == "markers" and isinstance(shot.take, MarkerTake):
         rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= POSE_MARKERS
         seen = np.broadcast_to(rigid[:, None], seen.shape)
     return seen

@@ -181,7 +181,7 @@ def _face(
         setup.binding.points[used],
         frames,
         amplitudes=setup.calibration.of(shape_names)[0],
-        head_moves=setup.head == "solve",
+        head_moves=solution.head == "solve",
     )
     unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
     if not unknown:
@@ -203,7 +203,7 @@ def _weights_in_wide_bounds(
         offsets[..., :axes],
         solution.weights.times,
         Regularisation(solution.noise, solution.misfit, setup.solve),
-        moving_head=setup.head == "solve",
+        moving_head=solution.head == "solve",
         within=(-LARGEST_OFFSET, AMPLITUDE_RANGE[1]),
     )
 

@@ -7,6 +7,7 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose
+from usdface.options import HeadMode
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.neutral import on_plane
@@ -57,6 +58,8 @@ class Solution:
         Of the markers' displacements, N = 3 M, as solved with.
     carried : (M, D, 3) float64 or None
         The linear maps that carry the markers' displacements over to the character.
+    head : {"solve", "markers", "stabilised"}
+        How the pose was found: head markers of the shot that lie in a line determine none.
     filmed : FilmedHead or None
         How the head moved before the one camera of a 2D take: then the pose is in the space of the
         character, in metres, and `neutral` is the face from far in front.
@@ -79,6 +82,7 @@ class Solution:
     shifts: FloatArray | None = None
     model: BlendShapeEvaluator | None = None
     carried: FloatArray | None = None
+    head: HeadMode = "solve"
     filmed: FilmedHead | None = None
 
     def __post_init__(self) -> None:

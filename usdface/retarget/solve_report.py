@@ -92,7 +92,7 @@ def _confidence_report(
     bound = face.vertices_of(solution.markers)
     places = np.concatenate([bound, np.setdiff1d(free, bound)])
     held = _usual(solution, setup, face)
-    confidence = _confidence(face.mesh, setup, solution, held, places, room)
+    confidence = _confidence(face.mesh, solution, held, places, room)
     deviations = within_bounds(confidence.deviations, solution.weights.weights, held)
     names = face.shape_names
     hidden = {names[shape]: confidence.unseen.get(shape) for shape in confidence.hidden.tolist()}
@@ -144,7 +144,6 @@ def _usual(solution: Solution, setup: RetargetSetup, face: BoundFace) -> Regular
 
 def _confidence(
     mesh: Mesh,
-    setup: RetargetSetup,
     solution: Solution,
     held: Regularisation,
     places: IntArray,
@@ -158,7 +157,7 @@ def _confidence(
         mesh.offsets_at(places),
         np.arange(len(solution.markers)),
         axes,
-        setup.head == "solve",
+        solution.head == "solve",
         step,
         held,
         room=room,

@@ -134,4 +134,5 @@ def solution_of(
         shifts=learned.shifts,
         model=learned.shapes,
         carried=learned.carried,
+        head=learned.head,
     )

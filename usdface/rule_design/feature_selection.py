@@ -171,13 +171,16 @@ def _candidates(
         pairs.setdefault(pair.group, []).append((share, pair))
     found: list[FeaturePair] = []
     for _, listed in sorted(pairs.items()):
-        conditions, taken = 0, set()
+        conditions, taken, last = 0, set(), 0.0
         for share, pair in sorted(
             listed, key=lambda each: (-round(each[0], _DIGITS), each[1].features)
         ):
-            if share >= _STRONG or conditions < _ENOUGH:
+            # All that are as strong as the last one: the order of the markers does not count.
+            tied = round(share, _DIGITS) == last
+            if share >= _STRONG or conditions < _ENOUGH or tied:
                 conditions += len(pair.features)
                 taken.add(pair)
+                last = round(share, _DIGITS)
         found += [pair for _, pair in listed if pair in taken]
     return found
 
