@@ -22,7 +22,7 @@ def rules() -> dict[str, frozenset[str]]:
 def rules_of(setup: RetargetSetup) -> dict[str, frozenset[str]]:
     """Return the conditions of each emotion's rule."""
     mesh = read_rig(EXAMPLES / "head.usdc")[0].face()
-    expressions = expressions_for(mesh.shape_names)
+    expressions, _ = expressions_for(mesh.shape_names)
     system, _, _ = design(bound_face(mesh, setup), expressions, CorrectionOptions())
     assert system is not None
     return {
