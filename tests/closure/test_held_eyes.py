@@ -50,3 +50,13 @@ def test_skin_alone_closes_no_eye_and_an_eye_that_is_not_seen_contradicts_none()
     assert not find_held_eyes(TIMES, closing, LEVEL, ~WHOLE)
     closing[:, 1] = np.nan
     assert [each.eyes for each in find_held_eyes(TIMES, closing, LEVEL, WHOLE)] == [(0,)]
+
+
+def test_the_shortest_held_eye_is_found_wherever_it_is_in_the_take() -> None:
+    """Four frames at 30 Hz last a tenth of a second, give or take the last bit of their times."""
+    times = np.arange(120) / 30.0
+    for first in range(5, 110):
+        closing = np.zeros((120, 2))
+        closing[first : first + 4] = LEVEL
+        whole = np.ones((120, 2), dtype=bool)
+        assert len(find_held_eyes(times, closing, LEVEL, whole)) == 2
