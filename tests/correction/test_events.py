@@ -1,5 +1,7 @@
 """Events: one size each, held where the performance is held, and continuous in the output."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter1d
@@ -86,3 +88,65 @@ def test_nothing_is_no_event():
 def test_frames_on_their_own_are_events_on_their_own():
     found = frame_events(np.array([0.1, 0.5, 0.15, 0.3]), 0.15)
     assert found.frames.tolist() == [1, 3] and found.size.tolist() == [0.5, 0.3]
+
+
+def coming_and_going(frames: int) -> np.ndarray:
+    """Return an output that crosses the onset 0.15 every 24 frames and never ends: (F,)."""
+    return 0.15 + 0.05 * np.sin(2 * np.pi * np.arange(frames) / 48)
+
+
+def by_pairs(output: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the sizes and peaks of one stretch by comparing all pairs of its frames."""
+    onset, release = 0.15, 0.075
+    count = len(output)
+    least = np.empty((count, count))
+    for i in range(count):
+        least[i, i:] = np.minimum.accumulate(output[i:])
+        least[i, : i + 1] = np.minimum.accumulate(output[i::-1])[::-1]
+    own = np.minimum(output, onset)[:, None]
+    least = np.minimum(least, onset)
+    fallen = (onset - least) / (onset - release)
+    inner = output >= onset
+    together = (1 - fallen * np.maximum(own - least, 0) / (own - release))[:, inner]
+    size = (together * output[inner]).max(axis=1)
+    weights = together * np.clip((output[inner] / size[:, None] - 0.8) / 0.1, 0, 1)
+    return size, weights @ values[inner] / weights.sum(axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("smoothing", [0.3, 2, 8])
+def test_sizes_and_peaks_are_those_of_all_pairs_of_frames(smoothing: float):
+    rng = np.random.default_rng(3)
+    for _ in range(4):
+        noise = gaussian_filter1d(rng.standard_normal(700), smoothing)
+        output = np.maximum(0.15 + 0.05 * noise / noise.std(), 0.0751)
+        values = rng.random((700, 3))
+        events = events_of(output, 0.15)
+        size, peaks = by_pairs(output, values)
+        np.testing.assert_allclose(events.size, size, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(events.peaks(values), peaks, rtol=0, atol=1e-12)
+
+
+def test_the_memory_of_an_emotion_that_lasts_is_a_few_numbers_a_frame():
+    taken = []
+    for frames in (18_000, 36_000):
+        output, values = coming_and_going(frames), np.ones((frames, 1))
+        tracemalloc.start()
+        try:
+            events_of(output, 0.15).peaks(values)
+            taken.append(tracemalloc.get_traced_memory()[1])
+        finally:
+            tracemalloc.stop()
+    # By frames and cores, the shorter one took 100 MB and the longer four times as much.
+    assert taken[0] < 15e6 and taken[1] < 2.2 * taken[0]
+
+
+def test_a_peak_far_behind_in_an_emotion_that_lasts_fades_out_smoothly():
+    output = coming_and_going(18_000)
+    higher = output.copy()
+    higher[12] = 0.9
+    near, far = (events_of(curve, 0.15) for curve in (output, higher))
+    # Of all cores but that of the peak itself.
+    more = (far.size - near.size)[output >= 0.15][40:]
+    assert np.ptp(more[:2000]) < 1e-9 and more[0] > 0.2
+    assert np.diff(more).max() < 1e-9 and np.diff(more).min() > -0.02
+    assert (more[-4000:] == 0).all()

@@ -8,11 +8,13 @@ between them, so everything here is a continuous function of the output.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.ndimage import label
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.frame_blocks import frame_blocks
 from usdface.smooth_step import smooth_step
 
 __all__ = ["Events", "events_of", "frame_events"]
@@ -26,8 +28,14 @@ _HELD = 0.62
 _PLAY = 0.06
 # A frame is of the peak of an event from the second share of its size on, not up to the first.
 _PEAK = (0.8, 0.9)
-# Frames at a time; a limit of memory.
-_BLOCK = 256
+# Frames below the onset that lie between a frame and a core, beyond those to the nearest core, at
+# which the core begins to count less and counts no more. A limit of time: without it each frame is
+# compared with all cores of a stretch that lasts. At 60 Hz about half a minute and a minute below
+# the onset, so emotions that come and go in less than a minute or so do not depend on it.
+_FADE = (2048.0, 4096.0)
+# Places and frames of cores at a time; limits of memory (1 MB) that no result depends on.
+_BLOCK = 64
+_COLUMNS = 2048
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,17 +95,36 @@ class _Stretch:
 
     Frames above the onset without one below it between them are a core. Two frames belong together
     by ``1 - u (o - d) / (o - release)``, with d the least output between them, o the smaller of
-    their own, the onset at most, and u how far d is from the onset to the release, 0 to 1.
+    their own, the onset at most, and u how far d is from the onset to the release, 0 to 1. Cores
+    far behind the nearest one fade out (`_FADE`).
+
+    The frames of a core belong to the others alike, and have one size: it is one place. Each other
+    frame is a place of its own, with `_FADE` counted in them.
     """
 
     def __init__(self, at: IntArray, own: FloatArray, onset: float, release: float) -> None:
         self._at, self._own, self._onset, self._release = at, own, onset, release
-        self._core = label(own >= onset)[0] - 1  # -1 between the cores
-        self._tops = np.array([own[self._core == k].max() for k in range(self._core.max() + 1)])
-        self._least = self._least_between()
-        self.size = np.empty(len(own))
-        for rows, together in self._together():
-            self.size[rows] = (together * self._tops).max(axis=1)
+        core = label(own >= onset)[0] - 1  # -1 between the cores
+        inner = core >= 0
+        first = ~inner | (core != np.concatenate([[-1], core[:-1]]))
+        self._place = np.cumsum(first) - 1
+        self._inner, self._core = np.flatnonzero(inner), core[inner]
+        self._level = np.minimum(own[first], onset)
+        self._cores = np.flatnonzero(inner[first])
+        starts = np.searchsorted(self._core, np.arange(len(self._cores)))
+        self._tops = np.maximum.reduceat(own[inner], starts)
+        # The least output between a core and the next.
+        self._dips = np.minimum.reduceat(self._level, self._cores)[:-1]
+        self._left, self._right = _runs_of_least(self._level, self._cores)
+        # Frames below the onset before each place; those of the place itself count by half.
+        below = np.ones(len(self._level))
+        below[self._cores] = 0.0
+        self._count = np.cumsum(below) - below / 2
+        sizes = np.empty(len(self._level))
+        for places, cores, together in self._together():
+            sizes[places] = (together * self._tops[cores]).max(axis=1)
+        self._sizes = sizes
+        self.size = sizes[self._place]
 
     def envelope(self) -> FloatArray:
         """Return the envelope (N,)."""
@@ -107,28 +134,41 @@ class _Stretch:
 
     def peaks(self, values: FloatArray) -> FloatArray:
         """Return the mean (N, T) of values (F, T) at the peak of each frame's event."""
-        inner = self._core >= 0
-        output, core, values = self._own[inner], self._core[inner], values[self._at[inner]]
-        means = np.empty((len(self._own), values.shape[1]))
-        for rows, together in self._together():
-            size = self.size[rows[: len(together)], None]
-            share = (output / size - _PEAK[0]) / (_PEAK[1] - _PEAK[0])
-            weights = np.clip(share, 0.0, 1.0) * together[:, core]
-            means[rows] = weights @ values / weights.sum(axis=1, keepdims=True)
-        return means
+        output, values = self._own[self._inner], values[self._at[self._inner]]
+        means = np.empty((len(self._level), values.shape[1]))
+        for places, cores, together in self._together():
+            size = self._sizes[places, None]
+            total, mean = np.zeros((len(size), 1)), np.zeros((len(size), values.shape[1]))
+            first, end = np.searchsorted(self._core, [cores.start, cores.stop])
+            for part in frame_blocks(end - first, _COLUMNS):
+                columns = slice(first + part.start, first + part.stop)
+                share = (output[columns] / size - _PEAK[0]) / (_PEAK[1] - _PEAK[0])
+                weights = np.clip(share, 0.0, 1.0)
+                weights *= together[:, self._core[columns] - cores.start]
+                total += weights.sum(axis=1, keepdims=True)
+                mean += weights @ values[columns]
+            means[places] = mean / total
+        return np.asarray(means[self._place])
 
-    def _together(self) -> Iterator[tuple[IntArray, FloatArray]]:
-        """Yield frames (B,) and how far they belong to each core: (B, K), (1, K) for a core's own.
-
-        The frames of a core belong to the others alike, and have one size.
-        """
-        frames = np.flatnonzero(self._core < 0)
-        for block in np.split(frames, range(_BLOCK, len(frames), _BLOCK)):
-            yield block, self._belonging(self._own[block], self._least[block])
-        for k in range(len(self._tops)):
-            rows = np.flatnonzero(self._core == k)
-            one = self._belonging(np.array([self._onset]), self._least[rows[:1]])
-            yield rows, one
+    def _together(self) -> Iterator[tuple[slice, slice, FloatArray]]:
+        """Yield places, the cores near them, and how far they belong to each: (B, K)."""
+        counts = self._count[self._cores]
+        for places in frame_blocks(len(self._level), _BLOCK):
+            own = self._count[places]
+            after = np.searchsorted(self._cores, np.arange(places.start, places.stop))
+            # Those beyond the first and the last core have none on that side.
+            beside = np.abs(counts[np.clip([after - 1, after], 0, len(counts) - 1)] - own)
+            nearest = beside.min(axis=0)
+            reach = nearest + _FADE[1]
+            near = [(own - reach).min(), (own + reach).max()]
+            cores = slice(
+                int(np.searchsorted(counts, near[0], side="left")),
+                int(np.searchsorted(counts, near[1], side="right")),
+            )
+            far = np.abs(counts[cores] - own[:, None]) - nearest[:, None]
+            together = self._belonging(self._level[places], self._least(places, after, cores))
+            together *= 1.0 - smooth_step((far - _FADE[0]) / (_FADE[1] - _FADE[0]))
+            yield places, cores, together
 
     def _belonging(self, own: FloatArray, least: FloatArray) -> FloatArray:
         fallen = np.clip((self._onset - least) / (self._onset - self._release), 0.0, 1.0)
@@ -136,15 +176,41 @@ class _Stretch:
         share = np.maximum(own - least, 0.0) / np.maximum(own - self._release, 1e-12)
         return np.asarray(1.0 - fallen * np.minimum(share, 1.0))
 
-    def _least_between(self) -> FloatArray:
-        """Return the least output from each frame to each core, both included: (N, K)."""
-        least = np.empty((len(self._own), len(self._tops)))
-        for k in range(len(self._tops)):
-            first, last = np.flatnonzero(self._core == k)[[0, -1]]
-            least[first : last + 1, k] = self._onset
-            least[: first + 1, k] = np.minimum.accumulate(self._own[first::-1])[::-1]
-            least[last:, k] = np.minimum.accumulate(self._own[last:])
-        return least
+    def _least(self, places: slice, after: IntArray, cores: slice) -> FloatArray:
+        """Return the least output from some places to some cores, both included: (B, K).
+
+        Parameters
+        ----------
+        places : slice
+        after : (B,) int64
+            The first core that is not before each place.
+        cores : slice
+        """
+        k, after = np.arange(cores.start, cores.stop), after[:, None]
+        dips = np.concatenate([[np.inf], self._dips, [np.inf]])
+        left, right = self._left[places, None], self._right[places, None]
+        # What each core adds to the way from the place to it: the dip before it.
+        rightward = np.where(k > after, dips[k], np.where(k == after, right, np.inf))
+        leftward = np.where(k < after - 1, dips[k + 1], np.where(k == after - 1, left, np.inf))
+        rightward = np.minimum.accumulate(rightward, axis=1)
+        leftward = np.minimum.accumulate(leftward[:, ::-1], axis=1)[:, ::-1]
+        return np.where(k >= after, rightward, leftward)
+
+
+def _runs_of_least(level: FloatArray, cores: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the least level (P,) from the core before each place, and to the one from it on."""
+    left, right = np.empty(len(level)), np.empty(len(level))
+    ends = [0, *cores.tolist(), len(level)]
+    for first, end in pairwise(ends):
+        # A core ends one run and begins the next; on its left is the dip before it.
+        stop = min(end + 1, len(level))
+        left[first + 1 : stop] = np.minimum.accumulate(level[first:stop])[1:]
+        right[first + 1 : stop] = np.minimum.accumulate(level[first:stop][::-1])[::-1][1:]
+    first, last = cores[0], cores[-1]
+    left[0] = level[0]
+    right[: first + 1] = np.minimum.accumulate(level[: first + 1][::-1])[::-1]
+    right[last + 1 :] = np.inf
+    return left, right
 
 
 def _settled(curve: FloatArray, start: float, play: FloatArray) -> FloatArray:
