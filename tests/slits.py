@@ -12,7 +12,7 @@ from usdface.arrays import FloatArray
 from usdface.retarget_setup import Expression
 from usdface.rigs import BlendShape, Combination, Inbetween, Mesh
 
-__all__ = ["EXPRESSIONS", "LID_GAP", "LIP_GAP", "bent_slit_face", "slit_face"]
+__all__ = ["EXPRESSIONS", "LID_GAP", "LIP_GAP", "bent_slit_face", "slit_face", "with_correctives"]
 
 LIP_GAP, LID_GAP = 0.0008, 0.008
 _COLUMNS = 9
@@ -127,6 +127,13 @@ def bent_slit_face() -> Mesh:
             BlendShape(name, on.indices, share * on.offsets, combination=Combination(of, rule))
         )
     return replace(mesh, shapes=tuple(shapes))
+
+
+def with_correctives(mesh: Mesh, count: int) -> Mesh:
+    """Return the mesh with so many more shapes that hardly move anything, as large rigs have."""
+    first = mesh.shapes[0]
+    more = (BlendShape(f"more{k}", first.indices, 1e-5 * first.offsets) for k in range(count))
+    return replace(mesh, shapes=(*mesh.shapes, *more))
 
 
 def _both(*names: str) -> tuple[str, ...]:

@@ -1,10 +1,11 @@
 """Lips that are brought together, on lips known to the millimetre."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from slits import bent_slit_face, slit_face
+from slits import bent_slit_face, slit_face, with_correctives
 
 from usdface.arrays import FloatArray
 from usdface.closure.lip_contact import LipGaps, largest_gaps, lip_gaps_of, touching_lips
@@ -29,12 +30,16 @@ def _mesh(request: pytest.FixtureRequest) -> Mesh:
     return MESHES[request.param]
 
 
-@pytest.fixture(name="gaps")
-def _gaps(mesh: Mesh) -> LipGaps:
+def gaps_of_lips(mesh: Mesh) -> LipGaps:
     face = BoundFace(mesh, (), np.zeros(0, int)).with_layout(())
     gaps = lip_gaps_of(face, mesh.shape_names)
     assert gaps is not None
     return gaps
+
+
+@pytest.fixture(name="gaps")
+def _gaps(mesh: Mesh) -> LipGaps:
+    return gaps_of_lips(mesh)
 
 
 def test_no_place_is_open_further_than_it_may_be(mesh: Mesh, gaps: LipGaps) -> None:
@@ -64,15 +69,33 @@ def test_eyes_and_brows_stay(mesh: Mesh, gaps: LipGaps) -> None:
 
 def test_lips_close_over_an_open_jaw_where_the_rig_can() -> None:
     mesh = MESHES["closing"]
-    face = BoundFace(mesh, (), np.zeros(0, int)).with_layout(())
-    gaps = lip_gaps_of(face, mesh.shape_names)
-    assert gaps is not None
+    gaps = gaps_of_lips(mesh)
     jaw, close = (mesh.shape_names.index(name) for name in ("jawOpen", "mouthClose"))
     weights = np.zeros((1, len(mesh.shapes)))
     weights[0, jaw] = 0.5
     closed = touching_lips(weights, np.full((1, len(gaps.x)), TOLERANCE), gaps)[0]
     assert 0.2 < closed[jaw] < 0.3
     assert 0.2 < closed[close] <= closed[jaw] + 1e-9
+
+
+@pytest.mark.parametrize("kind", ["linear", "bent"])
+def test_long_takes_are_held_together_in_the_memory_of_a_block(kind: str) -> None:
+    mesh = with_correctives(MESHES[kind], 100)
+    gaps = gaps_of_lips(mesh)
+    weights = np.zeros((6000, len(mesh.shapes)))
+    weights[:, mesh.shape_names.index("jawOpen")] = np.linspace(0.1, 0.5, 6000)
+    largest = np.full((6000, len(gaps.x)), 0.001)
+    tracemalloc.start()
+    try:
+        closed = touching_lips(weights, largest, gaps)
+        # With the slopes of all frames at once: 117 MB and more.
+        assert tracemalloc.get_traced_memory()[1] < 25e6
+    finally:
+        tracemalloc.stop()
+    some = np.arange(0, 6000, 500)
+    np.testing.assert_allclose(
+        closed[some], touching_lips(weights[some], largest[some], gaps), atol=1e-12
+    )
 
 
 def limits(

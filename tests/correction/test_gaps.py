@@ -1,11 +1,13 @@
 """Gaps of lips and lids, against the posed mesh."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from slits import EXPRESSIONS, LID_GAP, LIP_GAP, bent_slit_face, slit_face
+from slits import EXPRESSIONS, LID_GAP, LIP_GAP, bent_slit_face, slit_face, with_correctives
 
+from usdface.correction.contact import limit_correction
 from usdface.correction.gaps import Gaps, gaps_of
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -71,6 +73,12 @@ def test_combination_shapes_count_whatever_weight_they_are_given():
     assert found[5] == pytest.approx(0.0008 + 0.2 * 0.020 + 0.0006 - 0.5 * 0.3 * 0.020)
 
 
+def test_slopes_of_a_linear_rig_take_no_memory_by_frames():
+    several = np.zeros((1000, len(FACE.shapes)))
+    slopes = GAPS.slopes(several, several + 0.5)
+    assert slopes.shape == (1000, *GAPS.evaluator.offsets.shape) and slopes.strides[0] == 0
+
+
 def test_slopes_make_up_the_change():
     rng = np.random.default_rng(0)
     solved, corrected = rng.random((2, 30, len(BENT.shapes)))
@@ -98,3 +106,22 @@ def test_pairs_that_the_mesh_does_not_have_are_refused():
     face = BoundFace(FACE, (), np.zeros(0, int), layout=layout)
     with pytest.raises(InputError, match="vertex 99999"):
         gaps_of(face, FACE.shape_names, np.zeros((0, len(FACE.shapes))))
+
+
+def test_contact_of_long_takes_is_kept_in_the_memory_of_a_block():
+    mesh = with_correctives(BENT, 100)
+    gaps = measured(mesh)
+    solved = np.zeros((3000, len(mesh.shapes)))
+    wanted = solved + 0.1 * np.array([name.startswith("more") for name in mesh.shape_names])
+    wanted[:, mesh.shape_names.index("mouthUpperUpLeft")] = np.linspace(0.2, 0.8, 3000)
+    tracemalloc.start()
+    try:
+        held, limited, _ = limit_correction(solved, wanted, gaps)
+        # With the slopes of all frames at once: 180 MB and more.
+        assert tracemalloc.get_traced_memory()[1] < 40e6
+    finally:
+        tracemalloc.stop()
+    assert limited.any(axis=1).all()
+    some = np.arange(0, 3000, 300)
+    alone = limit_correction(solved[some], wanted[some], gaps)[0]
+    np.testing.assert_allclose(held[some], alone, atol=1e-12)
