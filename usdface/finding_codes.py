@@ -777,6 +777,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "shut lids that crossed were parted; they stay open in part, or the lower lid is lowered",
     ),
     "LIPS_CLOSED": ("info", "nothing", "lips that touch on the performer were brought together"),
+    "LIPS_APART": (
+        "info",
+        "look_at_frames",
+        "lips that touch on the performer stay open: no weights were found that close them",
+    ),
     "LIPS_UNSEEN": (
         "info",
         "add_markers",

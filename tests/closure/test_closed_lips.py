@@ -53,6 +53,18 @@ def test_lips_that_touch_are_brought_together_and_open_ones_are_left() -> None:
     assert [finding.code for finding in closed.findings] == ["LIPS_CLOSED"]
 
 
+def test_lips_that_stay_open_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("usdface.closure.lip_contact._ROUNDS", 0)
+    face, solution = speaking().shot.face, speaking().solution
+    wrong = replace(speaking().solved, weights=left_open(0.12))
+    assert solution is not None
+    closed = close_lips(face, wrong, wrong.weights, solution, FREE)
+    assert closed is not None
+    (apart,) = closed.findings
+    assert apart.code == "LIPS_APART" and apart.values["frame_count"] > 20
+    assert apart.values["gap_mm"] == pytest.approx(2.4, abs=0.8)
+
+
 def test_a_solve_that_the_markers_agree_with_stays() -> None:
     solution = speaking().solution
     assert solution is not None

@@ -78,6 +78,28 @@ def test_lips_close_over_an_open_jaw_where_the_rig_can() -> None:
     assert 0.2 < closed[close] <= closed[jaw] + 1e-9
 
 
+@pytest.mark.parametrize(
+    "posed",
+    [
+        {"mouthUpperUpLeft": 0.8},
+        {"mouthUpperUpLeft": 1.0},
+        {"mouthUpperUpLeft": 0.7, "mouthUpperUpRight": 0.7},
+        {"jawOpen": 0.6, "mouthUpperUpLeft": 0.9},
+    ],
+)
+def test_a_shape_that_first_opens_further_on_its_way_to_0_is_brought_back(
+    posed: dict[str, float],
+) -> None:
+    mesh = MESHES["bent"]
+    gaps = gaps_of_lips(mesh)
+    weights = np.array([[posed.get(name, 0.0) for name in mesh.shape_names]])
+    largest = np.full((1, len(gaps.x)), 0.001)
+    assert gaps.opened(weights).max() > 0.005
+    closed = touching_lips(weights, largest, gaps)
+    assert (gaps.opened(closed) <= largest + 1e-6).all()
+    assert (closed >= 0).all() and (closed <= weights).all()
+
+
 @pytest.mark.parametrize("kind", ["linear", "bent"])
 def test_long_takes_are_held_together_in_the_memory_of_a_block(kind: str) -> None:
     mesh = with_correctives(MESHES[kind], 100)

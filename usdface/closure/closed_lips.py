@@ -77,22 +77,30 @@ def close_lips(
     closed = touching_lips(weights, largest, gaps)
     before, after = gaps.opened(weights), gaps.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
-    frames = np.flatnonzero((before - after).max(axis=1) > _REPORTED)
-    findings = []
-    if len(frames):
-        message = (
-            "lips that touch on the performer were brought together in {frame_count} frames "
-            "({first_frame} to {last_frame}), by {closed_mm:.1f} mm at most"
-        )
-        findings.append(
-            finding(
-                "LIPS_CLOSED",
-                "lips",
-                message,
-                len(frames),
-                frames[0],
-                frames[-1],
-                1000 * (before - after).max(),
-            )
-        )
-    return ClosedLips(closed, course, findings)
+    return ClosedLips(closed, course, _closed(before - after) + _still_apart(after - largest))
+
+
+def _closed(closed: FloatArray) -> list[Finding]:
+    """Report by how much gaps (F, K) were closed [m]."""
+    frames = np.flatnonzero(closed.max(axis=1) > _REPORTED)
+    if not len(frames):
+        return []
+    message = (
+        "lips that touch on the performer were brought together in {frame_count} frames "
+        "({first_frame} to {last_frame}), by {closed_mm:.1f} mm at most"
+    )
+    numbers = len(frames), frames[0], frames[-1], 1000 * closed.max()
+    return [finding("LIPS_CLOSED", "lips", message, *numbers)]
+
+
+def _still_apart(over: FloatArray) -> list[Finding]:
+    """Report by how much gaps (F, K) are still wider than they may be [m]."""
+    frames = np.flatnonzero(over.max(axis=1) > _REPORTED)
+    if not len(frames):
+        return []
+    message = (
+        "lips that touch on the performer stay open in {frame_count} frames ({first_frame} to "
+        "{last_frame}), by {gap_mm:.1f} mm at most: no weights were found that close them"
+    )
+    numbers = len(frames), frames[0], frames[-1], 1000 * over.max()
+    return [finding("LIPS_APART", "lips", message, *numbers)]
