@@ -139,3 +139,13 @@ def test_blocks_are_smoothed_as_the_whole_is(width):
     found = np.concatenate([block(slice(a, min(a + 64, 200))) for a in range(0, 200, 64)])
     whole = smooth(values.reshape(200, -1), TIMES, width).reshape(values.shape)
     np.testing.assert_array_equal(found, whole)
+
+
+def test_frames_on_either_side_of_a_gap_are_smoothed_by_themselves():
+    gap = TIMES + np.where(np.arange(len(TIMES)) < 100, 0.0, 1.0)
+    steps = np.repeat([0.0, 1.0], 100)[:, None]
+    np.testing.assert_allclose(smooth(steps, gap, 0.1), steps, atol=1e-12)
+    assert 0.4 < smooth(steps, TIMES, 0.1)[99, 0] < 0.6
+    block = smoothed_blocks(lambda frames: steps[frames], gap, 0.1)
+    found = np.concatenate([block(slice(a, min(a + 64, 200))) for a in range(0, 200, 64)])
+    np.testing.assert_array_equal(found, smooth(steps, gap, 0.1))

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.geometry.marker_spread import marker_spread
@@ -104,11 +104,14 @@ def smooth(features: FloatArray, times: FloatArray, width: float) -> FloatArray:
     features : (F, I) float64
         NaN stays NaN and weighs nothing in its neighbours.
     times : (F,) float64 [s]
-        Increasing; their median step counts.
+        Increasing; their median step counts. Frames on either side of a gap in the recording that
+        is longer than `width` are smoothed by themselves.
     width : float [s]
         Standard deviation of the Gaussian; 0 changes nothing.
     """
-    return _gaussian(features, _deviation(times, width))
+    cuts = _cuts(times, width)
+    deviation = _deviation(times, width)
+    return np.concatenate([_gaussian(part, deviation) for part in np.split(features, cuts)])
 
 
 def smoothed_blocks(
@@ -123,13 +126,15 @@ def smoothed_blocks(
     times : (F,) float64 [s]
     width : float [s]
     """
-    frames = _deviation(times, width)
+    frames, cuts = _deviation(times, width), _cuts(times, width)
     reach = math.ceil(_TRUNCATED * frames) + 1
 
     def smoothed(block: slice) -> FloatArray:
         first = max(block.start - reach, 0)
         around = values(slice(first, min(block.stop + reach, len(times))))
-        flat = _gaussian(around.reshape(len(around), -1), frames).reshape(around.shape)
+        inside = cuts[(cuts > first) & (cuts < first + len(around))] - first
+        parts = np.split(around.reshape(len(around), -1), inside)
+        flat = np.concatenate([_gaussian(part, frames) for part in parts]).reshape(around.shape)
         return flat[block.start - first : block.stop - first]
 
     return smoothed
@@ -138,6 +143,13 @@ def smoothed_blocks(
 def _deviation(times: FloatArray, width: float) -> float:
     """Return a standard deviation in frames; 0 of a take without two of them."""
     return width / frame_step(times) if width and len(times) > 1 else 0.0
+
+
+def _cuts(times: FloatArray, width: float) -> IntArray:
+    """Return the first frame after each gap in the recording that is longer than `width` [s]."""
+    if len(times) < 2:
+        return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero(np.diff(times) > max(width, 1.5 * frame_step(times))) + 1
 
 
 def _gaussian(features: FloatArray, frames: float) -> FloatArray:
