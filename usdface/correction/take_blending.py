@@ -20,6 +20,10 @@ from usdface.face.symmetry import symmetric_pairs
 
 __all__ = ["Blended", "MissingRegions", "Outputs", "TakeBlending"]
 
+# The smaller output of the two halves by the larger, up to which each half is judged by itself, and
+# from which on both are judged together. Set by hand.
+_ALIKE = (0.5, 0.9)
+
 # The outputs (F, E) of the whole face and of its halves.
 Outputs = Mapping[Side, FloatArray]
 # Frames (F, E) in which a region does not show the pose of an emotion.
@@ -131,7 +135,9 @@ class TakeBlending:
             other = outputs[opposite][:, row]
             shared = np.minimum(output, other) / np.maximum(np.maximum(output, other), 1e-12)
             across = half_weights(self.weights, pairs, opposite)
-            judged = weights + 0.5 * shared[:, None] * (across - weights)
+            few, enough = _ALIKE
+            mixed = 0.5 * np.clip((shared - few) / (enough - few), 0.0, 1.0)
+            judged = weights + mixed[:, None] * (across - weights)
         whole_take, response = self.times is not None, self.system.response
         return judged_events(
             output, ruled, weights, judged, pose, self.evidence, response, whole_take
