@@ -137,7 +137,7 @@ def retarget(
     True
     >>> peaks = {name: float(curve.max()) for name, curve in result.emotions.items()}
     >>> max(peaks, key=peaks.get)
-    'disgust'
+    'anger'
     """
     names = {*shot.rig.shape_names, *shot.mesh.shape_names}
     check_pins(shot.setup.pins, names, len(shot.take.times))
