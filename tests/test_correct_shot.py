@@ -1,6 +1,8 @@
 """Correcting the solved weights of a shot again, with other gains."""
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +21,16 @@ from usdface.shot import ShotResult
 @pytest.fixture(scope="module")
 def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return shoot(make_world().write(tmp_path_factory.mktemp("correct")))
+
+
+@pytest.fixture(scope="module")
+def hidden(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A shot whose solve has findings: a marker is hidden for some frames."""
+    world = make_world()
+    positions = world.take.positions.copy()
+    positions[20:23, 0] = np.nan
+    take = replace(world.take, positions=positions)
+    return shoot(replace(world, take=take).write(tmp_path_factory.mktemp("hidden")))
 
 
 @pytest.fixture(scope="module")
@@ -77,10 +89,55 @@ def test_process_corrects_an_earlier_result_again(shot: Path, result: ShotResult
     np.testing.assert_array_equal(applied.value.weights.weights, again.value.weights.weights)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("before", "now"),
+    [
+        ({}, {}),
+        ({"exaggeration": {"mouth": 1.5, "eyes": 0.6}}, {"exaggeration": {"mouth": 1.5}}),
+        ({"exaggeration": {"mouth": 1.5}}, {}),
+        ({"express": False, "closure": False}, {"gains": {"joy": 0.5}, "head": False}),
+    ],
+)
+def test_with_an_earlier_result_it_is_what_it_is_without(
+    hidden: Path, before: dict[str, Any], now: dict[str, Any]
+) -> None:
+    """Weights, head, findings and report, whatever the options of the earlier run."""
+    earlier = process(hidden, options=ProcessOptions(**before)).value
+    options = ProcessOptions(**now)
+    fresh, again = (
+        process(hidden, options=options),
+        process(hidden, solved=earlier, options=options),
+    )
+    assert {"MARKER_OCCLUDED", "MARKER_FILLED"} <= {found.code for found in fresh.findings}
+    assert again.findings == fresh.findings
+    assert again.summary == fresh.summary and again.details == fresh.details
+    assert again.value.findings == fresh.value.findings
+    np.testing.assert_array_equal(again.value.solved.weights, fresh.value.solved.weights)
+    np.testing.assert_array_equal(again.value.weights.weights, fresh.value.weights.weights)
+    assert (again.value.head_motion is None) == (fresh.value.head_motion is None)
+
+
+def test_a_correction_knows_the_weights_before_exaggeration(shot: Path) -> None:
+    larger = ProcessOptions(exaggeration={"mouth": 1.5})
+    first = process(shot, options=larger).value
+    np.testing.assert_array_equal(first.performed.weights, process(shot).value.solved.weights)
+    np.testing.assert_array_equal(correct(first).weights.weights, first.weights.weights)
+
+
 def test_the_result_of_another_shot_is_refused(result: ShotResult, tmp_path: Path) -> None:
     other = shoot(make_world(rate=24.0).write(tmp_path))
     with pytest.raises(InputError, match="another take or rig"):
         process(other, solved=result)
+
+
+def test_the_result_of_other_settings_of_the_solve_is_refused(
+    shot: Path, result: ShotResult
+) -> None:
+    with pytest.raises(InputError, match="solved with other settings"):
+        process(shot, solved=result, options=ProcessOptions(solve="frame"))
+    with pytest.raises(InputError, match="holds no solve"):
+        process(shot, solved=replace(result, solve=None))
 
 
 def test_gains_on_the_command_line_name_an_emotion(

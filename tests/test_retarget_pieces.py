@@ -14,8 +14,8 @@ from usdface.errors import InputError, SolveError
 from usdface.io.mapped_arrays import MappedArrays
 from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, join, solve_cut
 from usdface.retarget_setup import Binding, RetargetSetup
-from usdface.retarget_shot import SolvedShot, retarget
-from usdface.shot import Shot
+from usdface.retarget_shot import retarget
+from usdface.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake
 
 FRAMES, NEUTRAL = 900, 12

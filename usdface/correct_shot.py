@@ -9,7 +9,6 @@ from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shape_evaluator import with_combinations
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
-from usdface.closure.lid_gaps import Eye, LidGaps
 from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.correction.gains import Gains
@@ -20,10 +19,8 @@ from usdface.hooks import Hook, run_hooks
 from usdface.options import ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.pins import faded_at_pins
-from usdface.retarget_take import recorded_weights
 from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
-from usdface.takes import WeightsTake
 
 __all__ = ["correct", "correct_solved", "with_gains"]
 
@@ -79,9 +76,8 @@ def correct_solved(
     options: ProcessOptions,
     hooks: Sequence[Hook],
     progress: Progress,
-    gaps: Mapping[Eye, LidGaps] | None = None,
 ) -> ShotResult:
-    """Correct as `correct`, with lid gaps of the solved shapes that were measured before."""
+    """Correct as `correct`, with the progress of a job."""
     shot = with_gains(result.shot, options.gains)
     result = replace(result, shot=shot, corrected=None, closure=None, trace=None)
     face = shot.face
@@ -97,7 +93,7 @@ def correct_solved(
             result = replace(result, corrected=weights, trace=expressed.trace)
     if options.closure:
         with progress.step("closure"):
-            closure = _close(face, result, gaps)
+            closure = _close(face, result)
             findings += closure.findings if closure else ()
             result = replace(result, closure=closure)
     return replace(result, findings=tuple(findings))
@@ -167,9 +163,11 @@ def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
     )
 
 
-def _close(
-    face: BoundFace, result: ShotResult, gaps: Mapping[Eye, LidGaps] | None
-) -> Closure | None:
+def _close(face: BoundFace, result: ShotResult) -> Closure | None:
+    solve, gaps = result.solve, None
+    # A base adds blend shapes, without which the lids were measured.
+    if solve is not None and result.solved.names == solve.weights.names:
+        gaps = solve.lids
     closure = close_eyes_and_lips(
         face,
         result.solved,
@@ -178,22 +176,9 @@ def _close(
         pins=result.shot.setup.pins,
         options=result.shot.setup.closure,
         gaps=gaps,
-        performed=_performed(face, result),
+        performed=result.performed,
     )
     if closure is None:
         return None
     complete = with_combinations(face.mesh, result.solved.names, closure.weights)
     return replace(closure, weights=complete)
-
-
-def _performed(face: BoundFace, result: ShotResult) -> WeightsTake:
-    """Return the solved weights before their exaggeration."""
-    shot, solution, solved = result.shot, result.solution, result.solved
-    if shot.factors.none:
-        return solved
-    if isinstance(shot.take, WeightsTake):
-        own, _ = recorded_weights(shot.take, face, shot.setup)
-    else:
-        assert solution is not None
-        own = solution.weights
-    return shot.with_base(own.names, own.weights)

@@ -26,9 +26,8 @@ from usdface.retarget.solve_take import estimate_take
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget.usable_markers import occlusions, unsolved_frames
 from usdface.retarget_setup import RetargetSetup
-from usdface.retarget_shot import SolvedShot
 from usdface.retarget_take import clean, solver_input
-from usdface.shot import Shot
+from usdface.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["EstimatedTake", "PieceCuts", "ReadFrames", "estimate_shot", "join", "solve_cut"]

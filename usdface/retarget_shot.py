@@ -1,7 +1,7 @@
 """The main job on arrays: a shot cleaned, solved and corrected."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Protocol, TypeVar
 
 import numpy as np
@@ -10,7 +10,6 @@ from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.cleanup.clean import Cleaned
-from usdface.cleanup.repairs import Repair
 from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
 from usdface.closure.mistracked_lids import without_mistracked_lids
 from usdface.correct_shot import correct_solved, with_gains
@@ -27,45 +26,21 @@ from usdface.retarget.pins import check_pins, with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, clean_inputs, solve
-from usdface.shot import Shot, ShotResult
+from usdface.shot import Shot, ShotResult, SolvedShot
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = [
-    "SolvedShot",
     "Stages",
+    "express_again",
     "retarget",
     "retarget_in_stages",
     "solve_inputs",
+    "solve_settings",
     "with_overrides",
 ]
 
 ValueT = TypeVar("ValueT")
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class SolvedShot:
-    """A take that was cleaned and solved: the first stage, which takes nearly all of the time.
-
-    Attributes
-    ----------
-    take : MarkerTake or WeightsTake
-        Its markers cleaned.
-    weights : WeightsTake
-    solution : Solution or None
-        None for a take of weights.
-    repairs : tuple of Repair
-    findings : tuple of Finding
-    lids : mapping of "left", "right" to LidGaps, or None
-        Of the blend shapes of `weights`; None where they were not measured.
-    """
-
-    take: MarkerTake | WeightsTake
-    weights: WeightsTake
-    solution: Solution | None
-    repairs: tuple[Repair, ...] = ()
-    findings: tuple[Finding, ...] = ()
-    lids: Mapping[Eye, LidGaps] | None = None
 
 
 class Stages(Protocol):
@@ -182,7 +157,7 @@ def retarget_in_stages(
         return compute()
     inputs = (_express_inputs(shot), options, solved)
     given = {
-        **{"shot": shot, "solution": solved.solution, "solved": solved.weights},
+        **{"shot": shot, "solution": solved.solution, "solved": solved.weights, "solve": solved},
         **{"system": shot.system, "repairs": solved.repairs},
     }
     return stages.stage("express", inputs, given, compute)
@@ -190,8 +165,13 @@ def retarget_in_stages(
 
 def solve_inputs(shot: Shot) -> object:
     """Return all that the solve of a shot depends on."""
+    return shot.take, solve_settings(shot)
+
+
+def solve_settings(shot: Shot) -> object:
+    """Return all that the solve of a shot depends on beside its take."""
     setup = replace(shot.setup, closure=ClosureOptions(), exaggeration={})
-    return shot.mesh, shot.rig.shape_names, shot.take, setup, shot.layout
+    return shot.mesh, shot.rig.shape_names, setup, shot.layout
 
 
 def _express_inputs(shot: Shot) -> object:
@@ -265,34 +245,75 @@ def _express_shot(
     progress: Progress,
 ) -> ShotResult:
     """Exaggerate, correct and close the solved weights of a shot, whose take is the cleaned one."""
-    face, solution = shot.face, solved.solution
     with progress.step("solve"):
-        weights = exaggerated(
-            solved.weights,
-            shot.factors,
-            shot.mesh,
-            shot.layout,
-            pins=shot.setup.pins,
-            limits=shot.setup.solve.limits,
-        )
-        weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
-        regions, failed = _region_residuals(face, solution)
-        motion = _head_motion(shot, face, solution) if options.head else None
-        findings += turned_at_neutral(motion, shot.take.source) if motion else []
-        result = ShotResult(
-            shot,
-            _with_pinned_base(shot, weights),
-            solution=solution,
-            head_motion=motion,
-            repairs=solved.repairs,
-            region_residuals=regions,
-        )
-    # A base adds blend shapes, without which the lids were measured.
-    same = result.solved.names == solved.weights.names
-    lids = solved.lids if same else None
-    corrected = correct_solved(result, options, hooks, progress, lids)
-    found = (*solved.findings, *findings, *failed, *corrected.findings)
-    return replace(corrected, findings=timed(found, shot.take.times.tolist()))
+        result = _exaggerated_shot(shot, solved, options, hooks)
+    return _corrected(result, options, hooks, progress)
+
+
+@one_blas_thread()
+@solve_errors()
+def express_again(
+    shot: Shot,
+    solved: SolvedShot,
+    options: ProcessOptions,
+    hooks: Sequence[Hook],
+    progress: Progress,
+) -> ShotResult:
+    """Return what `retarget` does, with a solve of an earlier run.
+
+    Parameters
+    ----------
+    shot : Shot
+        Expressions, rules, gains, exaggeration and closure may differ from those of that run.
+    solved : SolvedShot
+        Of the same take and rig with the same settings of the solve.
+    options : ProcessOptions
+    hooks : sequence of Hook
+    progress : Progress
+        Gets no step "solve".
+    """
+    shot = with_gains(replace(with_overrides(shot, options), take=solved.take), options.gains)
+    with progress.step("express"):
+        result = _exaggerated_shot(shot, solved, options, hooks)
+    return _corrected(result, options, hooks, progress)
+
+
+def _exaggerated_shot(
+    shot: Shot, solved: SolvedShot, options: ProcessOptions, hooks: Sequence[Hook]
+) -> ShotResult:
+    """Return the result before its correction, with the findings up to there."""
+    face, solution = shot.face, solved.solution
+    weights = exaggerated(
+        solved.weights,
+        shot.factors,
+        shot.mesh,
+        shot.layout,
+        pins=shot.setup.pins,
+        limits=shot.setup.solve.limits,
+    )
+    weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
+    regions, failed = _region_residuals(face, solution)
+    motion = _head_motion(shot, face, solution) if options.head else None
+    findings += turned_at_neutral(motion, shot.take.source) if motion else []
+    return ShotResult(
+        shot,
+        _with_pinned_base(shot, weights),
+        solution=solution,
+        head_motion=motion,
+        repairs=solved.repairs,
+        region_residuals=regions,
+        findings=(*solved.findings, *findings, *failed),
+        solve=solved,
+    )
+
+
+def _corrected(
+    result: ShotResult, options: ProcessOptions, hooks: Sequence[Hook], progress: Progress
+) -> ShotResult:
+    """Correct and close an exaggerated result; its findings stay."""
+    corrected = correct_solved(result, options, hooks, progress)
+    found = (*result.findings, *corrected.findings)
+    return replace(corrected, findings=timed(found, result.shot.take.times.tolist()))
 
 
 def with_overrides(shot: Shot, options: ProcessOptions) -> Shot:

@@ -12,6 +12,7 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.cleanup.repairs import Repair
 from usdface.closure.closure_layer import Closure
+from usdface.closure.lid_gaps import Eye, LidGaps
 from usdface.correction.expression_layer import ExpressionTrace
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
@@ -26,7 +27,7 @@ from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh, Rig
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["Shot", "ShotResult"]
+__all__ = ["Shot", "ShotResult", "SolvedShot"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -117,6 +118,31 @@ class Shot:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class SolvedShot:
+    """A take that was cleaned and solved: the first stage, which takes nearly all of the time.
+
+    Attributes
+    ----------
+    take : MarkerTake or WeightsTake
+        Its markers cleaned.
+    weights : WeightsTake
+    solution : Solution or None
+        None for a take of weights.
+    repairs : tuple of Repair
+    findings : tuple of Finding
+    lids : mapping of "left", "right" to LidGaps, or None
+        Of the blend shapes of `weights`; None where they were not measured.
+    """
+
+    take: MarkerTake | WeightsTake
+    weights: WeightsTake
+    solution: Solution | None
+    repairs: tuple[Repair, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    lids: Mapping[Eye, LidGaps] | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class ShotResult:
     """A retargeted shot.
 
@@ -142,6 +168,9 @@ class ShotResult:
     trace : ExpressionTrace or None
         Features, firing strengths and emotions of the expression layer; None without one.
     findings : tuple of Finding
+    solve : SolvedShot or None
+        What all of this was computed from: `usdface.process` starts from it where it is given this
+        result. None of a result that was put together by hand.
 
     Examples
     --------
@@ -160,6 +189,7 @@ class ShotResult:
     region_residuals: Mapping[str, FloatArray] = field(default_factory=dict)
     trace: ExpressionTrace | None = None
     findings: tuple[Finding, ...] = ()
+    solve: SolvedShot | None = None
 
     def __post_init__(self) -> None:
         if self.corrected is not None:
@@ -170,6 +200,13 @@ class ShotResult:
         """The final weights (F, T): those of the closure, expression or solve layer."""
         final = self.corrected if self.closure is None else self.closure.weights
         return self.solved if final is None else replace(self.solved, weights=final)
+
+    @property
+    def performed(self) -> WeightsTake:
+        """The solved weights (F, T) before their exaggeration."""
+        if self.solve is None or self.shot.factors.none:
+            return self.solved
+        return self.shot.with_base(self.solve.weights.names, self.solve.weights.weights)
 
     @property
     def emotions(self) -> Mapping[str, FloatArray]:

@@ -18,8 +18,7 @@ from usdface.findings import Finding
 from usdface.options import ProcessOptions
 from usdface.pipeline import make_shot, process
 from usdface.retarget_pieces import EstimatedTake
-from usdface.retarget_shot import SolvedShot
-from usdface.shot import Shot, ShotResult
+from usdface.shot import Shot, ShotResult, SolvedShot
 from usdface.show import stage_cache
 
 PACE = "double usdface:solve:pace = 8"

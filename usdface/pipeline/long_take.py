@@ -26,9 +26,9 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
 from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, join, solve_cut
-from usdface.retarget_shot import SolvedShot, solve_inputs, with_overrides
+from usdface.retarget_shot import solve_inputs, with_overrides
 from usdface.rigs import Rig
-from usdface.shot import Shot
+from usdface.shot import Shot, SolvedShot
 from usdface.show.places import places
 from usdface.show.stage_cache import StageCache
 from usdface.show.workers import cores, run_in_workers

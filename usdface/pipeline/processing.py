@@ -6,12 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
-from usdface.correct_shot import correct
-from usdface.errors import InputError
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
 from usdface.findings import Finding
@@ -33,11 +29,12 @@ from usdface.io.usd.layers import open_shot, write_layers
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage, open_stage
 from usdface.options import DeliverOptions, ProcessOptions
+from usdface.pipeline.earlier_result import correct_earlier
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.retarget_shot import retarget, retarget_in_stages
-from usdface.shot import Shot, ShotResult
+from usdface.shot import ShotResult
 from usdface.shot_report import report_of
 from usdface.verdict.judge import refuse_unusable
 
@@ -101,7 +98,7 @@ def process(
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
     solved : ShotResult, optional
-        Of an earlier run of the same shot: it is corrected again, and not solved again.
+        Of an earlier run of the same shot, which is not solved again: the result is the same.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is written.
@@ -207,7 +204,7 @@ def apply(
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
     solved : ShotResult, optional
-        Of an earlier run of the same shot: it is corrected again, and not solved again.
+        Of an earlier run of the same shot, which is not solved again: the result is the same.
     options : ProcessOptions
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is authored.
@@ -297,8 +294,7 @@ def _retarget(
     elif earlier is None:
         solved = retarget(staged.shot, options=options, hooks=hooks, on_progress=progress)
     else:
-        again = _earlier(staged.shot, earlier)
-        solved = correct(again, options=options, hooks=hooks, on_progress=progress)
+        solved = correct_earlier(staged.shot, earlier, options, hooks, progress)
     with progress.step("report"):
         report = report_of(solved)
     summary = dict(report.summary)
@@ -312,22 +308,6 @@ def _retarget(
     not_kept = cache.not_kept if cache is not None else ()
     found = (*findings, *unusual, *solved.findings, *report.findings, *not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
-
-
-def _earlier(shot: Shot, earlier: ShotResult) -> ShotResult:
-    """Return an earlier result with the expressions, rules and gains of the shot as it is now.
-
-    Raises
-    ------
-    InputError
-        If it is the result of another shot.
-    """
-    own = np.array_equal(shot.take.times, earlier.shot.take.times)
-    if not own or shot.rig.shape_names != earlier.shot.rig.shape_names:
-        raise InputError(
-            "the earlier result has another take or rig than this shot; process it without"
-        )
-    return replace(earlier, shot=replace(shot, take=earlier.shot.take))
 
 
 def _check_delivery(stage: Stage, path: Path, staged: StagedShot, options: DeliverOptions) -> None:

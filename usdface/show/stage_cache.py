@@ -25,8 +25,7 @@ from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget_pieces import EstimatedTake
-from usdface.retarget_shot import SolvedShot
-from usdface.shot import ShotResult
+from usdface.shot import ShotResult, SolvedShot
 from usdface.show.content import content_digest
 from usdface.show.keys import program
 from usdface.show.packed import UnpackError, read_packed, write_packed

@@ -1,0 +1,66 @@
+"""A shot that is corrected again with the solve of an earlier result."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.hooks import Hook
+from usdface.options import ProcessOptions
+from usdface.progress import Progress
+from usdface.retarget_shot import express_again, solve_settings, with_overrides
+from usdface.shot import Shot, ShotResult, SolvedShot
+from usdface.show.content import content_digest
+
+__all__ = ["correct_earlier"]
+
+
+def correct_earlier(
+    shot: Shot,
+    earlier: ShotResult,
+    options: ProcessOptions,
+    hooks: Sequence[Hook],
+    progress: Progress,
+) -> ShotResult:
+    """Return the result of a shot as it is now, with the solve of an earlier one.
+
+    Parameters
+    ----------
+    shot : Shot
+    earlier : ShotResult
+        Of the same shot; expressions, rules, gains, exaggeration and closure may be others.
+    options : ProcessOptions
+        Of this run.
+    hooks : sequence of Hook
+    progress : Progress
+
+    Raises
+    ------
+    InputError
+        If it is the result of another shot, or of other settings of the solve.
+    """
+    solved = _same_solve(with_overrides(shot, options), earlier)
+    return express_again(shot, solved, options, hooks, progress)
+
+
+def _same_solve(shot: Shot, earlier: ShotResult) -> SolvedShot:
+    """Return the earlier solve, if this shot would be solved alike."""
+    own = np.array_equal(shot.take.times, earlier.shot.take.times)
+    if not own or shot.rig.shape_names != earlier.shot.rig.shape_names:
+        raise InputError(
+            "the earlier result has another take or rig than this shot; process it without"
+        )
+    if earlier.solve is None:
+        raise InputError(
+            "the earlier result was put together by hand and holds no solve; process without it"
+        )
+    try:
+        same = content_digest(solve_settings(shot)) == content_digest(solve_settings(earlier.shot))
+    except TypeError:  # a part from another package: only its caller knows
+        same = True
+    if not same:
+        raise InputError(
+            "the earlier result was solved with other settings, places of markers or blend shapes "
+            "than this shot has now; process it without"
+        )
+    return earlier.solve
