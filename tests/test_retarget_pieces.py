@@ -12,7 +12,8 @@ from worlds import World, make_world
 from usdface import retarget_pieces
 from usdface.errors import InputError, SolveError
 from usdface.io.mapped_arrays import MappedArrays
-from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, join, solve_cut
+from usdface.join_pieces import join
+from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_shot import retarget
 from usdface.shot import Shot, SolvedShot

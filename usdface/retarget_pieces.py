@@ -6,31 +6,38 @@ with a sufficient overlap has the weights of the whole. Markers are cleaned in b
 depend on the pieces.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.arrays import BoolArray, IntArray
 from usdface.cleanup.clean import Cleaned
-from usdface.cleanup.repairs import Repair, repair_findings
+from usdface.cleanup.repairs import Repair
+from usdface.closure.lid_gaps import Eye, LidGaps
+from usdface.closure.mistracked_lids import (
+    MistrackedLid,
+    lid_pairs,
+    lid_reach,
+    mistracked_lids,
+    with_replaced_lids,
+)
 from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
-from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
-from usdface.retarget.first_pose import head_markers_few
+from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
 from usdface.retarget.solve_take import estimate_take
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.retarget.usable_markers import occlusions, unsolved_frames
 from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solver_input
 from usdface.shot import Shot, SolvedShot
+from usdface.solve_shot import Solved, TakeSolver, believed_solve, judged_lids
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["EstimatedTake", "PieceCuts", "ReadFrames", "estimate_shot", "join", "solve_cut"]
+__all__ = ["EstimatedTake", "PieceCuts", "ReadFrames", "estimate_shot", "solve_cut"]
 
 # Frames that are cleaned together, two minutes at 30 Hz, and blocks of a piece: 1 GB while it is
 # solved, with 68 markers and 53 blend shapes.
@@ -39,16 +46,6 @@ _BLOCKS = 4
 # Segments of the sample, and frames of each.
 _STRETCHES = 16
 _STRETCH = 1024
-
-
-class RowArrays(Protocol):
-    """Arrays that grow by rows, as `usdface.io.mapped_arrays.MappedArrays`."""
-
-    def append(self, name: str, rows: FloatArray) -> None:
-        """Add rows to an array."""
-
-    def mapped(self, name: str) -> FloatArray:
-        """Return an array of all its rows, read-only."""
 
 
 ReadFrames = Callable[[IntArray], Shot]
@@ -96,6 +93,10 @@ class PieceCuts:
             if start < end and stop > first:
                 yield start, stop
 
+    def reached(self, first: int, end: int, reach: int) -> tuple[int, int]:
+        """Return first frame and end of frames with `reach` more on both sides."""
+        return max(0, first - reach), min(self.frames, end + reach)
+
     def sample(self, neutral: tuple[int, int] | None) -> IntArray:
         """Return the frames that estimates come from: stretches, and the neutral frames."""
         wanted = np.zeros(self.frames, dtype=bool)
@@ -118,11 +119,26 @@ class EstimatedTake:
     overlap : int
         Frames that a piece needs beyond each of its ends.
     findings : tuple of Finding
+    lids : mapping of "left", "right" to LidGaps, or None
+        Of the character, by which lid markers are judged.
+    judged : int
+        Frames beyond the overlap by which lid markers are judged; 0 where they cannot be.
+    tracked : TakeEstimates or None
+        With the mistracked lids of the sample, as the first solve of a whole take has them: a
+        piece is judged by these. None where the sample has none: then by `estimates`.
     """
 
     estimates: TakeEstimates
     overlap: int
     findings: tuple[Finding, ...]
+    lids: Mapping[Eye, LidGaps] | None = None
+    judged: int = 0
+    tracked: TakeEstimates | None = None
+
+    @property
+    def reach(self) -> int:
+        """Frames that a piece reads beyond each of its ends."""
+        return self.overlap + self.judged
 
 
 def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> EstimatedTake:
@@ -162,32 +178,46 @@ def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> Estimat
     if neutral is not None:
         first, last = np.searchsorted(wanted, neutral).tolist()
         neutral = (first, last)
-    face, given = shot.face, replace(shot.setup, neutral=neutral, pins=())
-    take, setup, surface, findings = solver_input(take, face, given, None, None)
-    skin = surface.skin
-    estimates, found = estimate_take(
-        take,
-        skin.rest,
-        skin.offsets,
-        face.shape_names,
-        setup,
-        skin.marker_evaluator,
-        surface=surface,
-    )
-    estimates = settled(take, estimates, face.shape_names, setup)
-    overlap = overlap_frames(take, estimates, face.shape_names, shot.setup)
-    findings += [each for each in found if each.code not in _OF_FRAMES]
+    known = _estimated(take, shot.face, replace(shot.setup, neutral=neutral))
     if len(wanted) < cuts.frames:
         message = (
             "neutral, places, map, noise and covariance come from {sample_count} of {frame_count} "
             "frames; pieces of {piece_count} frames overlap by {overlap_count} on both sides"
         )
         size = cuts.pieces[1] - cuts.pieces[0]
-        source = take.source
-        findings.append(
-            finding("TAKE_SAMPLED", source, message, len(wanted), cuts.frames, size, overlap)
+        counts = len(wanted), cuts.frames, size, known.overlap
+        sampled = finding("TAKE_SAMPLED", take.source, message, *counts)
+        known = replace(known, findings=(*known.findings, sampled))
+    return known
+
+
+def _estimated(sample: MarkerTake, face: BoundFace, setup: RetargetSetup) -> EstimatedTake:
+    """Return the estimates from a sample, without the lids that are mistracked in it."""
+    given = replace(setup, pins=())
+    sample, given, surface, findings = solver_input(sample, face, given, None, None)
+    skin, names = surface.skin, face.shape_names
+
+    def estimated(take: MarkerTake) -> tuple[TakeEstimates, list[Finding]]:
+        estimates, found = estimate_take(
+            take, skin.rest, skin.offsets, names, given, skin.marker_evaluator, surface=surface
         )
-    return EstimatedTake(estimates, overlap, tuple(findings))
+        return settled(take, estimates, names, given), found
+
+    estimates, found = estimated(sample)
+    overlap = overlap_frames(sample, estimates, names, setup)
+    gaps, judged, tracked = judged_lids(face, setup), 0, None
+    if gaps is not None and len(gaps) == 2:
+        solution = solve_piece(sample, estimates, names, given)
+        contacts = face.with_contacts()
+        if lid_pairs(contacts, solution, gaps):
+            judged = lid_reach(sample.times)
+        lids = mistracked_lids(sample, contacts, solution, gaps, judged)
+        if lids:
+            tracked = estimates
+            estimates, found = estimated(with_replaced_lids(sample, lids))
+            overlap = max(overlap, overlap_frames(sample, estimates, names, setup))
+    findings += [each for each in found if each.code not in _OF_FRAMES]
+    return EstimatedTake(estimates, overlap, tuple(findings), gaps, judged, tracked)
 
 
 def solve_cut(
@@ -203,7 +233,7 @@ def solve_cut(
         The frames; ends of blocks.
     known : EstimatedTake
     """
-    low, high = max(0, first - known.overlap), min(cuts.frames, end + known.overlap)
+    low, high = cuts.reached(first, end, known.reach)
     blocks = list(cuts.blocks_over(low, high))
     begin = blocks[0][0]
     shot = read(np.arange(begin, blocks[-1][1]))
@@ -211,7 +241,25 @@ def solve_cut(
     cleaned = [_cleaned(_part(whole, a - begin, b - begin), shot.setup) for a, b in blocks]
     take = replace(whole, positions=np.concatenate([part.positions for part, _, _ in cleaned]))
     measured = np.concatenate([seen for _, seen, _ in cleaned])
-    reach = slice(low - begin, high - begin)
+    reach, core = slice(low - begin, high - begin), slice(first - low, end - low)
+    near = Cleaned(_part(take, reach.start, reach.stop), measured[reach], ())
+    solution, lids = _solved(near, shot, reach, known)
+    solution = _cut(solution, core)
+    repairs = tuple(
+        replace(repair, first=repair.first + start, last=repair.last + start)
+        for (start, stop), (_, _, found) in zip(blocks, cleaned, strict=True)
+        if first <= start and stop <= end
+        for repair in found
+    )
+    take = _part(with_replaced_lids(near.take, lids), core.start, core.stop)
+    mistracked = tuple(lid.within(core, first) for lid in lids)
+    return SolvedShot(take, solution.weights, solution, repairs, mistracked=mistracked)
+
+
+def _solved(
+    near: Cleaned, shot: Shot, reach: slice, known: EstimatedTake
+) -> tuple[Solution, tuple[MistrackedLid, ...]]:
+    """Return the solution of cleaned frames, `reach` of the shot's, and its mistracked lids."""
     setup = replace(shot.setup, neutral=None if shot.setup.neutral is None else (0, 0))
     pins = tuple(
         replace(pin, frames=pin.frames[inside] - reach.start, weights=pin.weights[inside])
@@ -219,97 +267,21 @@ def solve_cut(
         for inside in [(pin.frames >= reach.start) & (pin.frames < reach.stop)]
         if inside.any()
     )
-    near = Cleaned(_part(take, reach.start, reach.stop), measured[reach], ())
     face = shot.face
-    seen, setup, _, _ = solver_input(near.take, face, replace(setup, pins=pins), near, None)
-    solution = solve_piece(seen, known.estimates, face.shape_names, setup)
-    core = slice(first - low, end - low)
-    repairs = tuple(
-        replace(repair, first=repair.first + start, last=repair.last + start)
-        for (start, stop), (_, _, found) in zip(blocks, cleaned, strict=True)
-        if first <= start and stop <= end
-        for repair in found
-    )
-    solution = _cut(solution, core)
-    return SolvedShot(_part(take, first - begin, end - begin), solution.weights, solution, repairs)
+    take, setup, _, _ = solver_input(near.take, face, replace(setup, pins=pins), near, None)
 
+    def solve_by(estimates: TakeEstimates) -> TakeSolver:
+        def solved(take: MarkerTake) -> Solved:
+            solution = solve_piece(take, estimates, face.shape_names, setup)
+            return solution.weights, solution, []
 
-def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) -> SolvedShot:
-    """Join the pieces of a take.
+        return solved
 
-    Parameters
-    ----------
-    pieces : iterable of SolvedShot
-        All of them, in order; each is freed before the next is taken.
-    known : EstimatedTake
-    arrays : RowArrays
-        The rows of the result.
-    """
-    last = None
-    repairs: list[Repair] = []
-    for piece in pieces:
-        take, solution = _marker_take(piece.take), piece.solution
-        assert solution is not None
-        for name, part in (
-            ("times", take.times),
-            ("positions", take.positions),
-            ("weights", solution.weights.weights),
-            ("rotations", solution.pose.rotations),
-            ("translations", solution.pose.translations),
-            ("residual", solution.residual),
-            ("feature_points", solution.feature_points),
-            ("distances", solution.distances),
-        ):
-            arrays.append(name, part)
-        repairs += piece.repairs
-        last = take, solution
-    assert last is not None
-    take, solution = last
-    take = replace(take, times=arrays.mapped("times"), positions=arrays.mapped("positions"))
-    weights = replace(solution.weights, times=take.times, weights=arrays.mapped("weights"))
-    pose = Pose(arrays.mapped("rotations"), arrays.mapped("translations"))
-    distances = arrays.mapped("distances")
-    whole = replace(
-        solution,
-        weights=weights,
-        pose=pose.bridged(_posed(distances)),
-        residual=arrays.mapped("residual"),
-        feature_points=arrays.mapped("feature_points"),
-        distances=distances,
-    )
-    mended = _mended(repairs)
-    findings = (*repair_findings(mended), *known.findings, *_of_all_frames(whole, take))
-    return SolvedShot(take, weights, whole, mended, findings)
-
-
-def _of_all_frames(solution: Solution, take: MarkerTake) -> list[Finding]:
-    """Return the findings that count frames."""
-    seen = ~np.isnan(solution.distances)
-    found = occlusions(solution.markers, (~seen).sum(axis=0), len(seen))
-    found += head_markers_few(_posed(solution.distances), take.source)
-    return found + unsolved_frames(seen, take.source)
-
-
-def _posed(distances: FloatArray) -> BoolArray:
-    """Return the frames (F,) with a pose: others have distances (F, B) of no marker."""
-    return np.asarray((~np.isnan(distances)).sum(axis=1) >= POSE_MARKERS)
-
-
-def _mended(repairs: Sequence[Repair]) -> tuple[Repair, ...]:
-    """Return repairs by kind, marker and frame; those that a cut split are merged."""
-    kinds = ("swap", "spike", "fill")
-    done: list[Repair] = []
-    for repair in sorted(repairs, key=lambda r: (kinds.index(r.kind), r.marker, r.first)):
-        last = done[-1] if done else None
-        if last and (last.kind, last.marker, last.last + 1) == (
-            repair.kind,
-            repair.marker,
-            repair.first,
-        ):
-            done[-1] = replace(last, last=repair.last)
-        else:
-            done.append(repair)
-    return tuple(done)
+    tracked = solve_by(known.tracked or known.estimates)
+    believed = solve_by(known.estimates) if known.tracked is not None else None
+    (_, solution, _), lids = believed_solve(take, face, known.lids, known.judged, tracked, believed)
+    assert solution is not None
+    return solution, lids
 
 
 def _cleaned(

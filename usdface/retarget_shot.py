@@ -1,17 +1,14 @@
 """The main job on arrays: a shot cleaned, solved and corrected."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
 from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.cleanup.clean import Cleaned
-from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
-from usdface.closure.mistracked_lids import without_mistracked_lids
 from usdface.correct_shot import correct_solved, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
@@ -24,14 +21,12 @@ from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion, turned_at_neutral
 from usdface.retarget.pins import check_pins, with_pins
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import RetargetSetup
-from usdface.retarget_take import clean, clean_inputs, solve
 from usdface.shot import Shot, ShotResult, SolvedShot
 from usdface.solve_errors import solve_errors
+from usdface.solve_shot import Stages, Uncached, solve_shot
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = [
-    "Stages",
     "express_again",
     "retarget",
     "retarget_in_stages",
@@ -41,30 +36,6 @@ __all__ = [
 ]
 
 ValueT = TypeVar("ValueT")
-
-
-class Stages(Protocol):
-    """Where the values of stages come from, as `usdface.show.stage_cache.StageCache`."""
-
-    def stage(
-        self,
-        name: str,
-        inputs: object,
-        given: Mapping[str, object],
-        compute: Callable[[], ValueT],
-    ) -> ValueT:
-        """Return the value that `compute` returns."""
-
-
-class _Uncached:
-    def stage(
-        self,
-        name: str,
-        inputs: object,
-        given: Mapping[str, object],
-        compute: Callable[[], ValueT],
-    ) -> ValueT:
-        return compute()
 
 
 @one_blas_thread()
@@ -116,7 +87,7 @@ def retarget(
     """
     names = {*shot.rig.shape_names, *shot.mesh.shape_names}
     check_pins(shot.setup.pins, names, len(shot.take.times))
-    return retarget_in_stages(shot, options, hooks, Progress.of(on_progress), _Uncached())
+    return retarget_in_stages(shot, options, hooks, Progress.of(on_progress), Uncached())
 
 
 @one_blas_thread()
@@ -143,9 +114,9 @@ def retarget_in_stages(
     """
     shot = with_overrides(shot, options)
     if hooks:
-        stages = _Uncached()
+        stages = Uncached()
     solved = stages.stage(
-        "solve", solve_inputs(shot), {}, lambda: _solve_shot(shot, hooks, progress, stages)
+        "solve", solve_inputs(shot), {}, lambda: solve_shot(shot, hooks, progress, stages)
     )
     shot = with_gains(replace(shot, take=solved.take), options.gains)
     options = replace(options, gains={})
@@ -178,63 +149,6 @@ def _express_inputs(shot: Shot) -> object:
     """Return all that correction and closure depend on beside the solve."""
     system = shot.system, shot.expressions, shot.layout, shot.gains
     return shot.mesh, shot.rig.shape_names, shot.setup, system, shot.base, shot.factors
-
-
-def _solve_shot(
-    shot: Shot, hooks: Sequence[Hook], progress: Progress, stages: Stages
-) -> SolvedShot:
-    take, findings = run_hooks(hooks, "take_read", shot.take, shot)
-    shot = replace(shot, take=take)
-    face = shot.face
-    with progress.step("clean"):
-        take, cleaned, new_findings = _clean(shot, stages)
-    findings += new_findings
-    with progress.step("solve"):
-        weights, solution, new_findings = solve(
-            take, face, shot.setup, cleaned=cleaned, progress=progress
-        )
-        corrected, lids = _without_mistracked_lids(take, face, solution, shot.setup)
-        if corrected is not None:
-            take, doubts = corrected
-            weights, solution, new_findings = solve(
-                take, face, shot.setup, cleaned=cleaned, progress=progress
-            )
-            new_findings = [*doubts, *new_findings]
-    repairs = cleaned.repairs if cleaned else ()
-    return SolvedShot(take, weights, solution, repairs, (*findings, *new_findings), lids)
-
-
-def _clean(
-    shot: Shot, stages: Stages
-) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
-    """Clean the markers of a shot, or take them from an earlier run, of any character."""
-    take, setup = shot.take, shot.setup
-    if isinstance(take, WeightsTake):
-        return clean(take, setup)
-
-    def compute() -> tuple[Cleaned | None, list[Finding]]:
-        _, cleaned, findings = clean(take, setup)
-        return cleaned, findings
-
-    cleaned, findings = stages.stage("clean", clean_inputs(take, setup), {"take": take}, compute)
-    return cleaned.take if cleaned else take, cleaned, findings
-
-
-def _without_mistracked_lids(
-    take: MarkerTake | WeightsTake,
-    face: BoundFace,
-    solution: Solution | None,
-    setup: RetargetSetup,
-) -> tuple[tuple[MarkerTake, list[Finding]] | None, Mapping[Eye, LidGaps] | None]:
-    """Return the take without lids that were tracked wrongly, and the lids if they were measured.
-
-    None for the take if there are none.
-    """
-    if solution is None or not isinstance(take, MarkerTake) or not setup.clean.spikes:
-        return None, None
-    face = face.with_contacts()
-    lids = lid_gaps_of(face, solution.weights.names)
-    return without_mistracked_lids(take, face, solution, lids), lids
 
 
 def _express_shot(

@@ -13,6 +13,7 @@ from usdface.arrays import FloatArray, frozen
 from usdface.cleanup.repairs import Repair
 from usdface.closure.closure_layer import Closure
 from usdface.closure.lid_gaps import Eye, LidGaps
+from usdface.closure.mistracked_lids import MistrackedLid
 from usdface.correction.expression_layer import ExpressionTrace
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
@@ -132,6 +133,8 @@ class SolvedShot:
     findings : tuple of Finding
     lids : mapping of "left", "right" to LidGaps, or None
         Of the blend shapes of `weights`; None where they were not measured.
+    mistracked : tuple of MistrackedLid
+        Lid markers that were not believed; `take` has them where they are instead.
     """
 
     take: MarkerTake | WeightsTake
@@ -140,6 +143,7 @@ class SolvedShot:
     repairs: tuple[Repair, ...] = ()
     findings: tuple[Finding, ...] = ()
     lids: Mapping[Eye, LidGaps] | None = None
+    mistracked: tuple[MistrackedLid, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,7 +11,7 @@ from slits import slit_face
 
 from usdface import ProcessOptions, assemble_shot, read_bind, read_take, retarget
 from usdface.closure.lid_gaps import lid_gaps_of
-from usdface.closure.mistracked_lids import without_mistracked_lids
+from usdface.closure.mistracked_lids import _believed, lid_reach, mistracked_lids
 from usdface.options import CleanOptions
 from usdface.rigs import Rig
 from usdface.shot import ShotResult
@@ -90,7 +90,26 @@ def test_a_face_without_lids_has_nothing_to_disbelieve() -> None:
     assert isinstance(shot.shot.take, MarkerTake)
     face = shot.shot.face
     lids = lid_gaps_of(face, shot.solution.weights.names)
-    assert without_mistracked_lids(shot.shot.take, face, shot.solution, lids) is None
+    assert mistracked_lids(shot.shot.take, face, shot.solution, lids, 9) == ()
+
+
+def test_a_frame_is_judged_by_those_within_reach_alone() -> None:
+    """So a piece of a take with this much around it is judged as the whole."""
+    chance, reach, frames = np.random.default_rng(2), 20, 400
+    where = chance.random(frames) > 0.03
+    certain = where & (chance.random(frames) > 0.98)
+    whole = _believed(where, certain, reach)
+    assert 0.0 < whole.min(initial=1.0, where=whole > 0.0) < 0.5 and whole.max() == 1.0
+    assert not whole[~where].any() and (whole[certain] == 1.0).all()
+    for frame in range(frames):
+        near = slice(max(0, frame - reach), frame + reach + 1)
+        piece = _believed(where[near], certain[near], reach)
+        assert piece[frame - near.start] == whole[frame]
+
+
+def test_the_reach_is_five_seconds() -> None:
+    assert lid_reach(np.arange(9) / 30.0) == 150
+    assert lid_reach(np.zeros(1)) == 1
 
 
 @pytest.mark.slow

@@ -11,12 +11,12 @@ There its motion over the skin around it is replaced by the other lid's, in prop
 difference.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.cleanup.gaps import frame_ranges
 from usdface.closure.lid_gaps import Eye, LidGaps
 from usdface.closure.lid_motion import LidMarker, lid_markers
@@ -25,9 +25,17 @@ from usdface.face.mirror import midline, mirrored_markers
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.solution import Solution
-from usdface.takes import MarkerTake
+from usdface.takes import MarkerTake, frame_step
 
-__all__ = ["without_mistracked_lids"]
+__all__ = [
+    "MistrackedLid",
+    "joined_lids",
+    "lid_pairs",
+    "lid_reach",
+    "mistracked_findings",
+    "mistracked_lids",
+    "with_replaced_lids",
+]
 
 _MIRROR = np.array([-1.0, 1.0, 1.0])
 # In openings by the rig's shape that opens the eye most: from here on a marker is mistracked.
@@ -37,12 +45,65 @@ _BEYOND = 1.5
 _OPENS = 0.4
 # Differences of the two lids, as shares of that limit, between which it is replaced in part.
 _LESS, _NOT = 0.25, 0.5
+# s: so far from a certain frame a stretch is replaced. That of AnimFace's frown takes 3.5 s in all.
+_REACH = 5.0
 
 
-def without_mistracked_lids(
-    take: MarkerTake, face: BoundFace, solution: Solution, gaps: Mapping[Eye, LidGaps]
-) -> tuple[MarkerTake, list[Finding]] | None:
-    """Replace the motion of a mistracked lid marker by that of the other lid.
+@dataclass(frozen=True, eq=False, slots=True)
+class MistrackedLid:
+    """A lid marker that is mistracked, and where it is instead.
+
+    Attributes
+    ----------
+    marker : str
+    other : str
+        The marker of the other lid, whose motion it gets.
+    frames : (N,) int64
+        Where it is mistracked, in ascending order.
+    positions : (N, 3) float64
+        Of it there, in take space.
+    away : (N,) float64 [m]
+        From where it was tracked, on the character.
+    """
+
+    marker: str
+    other: str
+    frames: IntArray
+    positions: FloatArray
+    away: FloatArray
+
+    def within(self, frames: slice, first: int) -> "MistrackedLid":
+        """Return it in some frames alone, the first of which becomes frame `first`."""
+        own = (self.frames >= frames.start) & (self.frames < frames.stop)
+        kept = self.frames[own] - frames.start + first
+        return replace(self, frames=kept, positions=self.positions[own], away=self.away[own])
+
+
+def lid_reach(times: FloatArray) -> int:
+    """Return from how many frames away another frame can show that a marker is mistracked.
+
+    Of a take at `times` (F,) [s].
+    """
+    step = frame_step(times)
+    return round(_REACH / step) if step > 0.0 else 1
+
+
+def lid_pairs(
+    face: BoundFace, solution: Solution, gaps: Mapping[Eye, LidGaps]
+) -> list[tuple[LidMarker, LidMarker]]:
+    """Return each lid marker that has one on the other lid, with that; none in an image."""
+    if not solution.in_space or len(gaps) < 2:
+        return []
+    names = solution.weights.names
+    lids = {lid.marker: lid for lid in lid_markers(face, gaps, names, solution)}
+    partner = mirrored_markers(solution.rest, midline(solution.rest, face.midline))
+    return [(lid, lids[partner[m]]) for m, lid in lids.items() if partner[m] in lids]
+
+
+def mistracked_lids(
+    take: MarkerTake, face: BoundFace, solution: Solution, gaps: Mapping[Eye, LidGaps], reach: int
+) -> tuple[MistrackedLid, ...]:
+    """Find mistracked lid markers, and where they are by the motion of the other lid.
 
     Parameters
     ----------
@@ -53,38 +114,74 @@ def without_mistracked_lids(
         Of the take.
     gaps : mapping of "left", "right" to LidGaps
         Of the solution's blend shapes.
-
-    Returns
-    -------
-    take : MarkerTake
-    findings : list of Finding
-        LID_DISBELIEVED for each marker.
-
-    None where no lid marker is mistracked.
+    reach : int
+        `lid_reach` of the take. A frame is judged by those that lie so near, so that a piece of a
+        take is judged as the whole is.
     """
-    if not solution.in_space or solution.carried is None:
-        return None
-    if len(gaps) < 2:
-        return None
-    names = solution.weights.names
-    lids = {lid.marker: lid for lid in lid_markers(face, gaps, names, solution)}
-    partner = mirrored_markers(solution.rest, midline(solution.rest, face.midline))
-    pairs = [(lid, lids[partner[m]]) for m, lid in lids.items() if partner[m] in lids]
-    positions, findings = take.positions.copy(), []
-    for lid, other in pairs:
-        shares, moved = _replacement(lid, other, face, gaps, solution)
+    found: list[MistrackedLid] = []
+    if solution.carried is None:
+        return ()
+    for lid, other in lid_pairs(face, solution, gaps):
+        shares, moved = _replacement(lid, other, face, gaps, solution, reach)
         frames = np.flatnonzero(shares)
         if not len(frames):
             continue
         name = solution.markers[lid.marker]
-        own = take.names.index(name)
         shift = (shares[:, None] * moved) @ np.linalg.pinv(solution.carried[lid.marker])
         pose = Pose(solution.pose.rotations[frames], solution.pose.translations[frames])
-        head = pose.to_head(take.positions[frames, own][:, None])
-        positions[frames, own] = pose.to_take(head + shift[frames, None])[:, 0]
-        away = 1000 * float(np.linalg.norm(moved[frames], axis=1).max())
-        findings.append(_replaced(name, solution.markers[other.marker], shares > 0, away))
-    return (replace(take, positions=positions), findings) if findings else None
+        head = pose.to_head(take.positions[frames, take.names.index(name)][:, None])
+        positions = pose.to_take(head + shift[frames, None])[:, 0]
+        away = np.linalg.norm(moved[frames], axis=1)
+        found.append(MistrackedLid(name, solution.markers[other.marker], frames, positions, away))
+    return tuple(found)
+
+
+def with_replaced_lids(take: MarkerTake, lids: Iterable[MistrackedLid]) -> MarkerTake:
+    """Return the take with mistracked lid markers where they are instead."""
+    positions = take.positions.copy()
+    for lid in lids:
+        positions[lid.frames, take.names.index(lid.marker)] = lid.positions
+    return replace(take, positions=positions)
+
+
+def joined_lids(lids: Iterable[MistrackedLid]) -> tuple[MistrackedLid, ...]:
+    """Return mistracked lids of pieces in their order as those of the whole, by name."""
+    parts: dict[str, list[MistrackedLid]] = {}
+    for lid in lids:
+        if len(lid.frames):
+            parts.setdefault(lid.marker, []).append(lid)
+    return tuple(
+        MistrackedLid(
+            marker,
+            own[0].other,
+            np.concatenate([lid.frames for lid in own]),
+            np.concatenate([lid.positions for lid in own]),
+            np.concatenate([lid.away for lid in own]),
+        )
+        for marker, own in sorted(parts.items())
+    )
+
+
+def mistracked_findings(lids: Iterable[MistrackedLid]) -> list[Finding]:
+    """Return LID_DISBELIEVED for each mistracked lid marker, by name."""
+    message = (
+        "opens the eye further than a lid can while {other} does not: not believed in "
+        "{frame_count} frames ({first_frame} to {last_frame}), up to {distance_mm:.1f} mm off; it "
+        "moves as {other}"
+    )
+    return [
+        finding(
+            "LID_DISBELIEVED",
+            lid.marker,
+            message,
+            lid.other,
+            len(lid.frames),
+            int(lid.frames[0]),
+            int(lid.frames[-1]),
+            1000 * float(lid.away.max()),
+        )
+        for lid in sorted(lids, key=lambda lid: lid.marker)
+    ]
 
 
 def _replacement(
@@ -93,6 +190,7 @@ def _replacement(
     face: BoundFace,
     gaps: Mapping[Eye, LidGaps],
     solution: Solution,
+    reach: int,
 ) -> tuple[FloatArray, FloatArray]:
     """Return the share of a lid marker's motion to replace, 0 to 1: (F,), and its shift: (F, 3).
 
@@ -106,9 +204,9 @@ def _replacement(
     apart = (lid.closed(twin) - closed) / limit
     measured = np.isfinite(solution.distances[:, [lid.marker, other.marker]]).all(axis=1)
     certain = measured & (closed < -limit) & (apart > 1.0)
-    stretch = _around(measured & (apart > _LESS), certain)
-    shares = np.where(stretch, np.clip((apart - _LESS) / (_NOT - _LESS), 0.0, 1.0), 0.0)
-    return shares, twin - own
+    believed = _believed(measured & (apart > _LESS), certain, reach)
+    shares = believed * np.clip((apart - _LESS) / (_NOT - _LESS), 0.0, 1.0)
+    return np.where(believed > 0.0, shares, 0.0), twin - own
 
 
 def _widest(
@@ -122,28 +220,18 @@ def _widest(
     return float(max(opened[raisers].max(initial=0.0), _OPENS))
 
 
-def _around(where: BoolArray, certain: BoolArray) -> BoolArray:
-    """Return the stretches of `where` that have a certain frame."""
-    found = np.zeros(len(where), dtype=bool)
+def _believed(where: BoolArray, certain: BoolArray, reach: int) -> FloatArray:
+    """Return how much each frame is judged by the certain ones of its stretch of `where`: (F,).
+
+    1 near one, falling to 0 over the last fifth of the reach.
+    """
+    shares = np.zeros(len(where))
     for first, last in frame_ranges(where):
-        found[first : last + 1] = certain[first : last + 1].any()
-    return found
-
-
-def _replaced(marker: str, other: str, where: BoolArray, away_mm: float) -> Finding:
-    stretches = list(frame_ranges(where))
-    message = (
-        "opens the eye further than a lid can while {other} does not: not believed in "
-        "{frame_count} frames ({first_frame} to {last_frame}), up to {distance_mm:.1f} mm off; it "
-        "moves as {other}"
-    )
-    return finding(
-        "LID_DISBELIEVED",
-        marker,
-        message,
-        other,
-        int(where.sum()),
-        stretches[0][0],
-        stretches[-1][1],
-        away_mm,
-    )
+        sure = first + np.flatnonzero(certain[first : last + 1])
+        if len(sure):
+            frames = np.arange(first, last + 1)
+            after = np.searchsorted(sure, frames).clip(0, len(sure) - 1)
+            before = np.maximum(after - 1, 0)
+            away = np.minimum(np.abs(sure[after] - frames), np.abs(sure[before] - frames))
+            shares[frames] = np.clip(5.0 * (1.0 - away / max(reach, 1)), 0.0, 1.0)
+    return shares

@@ -21,11 +21,12 @@ from usdface.io.mapped_arrays import MappedArrays
 from usdface.io.plugins import installed_hooks
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot, shot_frames
+from usdface.join_pieces import join
 from usdface.options import ProcessOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
-from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, join, solve_cut
+from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
 from usdface.retarget_shot import solve_inputs, with_overrides
 from usdface.rigs import Rig
 from usdface.shot import Shot, SolvedShot
@@ -91,8 +92,7 @@ class KeptPieces:
     def piece(self, number: int, known: EstimatedTake) -> SolvedShot:
         """Return a piece, from the folder or solved."""
         first, end = self.cuts.piece(number)
-        low, high = max(0, first - known.overlap), min(self.cuts.frames, end + known.overlap)
-        blocks = list(self.cuts.blocks_over(low, high))
+        blocks = list(self.cuts.blocks_over(*self.cuts.reached(first, end, known.reach)))
         shot = self.read(np.arange(blocks[0][0], blocks[-1][1]))
         inputs = (solve_inputs(shot), known, self.cuts.pieces, number)
         return self._cache.stage(

@@ -12,6 +12,7 @@ from usdface.closure.closed_eyes import CompletedClosing
 from usdface.closure.closure_layer import Closure
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_gaps import LidGaps
+from usdface.closure.mistracked_lids import MistrackedLid
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
@@ -37,8 +38,8 @@ __all__ = ["StageCache"]
 _CLASSES = (
     *(BlendShapeEvaluator, Cleaned, Closure, CombinationWeight, CompletedClosing, EstimatedTake),
     *(Evaluation, ExpressionTrace, EyeClosing, FilmedHead, Finding, InbetweenPath, LidGaps),
-    *(MapChoice, MarkerTake, PinholeCamera, Pose, Repair, ShotResult, SideTrace, Solution),
-    *(SolvedShot, SpaceMap, TakeEstimates, WeightsTake),
+    *(MapChoice, MarkerTake, MistrackedLid, PinholeCamera, Pose, Repair, ShotResult, SideTrace),
+    *(Solution, SolvedShot, SpaceMap, TakeEstimates, WeightsTake),
 )
 _KEPT = 2  # files of each stage, so that a setting can be changed back
 
