@@ -33,7 +33,7 @@ LOUDEST = dict.fromkeys(("ict41", "makehuman", "makehuman41", "example68", "exam
 LOUDEST |= {"example": 0.95, "makehuman68": 0.65}
 # The solve explains another person's dropped jaw by lips, too, rolled and lowered by 0.4 and 0.3;
 # on the example's own markers by a jaw that goes forward. Nothing lowers these.
-SHARE = {("example68", "surprise"): 0.8, ("example", "surprise"): 0.65, ("ict68", "surprise"): 0.51}
+SHARE = {("example68", "surprise"): 0.8, ("example", "surprise"): 0.65}
 # A correction that is 1.26 times as large as the solved weights, which MakeHuman's few blend shapes
 # keep small of another person, is as rough as they are (1.02, 1.02).
 ROUGHEST = {"makehuman": 1.05, "makehuman41": 1.05}

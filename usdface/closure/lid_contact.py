@@ -22,6 +22,8 @@ _PRESSED = 0.02
 _HALVINGS = 17
 # [m]: far below the visible.
 _EXACT = 1e-6
+# A share of the lower lid's way that nobody sees: tails of a fade do not move lids.
+_UNSEEN = 0.01
 
 
 def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatArray:
@@ -142,7 +144,8 @@ def _faded(share: FloatArray, frames: int) -> FloatArray:
         return share
     most = maximum_filter1d(share, length, mode="nearest")
     window = np.hanning(length + 2)[1:-1]
-    return np.asarray(convolve1d(most, window / window.sum(), mode="nearest"))
+    faded = convolve1d(most, window / window.sum(), mode="nearest")
+    return np.asarray(np.maximum(share, (faded - _UNSEEN) / (1.0 - _UNSEEN)))
 
 
 def lower_until_parted(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:

@@ -89,9 +89,10 @@ def without_unshown_closing(
         return weights
     both = solved[:, closers]
     least = np.minimum(both, np.maximum(shown.most, both[:, ::-1]) + _HARDLY)
-    share = np.divide(least, both, out=np.ones(both.shape), where=both > 0.0)
+    kept = both + (1.0 - near_pins[:, closers]) * (least - both)
+    size = np.divide(weights[:, closers], both, out=np.ones(both.shape), where=both > 0.0)
     opened = weights.copy()
-    opened[:, closers] *= 1.0 - (1.0 - near_pins[:, closers]) * (1.0 - share)
+    opened[:, closers] = np.where(both > 0.0, size * kept, weights[:, closers])
     return opened
 
 

@@ -37,6 +37,8 @@ _NUMBERS = 4e6
 _THIRD = 20.0
 # Numbers of frames over which third differences are taken: of more the mean is the same.
 _SPANS = 4
+# Share.
+_STILL = 0.05
 # Most recordings are filtered or interpolated, so that neighbouring frames have the same error.
 # Errors so far apart [s] are nearly independent after filters of 4 Hz and above; the mean over both
 # ends of the span, as what remains oscillates. Of 0.07, 0.1, 0.13 and 0.2 s alone and spans of
@@ -202,9 +204,10 @@ class Unexplained:
         enough = count > 0
         if not enough.any():
             return None
-        # The median of a sum of squares of as many normal numbers.
-        variances = sums[enough].clip(min=0.0) / chdtri(count[enough], 0.5)
-        return float(np.sqrt(np.median(variances) / _THIRD))
+        # A quantile of a sum of squares of as many normal numbers.
+        share = 0.5 if apart == 1 else _STILL
+        variances = sums[enough].clip(min=0.0) / chdtri(count[enough], 1.0 - share)
+        return float(np.sqrt(np.quantile(variances, share) / _THIRD))
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
         """Estimate by how much face and rig differ.
