@@ -37,14 +37,16 @@ _NUMBERS = 4e6
 _THIRD = 20.0
 # Numbers of frames over which third differences are taken: of more the mean is the same.
 _SPANS = 4
-# Share.
-_STILL = 0.05
 # Most recordings are filtered or interpolated, so that neighbouring frames have the same error.
-# Errors so far apart [s] are nearly independent after filters of 4 Hz and above; the mean over both
-# ends of the span, as what remains oscillates. Of 0.07, 0.1, 0.13 and 0.2 s alone and spans of
-# them, on performers 1 to 4 of python -m benchmarks.performers, 10 s, filtered at 4 to 12 Hz or
-# interpolated.
+# Errors so far apart [s] are nearly independent after filters of 4 Hz and above. Of the spans the
+# one with the least noise, as motion that the rig does not explain grows with the span. Chosen of
+# 0.07, 0.1, 0.13 and 0.2 s alone and spans of them, on performers 1 to 4 of python -m
+# benchmarks.performers, 10 s, filtered at 4 to 12 Hz or interpolated.
 _INDEPENDENT = (0.1, 0.2)
+# Noise is the unexplained part of this share of the frames, the stillest: what moves there is noise
+# alone. Of 0.01 to 0.5: these performers are the same to 3 %, a rest that is followed by a blink
+# (AnimFace's Eyebrows) is kept best, and that of the median of the spans less well.
+_STILL = 0.05
 # By this share the variance of such noise may be off. Of 0, 0.05 and 0.1 on the same.
 _UNCERTAIN = 0.05
 # From median absolute value to standard deviation, of normally distributed values.
@@ -164,8 +166,7 @@ class Unexplained:
         if found is None:
             return white_noise(np.where(self.seen, observed, np.nan))
         others = [self._unexplained_noise(observed, apart) for apart in self.apart]
-        variances = [other**2 for other in others if other is not None]
-        return max(found, float(np.sqrt(np.mean(variances)))) if variances else found
+        return max(found, min((other for other in others if other is not None), default=0.0))
 
     def least_misfit(self, observed: FloatArray, noise: float) -> float:
         """Return the misfit [m] that noise which is not white may hide: its variance is less sure.
@@ -181,8 +182,9 @@ class Unexplained:
         """Return the noise of the unexplained part; None where gaps leave nothing of it.
 
         Of frames that are `apart` from each other. As `white_noise`, by the median length of third
-        differences: unlike the median of their coordinates it is the same in every basis, whatever
-        the order of markers and blend shapes.
+        differences, or where these span motion by that of the stillest frames (`_STILL`): unlike
+        the median of their coordinates it is the same in every basis, whatever the order of markers
+        and blend shapes.
         """
         if len(observed) <= 3 * apart:
             return None
