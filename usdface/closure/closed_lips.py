@@ -18,6 +18,14 @@ __all__ = ["ClosedLips", "close_lips"]
 _REPORTED = 1e-4
 # Least tolerance of a contact [m]: a share of none is not defined.
 _LEAST_TOLERANCE = 1e-5
+_CLOSED = (
+    "lips that touch on the performer were brought together in {frame_count} frames "
+    "({first_frame} to {last_frame}), by {closed_mm:.1f} mm at most"
+)
+_APART = (
+    "lips that touch on the performer stay open in {frame_count} frames ({first_frame} to "
+    "{last_frame}), by {gap_mm:.1f} mm at most: no weights were found that close them"
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,30 +85,14 @@ def close_lips(
     closed = touching_lips(weights, largest, gaps)
     before, after = gaps.opened(weights), gaps.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
-    return ClosedLips(closed, course, _closed(before - after) + _still_apart(after - largest))
+    findings = _told("LIPS_CLOSED", _CLOSED, before - after)
+    return ClosedLips(closed, course, findings + _told("LIPS_APART", _APART, after - largest))
 
 
-def _closed(closed: FloatArray) -> list[Finding]:
-    """Report by how much gaps (F, K) were closed [m]."""
-    frames = np.flatnonzero(closed.max(axis=1) > _REPORTED)
+def _told(code: str, message: str, gaps: FloatArray) -> list[Finding]:
+    """Report gaps (F, K) [m]: by how much they were closed, or are still wider than they may be."""
+    frames = np.flatnonzero(gaps.max(axis=1) > _REPORTED)
     if not len(frames):
         return []
-    message = (
-        "lips that touch on the performer were brought together in {frame_count} frames "
-        "({first_frame} to {last_frame}), by {closed_mm:.1f} mm at most"
-    )
-    numbers = len(frames), frames[0], frames[-1], 1000 * closed.max()
-    return [finding("LIPS_CLOSED", "lips", message, *numbers)]
-
-
-def _still_apart(over: FloatArray) -> list[Finding]:
-    """Report by how much gaps (F, K) are still wider than they may be [m]."""
-    frames = np.flatnonzero(over.max(axis=1) > _REPORTED)
-    if not len(frames):
-        return []
-    message = (
-        "lips that touch on the performer stay open in {frame_count} frames ({first_frame} to "
-        "{last_frame}), by {gap_mm:.1f} mm at most: no weights were found that close them"
-    )
-    numbers = len(frames), frames[0], frames[-1], 1000 * over.max()
-    return [finding("LIPS_APART", "lips", message, *numbers)]
+    numbers = len(frames), frames[0], frames[-1], 1000 * gaps.max()
+    return [finding(code, "lips", message, *numbers)]
