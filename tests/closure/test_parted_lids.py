@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.closure.lid_gaps import LidGaps
@@ -54,3 +55,29 @@ def test_pinned_weights_stay() -> None:
     np.testing.assert_array_equal(parted[5:10, 1], 0.8)
     assert (parted[15:, 1] < 0.6).all()
     assert LEFT.least(parted).min() > -0.00017
+
+
+def test_lids_that_one_shape_closes_are_parted_alike_on_a_mirrored_face() -> None:
+    """Neither eye is judged by what the parting of the other left of its weights."""
+    gaps = {"left": LEFT, "right": RIGHT}
+    for shut, *squints in ((0.5, 0.65, 1.0), (1.0, 0.65, 1.0), (0.8, 0.9, 0.8), (1.0, 0.2, 0.9)):
+        weights = np.tile([shut, *squints], (len(TIMES), 1))
+        parted, told = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
+        other, also = part_eyes(weights[:, [0, 2, 1]], gaps, np.zeros_like(weights), TIMES)
+        np.testing.assert_allclose(other[:, [0, 2, 1]], parted, atol=2e-5)
+        mirrored = {"left eye": "right eye", "right eye": "left eye"}
+        assert {mirrored[found.where] for found in told} == {found.where for found in also}
+
+
+def test_an_eye_that_opens_as_the_other_is_parted_is_reported_as_it_is_in_the_end() -> None:
+    """The shape that closes both eyes comes down for the lids of the right one alone."""
+    gaps = {"left": LEFT, "right": RIGHT}
+    weights = np.tile([1.0, 0.0, 1.0], (len(TIMES), 1))
+    parted, told = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
+    assert [(found.code, found.where) for found in told] == [
+        ("LIDS_PARTED", "left eye"),
+        ("LIDS_PARTED", "right eye"),
+    ]
+    for found, own in zip(told, gaps.values(), strict=True):
+        assert found.values["gap_mm"] == pytest.approx(1000 * own.widest(parted).max(), abs=1e-4)
+        assert found.values["depth_mm"] == pytest.approx(6.4)

@@ -1,6 +1,6 @@
 """Parts crossing lids of both eyes: pins stay, and the lower lid gives way in good time."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -49,21 +49,36 @@ def part_eyes(
     """
     step = frame_step(times)
     part = partial(part_crossed_lids, fade=round(_GIVES_WAY / step) if step else 0)
+    parted = _both_parted(weights, gaps, near_pins, part)
     findings: list[Finding] = []
     for eye, own in gaps.items():
-        parted = _without_crossing(weights, own, near_pins, part)
-        findings += _crossing(eye, own, parted) + _opened(eye, own, weights, parted)
-        weights = parted
-    if one_shape_for_both(gaps):
-        # What brings one eye's upper lid down may have crossed the lids of the other.
-        for own in gaps.values():
-            weights = _without_crossing(weights, own, near_pins, lower_until_parted)
-    return weights, findings
+        # What lowers a shape that closes both eyes may be the other one.
+        causes = [*gaps.values()] if one_shape_for_both(gaps) else [own]
+        findings += _crossing(eye, own, parted) + _opened(eye, own, causes, weights, parted)
+    return parted, findings
 
 
 def one_shape_for_both(gaps: Mapping[Eye, LidGaps]) -> bool:
     """Return whether the two eyes close by the same blend shape."""
     return len(gaps) == 2 and gaps["left"].closer == gaps["right"].closer
+
+
+def _both_parted(
+    weights: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray, part: _Part
+) -> FloatArray:
+    if not one_shape_for_both(gaps):
+        for own in gaps.values():
+            weights = _without_crossing(weights, own, near_pins, part)
+        return weights
+    # Each eye from the same weights, or the second would be judged by what the first left of it.
+    alone = [_without_crossing(weights, own, near_pins, part) for own in gaps.values()]
+    parted: FloatArray = np.min(alone, axis=0)
+    closer = gaps["left"].closer
+    parted[:, closer] = np.max(alone, axis=0)[:, closer]
+    # What brings one eye's upper lid down may have crossed the lids of the other.
+    for own in gaps.values():
+        parted = _without_crossing(parted, own, near_pins, lower_until_parted)
+    return parted
 
 
 def _without_crossing(
@@ -106,10 +121,12 @@ def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
     ]
 
 
-def _opened(eye: Eye, gaps: LidGaps, shut: FloatArray, parted: FloatArray) -> list[Finding]:
-    """Report lids that were shut, cross, and stay open in part where they are parted.
+def _opened(
+    eye: Eye, gaps: LidGaps, causes: Sequence[LidGaps], shut: FloatArray, parted: FloatArray
+) -> list[Finding]:
+    """Report lids that were shut, and stay open in part where those that cross are parted.
 
-    Or whose lower lid is lowered for it.
+    Or whose lower lid is lowered for it. Those that cross are of the `causes`.
     """
     frames = np.flatnonzero((shut != parted).any(axis=1))
     frames = frames[gaps.widest(shut[frames]) <= 0.0]
@@ -120,7 +137,7 @@ def _opened(eye: Eye, gaps: LidGaps, shut: FloatArray, parted: FloatArray) -> li
     if not len(frames):
         return []
     message = (
-        "shut in {frame_count} frames ({first_frame} to {last_frame}) by weights at which its lids "
+        "shut in {frame_count} frames ({first_frame} to {last_frame}) by weights at which lids "
         "cross by up to {depth_mm:.1f} mm; parted, they stay open by up to {gap_mm:.1f} mm, with "
         "weights of the lower lid down by up to {weight:.2f}"
     )
@@ -132,7 +149,7 @@ def _opened(eye: Eye, gaps: LidGaps, shut: FloatArray, parted: FloatArray) -> li
             len(frames),
             frames[0],
             frames[-1],
-            -1000 * gaps.least(shut[frames]).min(),
+            -1000 * min(each.least(shut[frames]).min() for each in causes),
             1000 * left.max(),
             fallen.max(),
         )
