@@ -87,3 +87,29 @@ def test_an_exaggerated_eye_is_judged_as_it_was_performed() -> None:
         shown = shown_closing(np.stack([signal, NONE], axis=1), None, STEP)
         after = without_unshown_closing(exaggerated, performed, shown, GAPS, FREE)
         assert after[:, 0].max() == pytest.approx(0.8 * share, abs=1e-9)
+
+
+def test_an_eye_is_opened_as_far_as_the_other_where_the_correction_closes_both() -> None:
+    solved = np.stack([0.4 * HILL, NONE, HILL], axis=1)
+    corrected = solved + np.outer(HILL, [0.5, 0.5, 0.0])
+    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, STEP)
+    after = without_unshown_closing(corrected, solved, shown, GAPS, FREE)
+    assert after[:, 0].max() == pytest.approx(0.55, abs=1e-3)
+    assert (after[:, 0] >= corrected[:, 1]).all() and (after <= corrected).all()
+    np.testing.assert_array_equal(after[:, 1:], corrected[:, 1:])
+
+
+def test_what_was_opened_stays_in_a_second_run_by_the_same_solve() -> None:
+    solved = np.stack([0.4 * HILL, NONE, HILL], axis=1)
+    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, STEP)
+    once = without_unshown_closing(solved, solved, shown, GAPS, FREE)
+    again = without_unshown_closing(once, solved, shown, GAPS, FREE)
+    np.testing.assert_allclose(again, once, atol=1e-12, rtol=0)
+
+
+def test_a_weight_that_is_solved_next_to_0_stays() -> None:
+    solved = np.full((len(TIMES), 3), 1e-310)
+    corrected = np.full((len(TIMES), 3), 0.5)
+    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, STEP)
+    after = without_unshown_closing(corrected, solved, shown, GAPS, FREE)
+    np.testing.assert_array_equal(after, corrected)

@@ -76,7 +76,7 @@ def without_unshown_closing(
     Parameters
     ----------
     weights : (F, T) float64
-        Exaggerated and corrected: they are lowered in proportion.
+        Exaggerated and corrected: they are lowered in proportion, but not below the other eye's.
     solved : (F, T) float64
         As the performer shows them.
     shown : ShownClosing
@@ -90,9 +90,12 @@ def without_unshown_closing(
     both = solved[:, closers]
     least = np.minimum(both, np.maximum(shown.most, both[:, ::-1]) + _HARDLY)
     kept = both + (1.0 - near_pins[:, closers]) * (least - both)
-    size = np.divide(weights[:, closers], both, out=np.ones(both.shape), where=both > 0.0)
+    own, lowered = weights[:, closers], kept < both
+    size = np.divide(own, both, out=np.ones(both.shape), where=lowered)
+    # As far as the other eye is, also where the correction closes both.
+    least = np.minimum(own, own[:, ::-1] + _HARDLY)
     opened = weights.copy()
-    opened[:, closers] = np.where(both > 0.0, size * kept, weights[:, closers])
+    opened[:, closers] = np.where(lowered, np.maximum(size * kept, least), own)
     return opened
 
 
