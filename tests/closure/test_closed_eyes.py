@@ -1,5 +1,7 @@
 """Findings of lids that would cross."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from slits import slit_face
@@ -53,3 +55,36 @@ def test_shut_lids_that_are_parted_and_stay_open_are_reported() -> None:
 def test_lids_that_close_or_were_open_are_not(blink: float, sneer: float) -> None:
     """At 0.7 one place was open by 1.4 mm before; a weaker sneer leaves 0.6 mm, a twelfth."""
     assert findings_of(blink, sneer) == []
+
+
+def closings_of(wide: float, pinned: float) -> tuple[int, float]:
+    """Return how many blinks were completed, and the gap [m] at a blink that the take has whole."""
+    names, times = ("blink", "wide"), np.arange(0.0, 4.0, 1 / 60)
+    rise = np.clip(np.minimum((times - 2.0) / 0.08, (2.26 - times) / 0.16), 0, 1)
+    weights = np.stack([0.5 - 0.5 * np.cos(np.pi * rise), np.full(len(times), wide)], axis=1)
+    gaps = replace(
+        GAPS,
+        evaluator=BlendShapeEvaluator(np.array([[-0.008, -0.008], [0.003, 0.003]])),
+        raisers=(1,),
+        movers=np.array([True, False]),
+    )
+    take, near = WeightsTake(names, times, weights, 60.0), np.full_like(weights, pinned)
+    found = close_eyes(FACE, take, weights, None, near, {"left": gaps})
+    assert found is not None
+    # The closing shape as it becomes: a second run changes at most the other one.
+    weights[:, 0] = found.weights[:, 0]
+    closed = close_eyes(FACE, take, weights, None, near, {"left": gaps})
+    assert closed is not None
+    told = [each.code for each in closed.findings if each.code == "EYES_CLOSED"]
+    assert bool(told) == bool(closed.closings)
+    return len(closed.closings), float(gaps.widest(closed.weights)[125])
+
+
+def test_a_blink_is_completed_also_where_only_a_raised_lid_comes_down() -> None:
+    count, gap = closings_of(wide=0.4, pinned=0.0)
+    assert count == 1 and gap < 1e-4
+
+
+def test_a_blink_that_changes_nothing_was_not_completed() -> None:
+    """Because pins hold its weights, or they were closed."""
+    assert closings_of(wide=0.4, pinned=1.0)[0] == closings_of(wide=0.0, pinned=0.0)[0] == 0

@@ -201,8 +201,9 @@ def _changed(
 ) -> bool:
     """Whether weights that move the lids changed in the frames of a closing."""
     first, last = completed.frames
-    own = [gaps[EYES[eye]].movers for eye in completed.closing.eyes if EYES[eye] in gaps]
-    return any((before[first : last + 1, m] != after[first : last + 1, m]).any() for m in own)
+    changed = (before[first : last + 1] != after[first : last + 1]).any(axis=0)
+    own = [gaps[EYES[eye]] for eye in completed.closing.eyes if EYES[eye] in gaps]
+    return any(changed[each.movers].any() or changed[[*each.raisers]].any() for each in own)
 
 
 def _closed(completed: Sequence[CompletedClosing]) -> list[Finding]:
