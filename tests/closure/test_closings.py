@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from usdface.arrays import FloatArray
-from usdface.closure.closings import find_closings
+from usdface.closure.closings import _within, find_closings
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.solved_lids import SolvedLids
 
@@ -314,3 +314,11 @@ def test_an_eye_that_stays_down_with_the_gaze_is_not_held_closed() -> None:
     assert kinds.count("held") == 2
     found = closings_in(times, down, lids=down, glanced=eyes + 0.5 * shut)
     assert [each.kind for each in found] == ["blink"] * len(BLINKS)
+
+
+def test_a_closed_eye_is_the_top_of_a_blink_of_that_eye_alone() -> None:
+    wink = EyeClosing("blink", (0,), 1.0, 1.1, 1.2, 1.4, 1.0)
+    both = EyeClosing("blink", (0, 1), 1.0, 1.1, 1.2, 1.4, 1.0)
+    for eye, blinks_of, within in ((0, wink, True), (1, wink, False), (1, both, True)):
+        held = EyeClosing("held", (eye,), 0.9, 1.05, 1.3, 1.5, 1.0)
+        assert _within(held, [blinks_of]) is within
