@@ -24,7 +24,8 @@ _CLOSED = (
 )
 _APART = (
     "lips that touch on the performer stay open in {frame_count} frames ({first_frame} to "
-    "{last_frame}), by {gap_mm:.1f} mm at most: no weights were found that close them"
+    "{last_frame}), by {gap_mm:.1f} mm at most more than the markers allow: no weights were found "
+    "that close them"
 )
 
 
