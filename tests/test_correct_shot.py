@@ -123,6 +123,8 @@ def test_a_correction_knows_the_weights_before_exaggeration(shot: Path) -> None:
     first = process(shot, options=larger).value
     np.testing.assert_array_equal(first.performed.weights, process(shot).value.solved.weights)
     np.testing.assert_array_equal(correct(first).weights.weights, first.weights.weights)
+    by_hand = replace(first, solve=None)
+    np.testing.assert_array_equal(by_hand.performed.weights, first.performed.weights)
 
 
 def test_the_result_of_another_shot_is_refused(result: ShotResult, tmp_path: Path) -> None:

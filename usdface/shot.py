@@ -208,9 +208,11 @@ class ShotResult:
     @property
     def performed(self) -> WeightsTake:
         """The solved weights (F, T) before their exaggeration."""
-        if self.solve is None or self.shot.factors.none:
+        # A result that was put together by hand has the solution at most.
+        own = self.solution if self.solve is None else self.solve
+        if own is None or self.shot.factors.none:
             return self.solved
-        return self.shot.with_base(self.solve.weights.names, self.solve.weights.weights)
+        return self.shot.with_base(own.weights.names, own.weights.weights)
 
     @property
     def emotions(self) -> Mapping[str, FloatArray]:
