@@ -109,7 +109,7 @@ def opened_findings(
         frames = np.flatnonzero(fallen > _FALLEN)
         if len(frames):
             message = (
-                "solved as narrowed by a weight of up to {weight:.2f} more than its markers show, "
+                "narrowed by a weight of up to {weight:.2f} more than its markers show, "
                 "in {frame_count} frames ({first_frame} to {last_frame}), while the other eye is "
                 "open: opened"
             )
