@@ -55,3 +55,14 @@ def test_left_and_right_are_mirror_images(face: BoundFace) -> None:
 
 def test_nothing_is_known_without_lips_and_lids(face: BoundFace) -> None:
     assert motion_at(replace(face, layout=FaceLayout())) is None
+
+
+def test_rounding_does_not_decide_the_side_of_the_midline(face: BoundFace) -> None:
+    """Markers on it move straight up, down or forward."""
+    moved = motion_at(face)
+    assert moved is not None
+    on_midline = np.abs(face.neutral[:, 0] - face.midline) < 1e-6
+    assert on_midline.sum() >= 3
+    for units in moved.values():
+        for displaced in units.values():
+            np.testing.assert_allclose(displaced[on_midline, 0], 0.0, atol=1e-8)

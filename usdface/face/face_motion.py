@@ -24,7 +24,8 @@ __all__ = ["FaceMotion", "face_motion", "motion_at"]
 # The file has thousandths.
 _SCALE = 0.001
 # A marker moves as the mean of the places around it, weighted by distance; a place at this one, in
-# heights from mouth to eyes, weighs half of one at the marker.
+# heights from mouth to eyes, weighs half of one at the marker. Nearer to the midline, motion to
+# the side falls to 0 there.
 _HALF_AWAY = 0.05
 # A marker whose nearest place is farther away does not move.
 _FARTHEST = 0.35
@@ -91,7 +92,9 @@ def motion_at(
     shares = 1.0 / (1.0 + (away / _HALF_AWAY) ** 4)
     shares /= np.maximum(shares.sum(axis=1, keepdims=True), 1e-12)
     shares[away.min(axis=1) > _FARTHEST] = 0.0
-    mirror = np.c_[side, np.ones((len(side), 2))] * on.unit
+    # Odd in x: on the midline the rounding of a place is not to decide its side.
+    lateral = np.clip(on.places[:, 0] / _HALF_AWAY, -1.0, 1.0)
+    mirror = np.c_[lateral, np.ones((len(side), 2))] * on.unit
     return {
         name: {unit: mirror * (shares @ moved) for unit, moved in units.items()}
         for name, units in table.rigs.items()

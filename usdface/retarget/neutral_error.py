@@ -15,14 +15,15 @@ from usdface.retarget.take_rows import TakeRows
 __all__ = ["bootstrap_residual", "neutral_correction"]
 
 
-# Weights below so many of their standard deviations rest in the bootstrap: noise lifts resting
-# weights off 0 half the time, and from there a second take's noise meets the bound less often. Of
-# 0, 1, 2 and 3: weights that mostly rest are off by 1.10, 1.06, 1.00 and 0.99 times as much as
-# without a correction, where the neutral is exact (three seeds of
-# tests/retarget/test_pose_and_weights.py); recorded ones, many small and few 0, by 0.338, 0.334,
-# 0.335 and 0.348 of the exact ones' error (30 frames of 0.3 mm), and after 5 frames by 0.390,
-# 0.390, 0.397 and 0.411 (python -m benchmarks.known_answer).
-_RESTING = 1.0
+# Weights up to the first number of their standard deviations rest in the bootstrap, from the second
+# on they are as solved: noise lifts resting weights off 0 half the time, and from there a second
+# take's noise meets the bound less often. Of a step at 0, 1, 2 and 3 of them: weights that mostly
+# rest are off by 1.10, 1.06, 1.00 and 0.99 times as much as without a correction, where the neutral
+# is exact (three seeds of tests/retarget/test_pose_and_weights.py); recorded ones, many small and
+# few 0, by 0.338, 0.334, 0.335 and 0.348 of the exact ones' error (30 frames of 0.3 mm), and after
+# 5 frames by 0.390, 0.390, 0.397 and 0.411 (python -m benchmarks.known_answer). A step, but for the
+# rounding of a file, would decide by chance.
+_RESTING = (0.5, 1.5)
 
 
 def bootstrap_residual(
@@ -37,8 +38,9 @@ def bootstrap_residual(
 
     Measured on a take with the same weights and as much noise, but an exact neutral (parametric
     bootstrap: Efron and Tibshirani 1993, An Introduction to the Bootstrap, 6.5). A first one tells
-    the error of the weights; those that may be 0 by it are 0 in the second. Markers that are not
-    `seen` (F, M) have no noise. It is drawn by their places `points` (M, 3), whatever their order.
+    the error of the weights; those that may be 0 by it are smaller in the second, or 0. Markers
+    that are not `seen` (F, M) have no noise. It is drawn by their places `points` (M, 3), whatever
+    their order.
     """
     drawn = np.random.default_rng(0).standard_normal((*seen.shape, rows.axes))
     noise = np.empty_like(drawn)
@@ -52,7 +54,9 @@ def bootstrap_residual(
 
     weights = iterate.weights
     deviation = np.sqrt(np.mean((solved_again(weights)[0] - weights) ** 2, axis=0))
-    left = solved_again(np.where(weights > _RESTING * deviation, weights, 0.0))[1]
+    few, enough = _RESTING
+    sure = (weights / np.maximum(deviation, 1e-12) - few) / (enough - few)
+    left = solved_again(np.clip(sure, 0.0, 1.0) * weights)[1]
     count = np.maximum(seen.sum(axis=0), 1)[:, None]
     seen_left = np.where(seen[..., None], left.reshape(*seen.shape, -1), 0.0)
     return np.asarray(seen_left.sum(axis=0) / count)
