@@ -70,6 +70,30 @@ def test_the_noise_of_an_interpolated_take_is_that_of_its_own_frames(factor: int
     assert white_noise(between) < 0.5 * between.std()
 
 
+@pytest.mark.parametrize(("rate", "frames"), [(24.0, 8), (24.0, 12), (60.0, 20), (120.0, 40)])
+@pytest.mark.parametrize("unexplained", [1, 2, 6])
+def test_the_noise_of_a_short_take_is_no_larger(rate: float, frames: int, unexplained: int) -> None:
+    """The stillest of a few frames moves more than the stillest twentieth of many."""
+    rng = np.random.default_rng(7)
+    apart = frames_apart(np.arange(frames) / rate)
+    found = []
+    for _ in range(40):
+        observed = 1e-3 * rng.normal(size=(frames, 12))
+        explained = rng.normal(size=(12 - unexplained, 12))
+        found.append(Unexplained.of(explained, all_seen(observed), apart).noise(observed))
+    assert np.mean(found) == pytest.approx(1e-3, rel=0.5)
+
+
+def test_noise_that_gaps_leave_as_white_hides_no_misfit() -> None:
+    rng = np.random.default_rng(7)
+    observed = 1e-3 * rng.normal(size=(60, 6))
+    seen = all_seen(observed)
+    seen[np.arange(60), np.arange(60) % 4] = False  # no coordinate of four is seen for four frames
+    part = Unexplained.of(np.eye(6)[4:], seen, frames_apart(np.arange(60) / 60))
+    assert part.noise(observed) == pytest.approx(1e-3, rel=0.3)
+    assert part.least_misfit(observed, part.noise(observed)) == 0.0
+
+
 @pytest.mark.parametrize("gaps", [False, True])
 def test_the_noise_does_not_depend_on_the_order_of_shapes_and_coordinates(gaps: bool) -> None:
     explained, observed, seen = a_take_with_gaps()

@@ -175,7 +175,9 @@ class Unexplained:
         """
         if self.apart == (1,) or not self.basis.shape[1]:
             return 0.0
-        white = self._unexplained_noise(observed, 1) or 0.0
+        white = self._unexplained_noise(observed, 1)
+        if white is None:  # then noise is estimated as white
+            return 0.0
         return float(np.sqrt(2.0 * _UNCERTAIN * max(noise**2 - white**2, 0.0)))
 
     def _unexplained_noise(self, observed: FloatArray, apart: int) -> float | None:
@@ -206,10 +208,11 @@ class Unexplained:
         enough = count > 0
         if not enough.any():
             return None
-        # A quantile of a sum of squares of as many normal numbers.
-        share = 0.5 if apart == 1 else _STILL
+        # A quantile of a sum of squares of as many normal numbers. The stillest of n frames is that
+        # of 1 / (n + 1), so of few no smaller one can be told.
+        share = 0.5 if apart == 1 else max(_STILL, 1.0 / (np.count_nonzero(enough) + 1))
         variances = sums[enough].clip(min=0.0) / chdtri(count[enough], 1.0 - share)
-        return float(np.sqrt(np.quantile(variances, share) / _THIRD))
+        return float(np.sqrt(np.quantile(variances, share, method="weibull") / _THIRD))
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
         """Estimate by how much face and rig differ.
