@@ -110,6 +110,7 @@ def solve_measured(
     head: HeadMode = "stabilised",
     start: np.ndarray | None = None,
     positions: np.ndarray | None = None,
+    least_noise: float = 0.0,
 ) -> PoseAndWeights:
     """Solve a noisy take whose neutral is the mean of one noisy frame, unless it is exact."""
     rng = np.random.default_rng(seed)
@@ -126,8 +127,9 @@ def solve_measured(
     known = None if frames is None else np.full(MARKERS, frames)
     times = np.arange(len(positions)) / 30
     return solve_pose_and_weights(
-        times, positions, FACE, MODEL, space, first, setup, neutral_frames=known
-    )
+        times, positions, FACE, MODEL, space, first, setup, neutral_frames=known,
+        least_noise=least_noise,
+    )  # fmt: skip
 
 
 @pytest.mark.slow
@@ -157,6 +159,13 @@ def test_without_noise_there_is_nothing_to_correct() -> None:
     for head in ("stabilised", "solve"):
         joint = solve_measured(BUSY, 5, noise=0.0, head=head)  # type: ignore[arg-type]
         assert rms(joint.weights - BUSY) < 1e-6
+
+
+def test_noise_that_a_take_states_is_no_sign_of_misfit() -> None:
+    """More than its frames show: the difference is not noise that hides misfit."""
+    joint = solve_measured(BUSY, None, exact=True, noise=1e-4, least_noise=5e-4)
+    assert joint.regularisation.noise == 5e-4
+    assert joint.regularisation.misfit < 1e-4
 
 
 def solve_image(neutral_frames: np.ndarray | None) -> PoseAndWeights:

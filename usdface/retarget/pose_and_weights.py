@@ -161,8 +161,9 @@ def solve_pose_and_weights(
         if rest is not None:
             noise = regularisation.noise
             if done <= _NOISE_ROUNDS:
-                noise = max(rest.noise(observed), least_noise)
-                least_misfit = rest.least_misfit(observed, noise)
+                found = rest.noise(observed)
+                noise = max(found, least_noise)
+                least_misfit = rest.least_misfit(observed, found)
             # An error of the pose in the first rounds resembles misfit.
             misfit = max(rest.misfit(observed, noise), least_misfit)
             regularisation = replace(regularisation, noise=noise, misfit=misfit)
