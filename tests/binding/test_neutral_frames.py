@@ -57,6 +57,19 @@ def test_peaks_are_far_from_rest_and_from_each_other() -> None:
     assert not set(peaks.tolist()) & set(range(42, 58))
 
 
+@pytest.mark.parametrize("hidden", [slice(0, 20), slice(70, 100), slice(100, 120)])
+def test_frames_without_markers_are_neither_rest_nor_peak(hidden: slice) -> None:
+    positions = breathing(slice(40, 60))
+    positions[hidden, 2:] = np.nan  # two markers are no pose
+    stabilised = stabilised_take(positions)
+    first, last = held_poses(stabilised, TIMES, 1)[0].frames
+    assert 40 <= first <= last < 60
+    unseen = set(range(120)[hidden])
+    held = held_poses(stabilised, TIMES)
+    assert all(not unseen & {*pose.frames} and np.isfinite(pose.likely) for pose in held)
+    assert not unseen & set(distant_frames(stabilised, (first, last), 24).tolist())
+
+
 def test_a_held_pose_knows_how_usual_it_is_and_whether_the_take_begins_with_it() -> None:
     positions = breathing(slice(0, 30))
     pose = held_poses(stabilised_take(positions), TIMES, 1)[0]

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.ndimage import maximum_filter1d, median_filter
 from scipy.spatial.distance import cdist
 
-from usdface.arrays import FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import POSE_MARKERS, rigid_fit
@@ -74,6 +74,18 @@ class StabilisedTake:
 
     positions: FloatArray
     scores: FloatArray
+
+    @property
+    def sampled(self) -> IntArray:
+        """Frames that show enough markers for a pose, at most `_MOST_FRAMES`, evenly spread."""
+        frames = np.flatnonzero(self.shown)
+        return frames[:: _step(len(frames))]
+
+    @property
+    def shown(self) -> BoolArray:
+        """(F,) bool: frames with enough markers; the scores of others only look like a rest."""
+        count = visible(self.positions).sum(axis=1)
+        return np.asarray(count >= min(FEWEST_MARKERS, int(count.max())))
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,9 +231,8 @@ def held_poses(
     times : (F,) float64 [s]
     count : int
     """
-    scores = stabilised.scores
-    step = _step(len(scores))
-    some = scores[::step]
+    scores, shown, frames = stabilised.scores, stabilised.shown, stabilised.sampled
+    some = scores[frames]
     spread = rms_radius(some)
     if spread == 0.0 or len(scores) == 1:
         return [HeldPose((0, len(scores) - 1), 1.0, 1.0)]
@@ -229,37 +240,36 @@ def held_poses(
     apart = cdist(some, some, "sqeuclidean")
     alike = np.exp(-apart / (2 * size**2))
     usual = alike.mean(axis=1)
-    begins = times[::step] <= times[0] + _BEGINNING
+    begins = times[frames] <= times[frames[0]] + _BEGINNING
     speed = np.linalg.norm(np.gradient(scores, times, axis=0), axis=1)
     around = round(2 * _STILL / max(frame_step(times), 1e-9)) + 1
-    speed = maximum_filter1d(speed, min(around, len(speed)))[::step]
+    speed = maximum_filter1d(speed, min(around, len(speed)))[frames]
     held = usual / (1.0 + (speed / max(float(np.median(speed)), 1e-12)) ** 2)
     found: list[HeldPose] = []
     while len(found) < count and held.max() > 0.0:
         best = int(held.argmax())
-        frames = _hold(scores, times, step * best, size=size)
+        near = shown & (np.linalg.norm(scores - some[best], axis=1) < size)
+        hold = _hold(near, times, int(frames[best]))
         first = float(alike[best, begins].mean())
-        found.append(HeldPose(frames, float(usual[best]), first))
+        found.append(HeldPose(hold, float(usual[best]), first))
         held[apart[best] < (2 * size) ** 2] = 0.0
     return sorted(found, key=lambda pose: -pose.likely)
 
 
-def _hold(scores: FloatArray, times: FloatArray, best: int, *, size: float) -> tuple[int, int]:
-    """Return the frames around `best` that stay within `size` of it."""
-    near = np.linalg.norm(scores - scores[best], axis=1) < size
-    near &= np.abs(times - times[best]) <= 0.5 * _LONGEST_HOLD
+def _hold(near: BoolArray, times: FloatArray, best: int) -> tuple[int, int]:
+    """Return the frames around `best` that are `near` it (F,), as long as a neutral is held."""
+    near = near & (np.abs(times - times[best]) <= 0.5 * _LONGEST_HOLD)
     breaks = np.flatnonzero(~near)
     before, after = breaks[breaks < best], breaks[breaks > best]
     first = int(before[-1]) + 1 if len(before) else 0
-    last = int(after[0]) - 1 if len(after) else len(scores) - 1
+    last = int(after[0]) - 1 if len(after) else len(near) - 1
     return first, last
 
 
 def distant_frames(stabilised: StabilisedTake, neutral: tuple[int, int], count: int) -> IntArray:
     """Return up to `count` frame indices far from neutral and from each other, most first."""
-    scores = stabilised.scores
-    step = _step(len(scores))
-    some = scores[::step]
+    scores, frames = stabilised.scores, stabilised.sampled
+    some = scores[frames]
     mean = scores[neutral[0] : neutral[1] + 1].mean(axis=0)
     far = np.linalg.norm(some - mean, axis=1)
     least = _LEAST_PEAK * float(far.max(initial=0.0))
@@ -267,4 +277,4 @@ def distant_frames(stabilised: StabilisedTake, neutral: tuple[int, int], count: 
     while len(peaks) < min(count, len(some)) and far.max() > least:
         peaks.append(int(far.argmax()))
         far = np.minimum(far, np.linalg.norm(some - some[peaks[-1]], axis=1))
-    return step * np.array(peaks, dtype=np.int64)
+    return frames[np.array(peaks, dtype=np.int64)]
