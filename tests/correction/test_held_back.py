@@ -8,7 +8,9 @@ def test_an_emotion_that_a_region_holds_back_is_told_where_it_is_strong() -> Non
     system = chin("take")
     outputs = np.array([0.1, 0.3, 0.6, 0.8, 0.8, 0.0])[:, None]
     absent = np.array([True, True, True, True, False, True])[:, None]
-    (found,) = held_back_findings(system, outputs, {"brows": absent & False, "mouth": absent})
+    missing = {"both": {"brows": absent & False, "mouth": absent}}
+    (found,) = held_back_findings(system, {"both": outputs}, missing)  # type: ignore[arg-type]
     assert (found.code, found.where) == ("EXPRESSION_HELD_BACK", system.emotions[0])
     assert "0.80 in 2 frames (2 to 3)" in found.message and "mouth" in found.message
-    assert held_back_findings(system, outputs, {"mouth": outputs < 0.0}) == []
+    nowhere = {"both": {"mouth": outputs < 0.0}}
+    assert held_back_findings(system, {"both": outputs}, nowhere) == []  # type: ignore[arg-type]

@@ -6,7 +6,8 @@ from chin_system import chin
 
 from usdface.correction.evidence import Evidence
 from usdface.correction.gains import Gains
-from usdface.correction.take_blending import TakeBlending
+from usdface.correction.held_back import held_back_findings
+from usdface.correction.take_blending import Outputs, TakeBlending
 from usdface.face.layout import FaceLayout
 
 NAMES = ("browDown_L", "browDown_R", "mouthPress_L", "mouthPress_R", "jaw")
@@ -46,3 +47,19 @@ def test_halves_that_show_an_emotion_alike_are_raised_alike() -> None:
 def test_a_half_that_shows_it_alone_is_judged_alone() -> None:
     assert raised(0.4, 0.0, (0.6, 0.0))[0] == pytest.approx(raised(0.4, 0.4, (0.6, 0.6))[0])
     assert raised(0.0, 0.4, (0.6, 0.0))[0] == 0.0
+
+
+@pytest.mark.parametrize(("shown", "raised"), [(0.4, True), (0.0, False)])
+def test_half_an_expression_that_is_raised_on_its_half_is_not_held_back(
+    shown: float, raised: bool
+) -> None:
+    system = chin("take")
+    weights = np.tile([0.5, 0.5, shown, 0.0, 0.0], (3, 1))
+    blending = TakeBlending(system, POSE[None], NAMES, LAYOUT, Gains(), EVIDENCE, weights, None)
+    outputs: Outputs = {
+        "both": np.full((3, 1), 0.6), "left": np.full((3, 1), 0.6), "right": np.full((3, 1), 0.2)
+    }  # fmt: skip
+    blended = blending.raise_up(outputs, outputs)
+    assert blended.missing["both"]["mouth"].all()
+    assert ((blended.weights[:, 0] - weights[:, 0]) > 0.4).all() == raised
+    assert len(held_back_findings(system, outputs, blended.missing)) == (not raised)

@@ -162,7 +162,7 @@ def express(
     gaps = gaps_of(face, names, poses)
     corrected, new_findings = _keep_contact(weights, blended.weights, gaps, blending.frames, times)
     findings += new_findings
-    findings += held_back_findings(system, outputs["both"], blended.missing["both"])
+    findings += held_back_findings(system, outputs, blended.missing)
     sides = {
         side: SideTrace(
             features.sides[side],

@@ -4,25 +4,27 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import BoolArray
+from usdface.correction.take_blending import MissingRegions, Outputs
 from usdface.expression_system import ExpressionSystem
-from usdface.face.regions import GainRegion
+from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 
 __all__ = ["held_back_findings"]
 
 
 def held_back_findings(
-    system: ExpressionSystem, outputs: FloatArray, missing: Mapping[GainRegion, BoolArray]
+    system: ExpressionSystem, outputs: Outputs, missing: Mapping[Side, MissingRegions]
 ) -> list[Finding]:
     """Report each emotion that a region holds back where its pose would be raised in full.
+
+    Judged by the whole face; an emotion that one half shows and is raised on is not held back.
 
     Parameters
     ----------
     system : ExpressionSystem
-    outputs : (F, E) float64
-        Of the whole face.
-    missing : mapping of "brows", "mouth" to (F, E) bool
+    outputs : mapping of "both", "left", "right" to (F, E) float64
+    missing : mapping of "both", "left", "right" to mapping of "brows", "mouth" to (F, E) bool
         Frames in which a region does not show the pose (`usdface.correction.evidence`).
     """
     message = (
@@ -30,12 +32,24 @@ def held_back_findings(
         "and not raised there: the weights of the {region} are not like its pose"
     )
     findings = []
+    whole, held = outputs["both"], ~_raised_on_a_half(system, outputs, missing)
     for column, emotion in enumerate(system.emotions):
-        strong = outputs[:, column] >= system.response[1]
-        for region, absent in missing.items():
+        strong = held[:, column] & (whole[:, column] >= system.response[1])
+        for region, absent in missing["both"].items():
             frames = np.flatnonzero(strong & absent[:, column])
             if len(frames):
-                most = outputs[frames, column].max()
+                most = whole[frames, column].max()
                 values = (most, len(frames), frames[0], frames[-1], region)
                 findings.append(finding("EXPRESSION_HELD_BACK", emotion, message, *values))
     return findings
+
+
+def _raised_on_a_half(
+    system: ExpressionSystem, outputs: Outputs, missing: Mapping[Side, MissingRegions]
+) -> BoolArray:
+    """Return the frames (F, E) in which a half of the face has an emotion, and all its regions."""
+    raised = np.zeros(outputs["both"].shape, dtype=bool)
+    for side in outputs.keys() - {"both"}:
+        absent = [*missing[side].values()]
+        raised |= (outputs[side] > system.response[0]) & ~np.any(absent, axis=0)
+    return raised
