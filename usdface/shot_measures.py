@@ -8,7 +8,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.frame_blocks import by_blocks, frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.retarget.neutral_weights import LARGEST
+from usdface.retarget.neutral_weights import LARGEST, weights_at_limit
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.shot import ShotResult
@@ -87,7 +87,7 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
         "MARKER_ASTRAY": _worst("markers", markers, human_mm * away),
         "MARKERS_OCCLUDED": Measured(float(hidden.mean()), "markers", _most(markers, hidden)),
         "NEUTRAL_EXPRESSIVE": _neutral(result, solution, face, motion),
-        "NEUTRAL_AT_LIMIT": _cut(result.shot.setup),
+        "NEUTRAL_AT_LIMIT": _cut(result.shot.setup, face),
         "BINDING_UNSURE": _unsure(result),
     }
     if solution.shifts is not None:
@@ -177,12 +177,12 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
     )
 
 
-def _cut(setup: RetargetSetup) -> Measured:
+def _cut(setup: RetargetSetup, face: BoundFace) -> Measured:
     """Measure weights of the neutral at the limit of their estimate: more of them may show.
 
     Weights that a person names may be larger, and are all of what shows.
     """
-    cut = tuple(name for name, weight in setup.neutral_weights.items() if weight == LARGEST)
+    cut = weights_at_limit(setup.neutral_weights, face)
     if setup.neutral is None or not cut:
         return Measured(np.nan)
     return Measured(LARGEST, "shapes", cut[:_NAMED], setup.neutral)

@@ -203,7 +203,9 @@ def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) 
         )
         findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
     if resolved.neutral_found:
-        findings += timed(neutral_findings(resolved.setup, take.source), take.times.tolist())
+        face = bound_face(resolved.mesh, resolved.setup)
+        found = neutral_findings(resolved.setup, face, take.source)
+        findings += timed(found, take.times.tolist())
     return findings
 
 

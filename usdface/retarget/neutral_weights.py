@@ -6,16 +6,19 @@ negative one. The neutral weights are those with which every frame is explained 
 more. Weights that no frame needs stay 0, and all do where they hardly help to explain the take.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.face.bound_face import BoundFace
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import rigid_fit, similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
 from usdface.takes import visible
 
-__all__ = ["LARGEST", "estimate_neutral_weights", "without_weights"]
+__all__ = ["LARGEST", "estimate_neutral_weights", "weights_at_limit", "without_weights"]
 
 # As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in any
 # frame, its error in the mean of all, and the motion beyond which a frame has less weight, because
@@ -33,6 +36,8 @@ LARGEST = 0.5  # more than half of a shape is no neutral
 # Bounds on time: sampled frames, and steps of the search.
 _FRAMES = 200
 _STEPS = 60
+# Weights are saved to three decimals.
+_ROUNDING = 6e-4
 # A marker must be seen in so many of the frames, and so many frames show all those markers; eight
 # markers have 18 coordinates beside the head's six.
 _SEEN = 0.9
@@ -129,6 +134,16 @@ def _in_errors(
     )
     flat = (flat - (flat @ rigid) @ rigid.T) / (_ERROR * size)
     return flat[: len(moved)], flat[len(moved) :]
+
+
+def weights_at_limit(weights: Mapping[str, float], face: BoundFace) -> tuple[str, ...]:
+    """Return the shapes whose neutral weight is `LARGEST`, or is as far along its inbetweens.
+
+    More of them may show. Larger weights are none of an estimate.
+    """
+    linear = np.full((1, len(face.shape_names)), LARGEST)
+    limits = dict(zip(face.shape_names, face.evaluator.from_linear(linear)[0], strict=True))
+    return tuple(n for n, weight in weights.items() if abs(weight - limits[n]) < _ROUNDING)
 
 
 def without_weights(neutral: FloatArray, points: FloatArray, shown: FloatArray) -> FloatArray:
