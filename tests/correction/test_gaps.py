@@ -73,12 +73,6 @@ def test_combination_shapes_count_whatever_weight_they_are_given():
     assert found[5] == pytest.approx(0.0008 + 0.2 * 0.020 + 0.0006 - 0.5 * 0.3 * 0.020)
 
 
-def test_slopes_of_a_linear_rig_take_no_memory_by_frames():
-    several = np.zeros((1000, len(FACE.shapes)))
-    slopes = GAPS.slopes(several, several + 0.5)
-    assert slopes.shape == (1000, *GAPS.evaluator.offsets.shape) and slopes.strides[0] == 0
-
-
 def test_slopes_make_up_the_change():
     rng = np.random.default_rng(0)
     solved, corrected = rng.random((2, 30, len(BENT.shapes)))

@@ -71,8 +71,6 @@ class Gaps:
     def slopes(self, solved: FloatArray, corrected: FloatArray) -> FloatArray:
         """Return secant slopes: the change of each gap per change of a weight, (F, T, K) [m]."""
         evaluator = self.evaluator
-        if evaluator.linear:
-            return np.broadcast_to(evaluator.offsets, (len(solved), *evaluator.offsets.shape))
         result = np.zeros((len(solved), *evaluator.offsets.shape))
         ends = (evaluator.combined(weights) for weights in (solved, corrected))
         result[:, evaluator.free] = evaluator.secants(*ends)
