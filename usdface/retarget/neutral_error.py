@@ -21,8 +21,8 @@ __all__ = ["bootstrap_residual", "neutral_correction"]
 # rest are off by 1.10, 1.06, 1.00 and 0.99 times as much as without a correction, where the neutral
 # is exact (three seeds of tests/retarget/test_pose_and_weights.py); recorded ones, many small and
 # few 0, by 0.338, 0.334, 0.335 and 0.348 of the exact ones' error (30 frames of 0.3 mm), and after
-# 5 frames by 0.390, 0.390, 0.397 and 0.411 (python -m benchmarks.known_answer). A step, but for the
-# rounding of a file, would decide by chance.
+# 5 frames by 0.390, 0.390, 0.397 and 0.411 (python -m benchmarks.known_answer). At a step
+# the rounding of a file could decide; from 0.5 to 1.5 it is as with a step at 1.
 _RESTING = (0.5, 1.5)
 
 
