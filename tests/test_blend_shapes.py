@@ -36,3 +36,12 @@ def test_nothing_in_a_shape_can_be_changed() -> None:
         assert array is not None
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
+
+
+def test_a_scaled_shape_moves_in_proportion() -> None:
+    between = Inbetween("half", 0.5, np.full((2, 3), 0.1))
+    bent = BlendShape("a", np.array([1, 4]), np.ones((2, 3)), np.ones((2, 3)), (between,))
+    large = bent.scaled(3.0)
+    np.testing.assert_array_equal(large.offsets, 3.0 * bent.offsets)
+    np.testing.assert_array_equal(large.inbetweens[0].offsets, 3.0 * between.offsets)
+    np.testing.assert_array_equal(large.normal_offsets, bent.normal_offsets)

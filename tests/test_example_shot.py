@@ -4,6 +4,7 @@ import re
 import shutil
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -112,6 +113,27 @@ def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]
     still, coming = slice(NEUTRAL.start, NEUTRAL.stop - 12), slice(NEUTRAL.stop - 12, NEUTRAL.stop)
     np.testing.assert_array_equal(corrected.weights[still], solved.weights[still])
     np.testing.assert_allclose(corrected.weights[coming], solved.weights[coming], atol=0.01)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [0.5, 2.0])
+def test_a_character_of_another_size_performs_alike(
+    folder: Path, tmp_path: Path, size: float
+) -> None:
+    """Lengths that were found on people count by the size of the face: not one weight changes."""
+    rig, _ = usdface.read_rig(folder / "head.usdc")
+    resized = replace(rig, meshes=tuple(mesh.scaled(size) for mesh in rig.meshes))
+    take, _ = usdface.read_take(folder / "take.usdc")
+    bind, _ = usdface.read_bind(ROOT / "examples" / "bind.json")
+    human, other = (
+        usdface.retarget(usdface.assemble_shot(each, take, setup=bind)[0])
+        for each in (rig, resized)
+    )
+    np.testing.assert_allclose(other.solved.weights, human.solved.weights, atol=1e-6)
+    assert human.corrected is not None and other.corrected is not None
+    np.testing.assert_allclose(other.corrected, human.corrected, atol=1e-6)
+    np.testing.assert_allclose(other.weights.weights, human.weights.weights, atol=1e-6)
+    assert [f.code for f in other.findings] == [f.code for f in human.findings]
 
 
 @pytest.mark.slow

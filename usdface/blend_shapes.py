@@ -1,6 +1,6 @@
 """Blend shapes: sparse, with inbetweens and combinations, as immutable arrays in metres."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -97,3 +97,8 @@ class BlendShape:
         """Make a sparse shape of dense `offsets` (V, 3) [m]; smaller ones are left out."""
         indices = np.flatnonzero((np.abs(offsets) > tolerance).any(axis=1))
         return cls(name, indices, offsets[indices])
+
+    def scaled(self, factor: float) -> "BlendShape":
+        """Return the shape of a mesh that is `factor` times as large."""
+        inbetweens = (replace(each, offsets=factor * each.offsets) for each in self.inbetweens)
+        return replace(self, offsets=factor * self.offsets, inbetweens=tuple(inbetweens))

@@ -5,7 +5,7 @@ shapes, an optional skeleton that skins them, and simple materials.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -214,6 +214,11 @@ class Mesh:
         """All texture coordinates (C, 2) by name, those of `uvs` first."""
         first = {} if self.uvs is None else {self.uv_name: self.uvs}
         return first | {c.name: c.values for c in self.corner_values if c.values.shape[1] == 2}
+
+    def scaled(self, factor: float) -> "Mesh":
+        """Return the mesh `factor` times as large, with its blend shapes; skinning is as it was."""
+        shapes = tuple(shape.scaled(factor) for shape in self.shapes)
+        return replace(self, points=factor * self.points, shapes=shapes)
 
     def offsets_at(self, vertices: IntArray) -> FloatArray:
         """Return the offsets of all shapes at some vertices: (S, len(vertices), 3) [m].

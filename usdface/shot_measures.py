@@ -5,6 +5,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import SolveError
 from usdface.face.bound_face import BoundFace
+from usdface.face.head_size import size_by_eyes
 from usdface.frame_blocks import by_blocks, frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
@@ -18,9 +19,6 @@ from usdface.verdict.judge import Measured
 __all__ = ["shot_measures"]
 
 _NAMED = 4  # places that a reason names
-# Mean distance between the pupils of adults (N. Dodgson, "Variation and extrema of human
-# interpupillary distance", 2004): here between the middles of both eyes' lids.
-_EYES_APART = 0.063  # m
 # Ridge of the unbounded least squares, as a share of the mean energy of a shape. Set by hand.
 _RIDGE = 0.02
 _LIMIT = 0.999
@@ -71,7 +69,7 @@ def _of_weights(result: ShotResult) -> dict[str, Measured]:
 def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     face, take, markers = result.shot.face, result.shot.take, solution.markers
     assert isinstance(take, MarkerTake)
-    size = _size(face)
+    size = size_by_eyes(face.mesh.points, face.layout.lids)
     human_mm = 1000.0 / size if np.isfinite(size) else 1000.0
     away = _rms_distances(solution)
     motion = _rms_motion(solution)
@@ -125,17 +123,6 @@ def _beside(source: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
     linear, offset = similarity_fit(source, target)
     distances = np.linalg.norm(source @ linear + offset - target, axis=1)
     return distances, float(np.cbrt(abs(np.linalg.det(linear))))
-
-
-def _size(face: BoundFace) -> float:
-    """Return the size of a face in human ones, by the distance between its eyes; NaN if unknown."""
-    lids = face.mesh.points[face.layout.lids].mean(axis=1) if len(face.layout.lids) else None
-    if lids is None:
-        return np.nan
-    left = lids[:, 0] > np.median(face.mesh.points[:, 0])
-    if left.all() or not left.any():
-        return np.nan
-    return float(np.linalg.norm(lids[left].mean(axis=0) - lids[~left].mean(axis=0))) / _EYES_APART
 
 
 def _unusual(size: float) -> Measured:

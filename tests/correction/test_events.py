@@ -8,6 +8,8 @@ from scipy.ndimage import gaussian_filter1d
 
 from usdface.correction.events import events_of, frame_events
 
+STEP = 1 / 60  # s
+
 
 def bump(size: float, hold: int = 60) -> np.ndarray:
     rise = np.linspace(0, size, 30)
@@ -16,7 +18,7 @@ def bump(size: float, hold: int = 60) -> np.ndarray:
 
 def test_an_event_reaches_the_onset_and_ends_at_half_of_it():
     curve = np.concatenate([bump(0.19), bump(0.21), bump(0.9)])
-    events = events_of(curve, 0.2)
+    events = events_of(curve, 0.2, STEP)
     first, second = (events.frames < 320), (events.frames >= 320)
     np.testing.assert_allclose(events.size[first], 0.21)
     np.testing.assert_allclose(events.size[second], 0.9)
@@ -25,7 +27,7 @@ def test_an_event_reaches_the_onset_and_ends_at_half_of_it():
 
 
 def test_flicker_around_the_onset_is_one_event():
-    events = events_of(bump(0.2) + 0.03 * np.sin(np.arange(160)), 0.2)
+    events = events_of(bump(0.2) + 0.03 * np.sin(np.arange(160)), 0.2, STEP)
     assert (np.diff(events.frames) == 1).all()
     held = events.size[(events.frames >= 50) & (events.frames < 110)]
     assert np.ptp(held) < 0.02
@@ -33,7 +35,7 @@ def test_flicker_around_the_onset_is_one_event():
 
 def test_a_held_pose_is_held_and_its_ends_are_monotone():
     jitter = 0.01 * np.random.default_rng(0).standard_normal(160)
-    events = events_of(bump(0.5) + jitter, 0.15)
+    events = events_of(bump(0.5) + jitter, 0.15, STEP)
     inside = slice(50 - events.frames[0], 110 - events.frames[0])
     assert (events.envelope[inside] == 1).all()
     assert np.diff(events.envelope[: inside.start]).min() >= 0
@@ -45,7 +47,7 @@ def test_a_held_pose_is_held_and_its_ends_are_monotone():
 def test_a_dip_is_a_dip():
     dip = np.concatenate([np.linspace(0.8, 0.2, 30), np.linspace(0.2, 0.8, 30)])
     curve = np.concatenate([bump(0.8)[:110], dip, bump(0.8)[50:]])
-    events = events_of(curve, 0.15)
+    events = events_of(curve, 0.15, STEP)
     assert events.envelope[110:140].min() < 0.5
 
 
@@ -53,7 +55,7 @@ def test_a_dip_is_a_dip():
 def test_two_events_become_one_as_the_dip_between_them_rises(dip):
     def sizes(depth: float) -> np.ndarray:
         curve = np.concatenate([bump(0.9)[:-25], np.full(10, depth), bump(0.3)[25:]])
-        events = events_of(np.maximum(curve, depth), 0.2)
+        events = events_of(np.maximum(curve, depth), 0.2, STEP)
         return np.interp(np.arange(len(curve)), events.frames, events.size)
 
     low = sizes(dip)[200]
@@ -69,7 +71,7 @@ def test_events_are_a_continuous_function_of_the_output():
         weights = rng.uniform(size=(300, 1))
         found = []
         for output in (curve, curve + 1e-5 * moved / np.abs(moved).max()):
-            events = events_of(np.clip(output, 0, 1), 0.15)
+            events = events_of(np.clip(output, 0, 1), 0.15, STEP)
             reached = np.clip((events.size - 0.15) / 0.25, 0, 1) * events.envelope
             over_take = np.zeros((300, 2))
             over_take[events.frames, 0] = reached
@@ -80,9 +82,9 @@ def test_events_are_a_continuous_function_of_the_output():
 
 
 def test_nothing_is_no_event():
-    assert not len(events_of(np.zeros(5), 0.15).frames)
+    assert not len(events_of(np.zeros(5), 0.15, STEP).frames)
     assert not len(frame_events(np.zeros(5), 0.15).frames)
-    assert events_of(np.zeros(5), 0.15).peaks(np.zeros((5, 3))).shape == (0, 3)
+    assert events_of(np.zeros(5), 0.15, STEP).peaks(np.zeros((5, 3))).shape == (0, 3)
 
 
 def test_frames_on_their_own_are_events_on_their_own():
@@ -120,7 +122,7 @@ def test_sizes_and_peaks_are_those_of_all_pairs_of_frames(smoothing: float):
         noise = gaussian_filter1d(rng.standard_normal(700), smoothing)
         output = np.maximum(0.15 + 0.05 * noise / noise.std(), 0.0751)
         values = rng.random((700, 3))
-        events = events_of(output, 0.15)
+        events = events_of(output, 0.15, STEP)
         size, peaks = by_pairs(output, values)
         np.testing.assert_allclose(events.size, size, rtol=0, atol=1e-12)
         np.testing.assert_allclose(events.peaks(values), peaks, rtol=0, atol=1e-12)
@@ -132,7 +134,7 @@ def test_the_memory_of_an_emotion_that_lasts_is_a_few_numbers_a_frame():
         output, values = coming_and_going(frames), np.ones((frames, 1))
         tracemalloc.start()
         try:
-            events_of(output, 0.15).peaks(values)
+            events_of(output, 0.15, STEP).peaks(values)
             taken.append(tracemalloc.get_traced_memory()[1])
         finally:
             tracemalloc.stop()
@@ -144,9 +146,21 @@ def test_a_peak_far_behind_in_an_emotion_that_lasts_fades_out_smoothly():
     output = coming_and_going(18_000)
     higher = output.copy()
     higher[12] = 0.9
-    near, far = (events_of(curve, 0.15) for curve in (output, higher))
+    near, far = (events_of(curve, 0.15, STEP) for curve in (output, higher))
     # Of all cores but that of the peak itself.
     more = (far.size - near.size)[output >= 0.15][40:]
-    assert np.ptp(more[:2000]) < 1e-9 and more[0] > 0.2
+    assert np.ptp(more[:1700]) < 1e-9 and more[0] > 0.2
     assert np.diff(more).max() < 1e-9 and np.diff(more).min() > -0.02
     assert (more[-4000:] == 0).all()
+
+
+def test_an_emotion_that_lasts_is_alike_at_any_frame_rate() -> None:
+    found = []
+    for rate in (30, 120):
+        times = np.arange(100 * rate) / rate
+        output = 0.15 + 0.05 * np.sin(2 * np.pi * times / 0.8)
+        output[(times > 0.1) & (times < 0.3)] = 0.9
+        events = events_of(output, 0.15, 1 / rate)
+        found.append(np.interp(np.arange(1, 99), times[events.frames], events.size))
+    assert found[0].max() > 0.35 and found[0].min() < 0.25
+    np.testing.assert_allclose(*found, atol=0.02)

@@ -20,7 +20,7 @@ INSIDE = slice(45, 95)
 
 
 def judged(weights: np.ndarray, output: np.ndarray) -> JudgedEvents:
-    return judged_events(output, output, weights, weights, POSE, EVIDENCE, (0.15, 0.4), True)
+    return judged_events(output, output, weights, weights, POSE, EVIDENCE, (0.15, 0.4), 1 / 60)
 
 
 def raised(weights: np.ndarray, output: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
@@ -83,13 +83,13 @@ def test_the_correction_is_a_continuous_function_of_weights_and_outputs() -> Non
 
 def test_what_likeness_alone_detects_is_raised_as_far_as_its_output_says() -> None:
     weights = 0.3 * CURVE[:, None] * POSE
-    arguments = (weights, weights, POSE, EVIDENCE, (0.15, 0.4), True)
+    arguments = (weights, weights, POSE, EVIDENCE, (0.15, 0.4), 1 / 60)
     rules, none = 0.5 * CURVE, np.zeros(len(CURVE))
     levels = [judged_events(rules, by, *arguments).level for by in (none, 0.25 * CURVE, rules)]
     expected = [0.5, respond(np.array(0.25), (0.15, 0.4)), 1.0]
     for level, value in zip(levels, np.maximum(expected, 0.5), strict=True):
         np.testing.assert_allclose(level, value, atol=1e-9)
     # A single frame is an event of its own, by the same measure.
-    alone = judged_events(rules, none, weights, weights, POSE, EVIDENCE, (0.15, 0.4), False)
+    alone = judged_events(rules, none, weights, weights, POSE, EVIDENCE, (0.15, 0.4), None)
     output = rules[alone.events.frames]
     np.testing.assert_allclose(alone.level, np.minimum(respond(output, (0.15, 0.4)), output))

@@ -67,3 +67,22 @@ def test_nothing_of_it_can_be_changed() -> None:
 def test_a_face_without_markers_has_no_places() -> None:
     face = BoundFace(MESH, (), np.zeros(0, int))
     assert face.displacements(WORLD.weights).shape == (len(WORLD.weights), 0, 3)
+
+
+def test_a_face_at_human_size_is_the_same_from_any_size() -> None:
+    small, large = (
+        BoundFace(slit_face().scaled(k), ("m",), np.array([3])).with_layout(EXPRESSIONS)
+        for k in (0.5, 4.0)
+    )
+    assert large.size == pytest.approx(8 * small.size)
+    one, other = small.at_human_size(), large.at_human_size()
+    assert one.size == other.size == pytest.approx(1.0)
+    np.testing.assert_allclose(one.mesh.points, other.mesh.points, rtol=1e-12)
+    np.testing.assert_allclose(one.offsets, other.offsets, rtol=1e-12)
+    assert one.layout.tolerance == pytest.approx(other.layout.tolerance)
+
+
+def test_a_face_without_lids_counts_as_human() -> None:
+    bare = replace(MESH, shapes=())
+    face = BoundFace(bare, (), np.zeros(0, int))
+    assert face.size == 1.0 and face.at_human_size() is face

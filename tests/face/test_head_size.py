@@ -2,8 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from slits import slit_face
 
-from usdface.face.head_size import moved_size, report_size
+from usdface.face.head_size import moved_size, report_size, size_by_eyes
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.rigs import BlendShape, Mesh, Rig
 
 
@@ -37,3 +39,16 @@ def test_a_wrong_unit_is_said(scale: float) -> None:
     (found,) = report_size(face(scale))
     assert found.code == "RIG_SIZE_UNUSUAL" and found.severity == "warning"
     assert "is the unit of length right?" in found.message
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 3.0])
+def test_the_eyes_tell_the_size_of_a_face(scale: float) -> None:
+    points, lids = slit_face().points, find_lip_lid_contacts(slit_face()).lids
+    assert size_by_eyes(scale * points, lids) == pytest.approx(scale * 0.07 / 0.063)
+
+
+def test_one_eye_tells_no_size() -> None:
+    points, lids = slit_face().points, find_lip_lid_contacts(slit_face()).lids
+    left = lids[points[lids[:, 0], 0] > 0]
+    assert 0 < len(left) < len(lids)
+    assert np.isnan(size_by_eyes(points, left)) and np.isnan(size_by_eyes(points, lids[:0]))

@@ -165,7 +165,7 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
     count : int
         How many to add.
     noise : float [m]
-        Standard deviation of a marker coordinate.
+        Standard deviation of a marker coordinate on a human face.
 
     Raises
     ------
@@ -176,8 +176,10 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
     free = free_places(mesh, binding.points)
     places = np.concatenate([binding.points, free.vertices])
     present = len(binding.points)
+    face = BoundFace(mesh, binding.markers, binding.points)
+    human = face.at_human_size().mesh
     shown = _confidence(
-        mesh, places, bound=present, wanted=max(count, 0), noise=noise, room=free.room
+        human, places, bound=present, wanted=max(count, 0), noise=noise, room=free.room
     )
     if not 1 <= count <= len(shown.places):
         # How many there is room for is known only where more were looked for.
@@ -186,11 +188,11 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
     vertices = places[shown.places]
     bound = np.concatenate([binding.points, vertices])
     unseen = [
-        _confidence(mesh, bound, bound=present + k, wanted=0, noise=noise).hidden
+        _confidence(human, bound, bound=present + k, wanted=0, noise=noise).hidden
         for k in range(count + 1)
     ]
     named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
-    where = place_names(BoundFace(mesh, binding.markers, binding.points), vertices)
+    where = place_names(face, vertices)
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 
 

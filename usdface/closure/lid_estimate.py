@@ -28,7 +28,7 @@ __all__ = ["lid_estimate"]
 _CLOSER, _OTHERS = 1.0, 0.3
 # Of the opening that a glance down takes where the rig does not say: that of the ICT face.
 _GLANCE = 0.47
-# Least misfit of a rig's blend shapes to a face [m].
+# Least misfit of a rig's blend shapes to a human face [m].
 _MISFIT = 3e-4
 
 
@@ -79,7 +79,7 @@ def lid_estimate(
             deviations = np.append(deviations, _CLOSER)
             taken = np.c_[taken, _GLANCE * (np.arange(len(measured)) == row)]
     moved = deviations[:, None] * offsets[:, order].reshape(len(offsets), -1)
-    unexplained = solution.noise**2 + max(solution.misfit, _MISFIT) ** 2
+    unexplained = solution.noise**2 + max(solution.misfit, face.size * _MISFIT) ** 2
     normal = moved @ moved.T + unexplained * np.eye(len(moved))
     closed = taken @ (deviations[:, None] * np.linalg.solve(normal, moved))
     columns = [EYES.index(eye) for eye in measured]

@@ -28,11 +28,13 @@ _HELD = 0.62
 _PLAY = 0.06
 # A frame is of the peak of an event from the second share of its size on, not up to the first.
 _PEAK = (0.8, 0.9)
-# Frames below the onset that lie between a frame and a core, beyond those to the nearest core, at
-# which the core begins to count less and counts no more. A limit of time: without it each frame is
-# compared with all cores of a stretch that lasts. At 60 Hz about half a minute and a minute below
-# the onset, so emotions that come and go in less than a minute or so do not depend on it.
-_FADE = (2048.0, 4096.0)
+# Time below the onset [s] that lies between a frame and a core, beyond that to the nearest core, at
+# which the core begins to count less and counts no more. A limit of computing time: without it each
+# frame is compared with all cores of a stretch that lasts. Emotions that come and go in less than
+# half a minute do not depend on it.
+_FADE = (30.0, 60.0)
+# Least time between frames [s], far below that of any camera.
+_LEAST_STEP = 1e-4
 # Places and frames of cores at a time; limits of memory (1 MB) that no result depends on.
 _BLOCK = 64
 _COLUMNS = 2048
@@ -59,8 +61,8 @@ class Events:
     peaks: Callable[[FloatArray], FloatArray]
 
 
-def events_of(output: FloatArray, onset: float) -> Events:
-    """Return the events of a curve (F,).
+def events_of(output: FloatArray, onset: float, step: float) -> Events:
+    """Return the events of a curve (F,), with `step` [s] between its frames.
 
     They reach the onset, and last as long as the curve is above half of it.
     """
@@ -69,7 +71,7 @@ def events_of(output: FloatArray, onset: float) -> Events:
     ends = np.flatnonzero(np.diff(shown.astype(np.int8))).reshape(-1, 2)
     runs = [np.arange(first, end) for first, end in ends.tolist()]
     runs = [at for at in runs if output[at].max() > onset]
-    stretches = [_Stretch(at, output[at], onset, release) for at in runs]
+    stretches = [_Stretch(at, output[at], (release, onset), step) for at in runs]
     if not stretches:
         return frame_events(np.zeros(0), onset)
 
@@ -99,11 +101,17 @@ class _Stretch:
     far behind the nearest one fade out (`_FADE`).
 
     The frames of a core belong to the others alike, and have one size: it is one place. Each other
-    frame is a place of its own, with `_FADE` counted in them.
+    frame is a place of its own.
     """
 
-    def __init__(self, at: IntArray, own: FloatArray, onset: float, release: float) -> None:
-        self._at, self._own, self._onset, self._release = at, own, onset, release
+    def __init__(
+        self, at: IntArray, own: FloatArray, levels: tuple[float, float], step: float
+    ) -> None:
+        self._at, self._own = at, own
+        self._release, self._onset = levels
+        onset = self._onset
+        # In frames.
+        self._fade = np.array(_FADE) / max(step, _LEAST_STEP)
         core = label(own >= onset)[0] - 1  # -1 between the cores
         inner = core >= 0
         first = ~inner | (core != np.concatenate([[-1], core[:-1]]))
@@ -159,7 +167,7 @@ class _Stretch:
             # Those beyond the first and the last core have none on that side.
             beside = np.abs(counts[np.clip([after - 1, after], 0, len(counts) - 1)] - own)
             nearest = beside.min(axis=0)
-            reach = nearest + _FADE[1]
+            reach = nearest + self._fade[1]
             near = [(own - reach).min(), (own + reach).max()]
             cores = slice(
                 int(np.searchsorted(counts, near[0], side="left")),
@@ -167,7 +175,7 @@ class _Stretch:
             )
             far = np.abs(counts[cores] - own[:, None]) - nearest[:, None]
             together = self._belonging(self._level[places], self._least(places, after, cores))
-            together *= 1.0 - smooth_step((far - _FADE[0]) / (_FADE[1] - _FADE[0]))
+            together *= 1.0 - smooth_step((far - self._fade[0]) / np.diff(self._fade))
             yield places, cores, together
 
     def _belonging(self, own: FloatArray, least: FloatArray) -> FloatArray:

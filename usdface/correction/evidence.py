@@ -36,7 +36,7 @@ class Evidence:
         How far the markers determine the weight of each blend shape, 0 to 1. Weights that are not
         determined are no evidence, for or against.
     motion : (T, K) float64 [m]
-        Displacements of the markers' coordinates by each blend shape.
+        Displacements of the markers' coordinates by each blend shape, on a human face.
     least : float
         Least likeness of a region to that of a pose; 0 = any weights show any pose.
     regions : mapping of str to (T,) bool
@@ -109,7 +109,8 @@ def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence
     index = {name: i for i, name in enumerate(face.shape_names)}
     known = [i for i, name in enumerate(names) if name in index]
     at = [index[names[i]] for i in known]
-    basis = face.offsets.reshape(len(face.shape_names), 3 * len(face.markers))
+    basis = face.offsets / face.size
+    basis = basis.reshape(len(face.shape_names), 3 * len(face.markers))
     determined, motion = np.zeros(len(names)), np.zeros((len(names), basis.shape[1]))
     determined[known], motion[known] = _determined(basis)[at], basis[at]
     layout = face.layout.regions

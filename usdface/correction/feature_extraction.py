@@ -102,7 +102,7 @@ def sided_features(
     _check_roles(system, names, face.roles)
     unit = face_unit(system, neutral)
     # As in the solve: a take without noise is not smoothed.
-    noise = min(solution.noise / MARKER_NOISE, 1.0) if solution else 0.0
+    noise = min(solution.noise / (face.size * MARKER_NOISE), 1.0) if solution else 0.0
     width = noise * system.smoothing
     inputs: dict[Side, FloatArray] = {}
     for side, positions in by_side.items():
@@ -253,4 +253,4 @@ def _gains(
 
     times = solved.times
     step = frame_step(times) if len(times) > 1 else 1.0
-    return motion_gains(by_blocks(len(times), products), _GAIN_WIDTH / step)
+    return motion_gains(by_blocks(len(times), products), _GAIN_WIDTH / step, face.size)

@@ -53,8 +53,8 @@ _SHRINKAGE = 0.8
 # Likeness alone is an output of at most so much. A performer who shows less than the second at most
 # is heard in proportion, so many times as strong.
 _MOST, _USUAL, _WEAKEST = 0.5, 0.45, 2.0
-# RMS displacement of a coordinate [m] below which motion is noise, and below which its direction
-# decides less and less.
+# RMS displacement of a coordinate on a human face [m] below which motion is noise, and below which
+# its direction decides less and less.
 _STILL, _SMALL = 0.00014, 0.0005
 
 
@@ -108,7 +108,8 @@ class ExpressionLikeness:
         drawn: Collection[str] = DRAWN,
         rigs: Collection[str] | None = None,
     ) -> None:
-        face = face.with_sorted_shapes()
+        self._size = face.size
+        face = face.at_human_size().with_sorted_shapes()
         pairs = symmetric_pairs(face.shape_names)
 
         def shown(weights: FloatArray) -> FloatArray:
@@ -143,7 +144,7 @@ class ExpressionLikeness:
 
     def of(self, moved: FloatArray) -> Likeness:
         """Judge displacements (F, M, 3) [m]."""
-        faces = self._relative(moved)
+        faces = self._relative(moved) / self._size
         length = _lengths(faces)
         direction = 1.0 / np.hypot(length, _small(faces.shape[1]))[:, None]
         scores = faces @ self._discriminant.directions * direction + self._discriminant.offsets

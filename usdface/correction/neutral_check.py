@@ -89,15 +89,13 @@ def _jitter(rig: Rig, setup: RetargetSetup, system: ExpressionSystem) -> FloatAr
         return None
     mesh = rig.mesh(binding.mesh)
     first, frames = round(_RATE), round((1 + _SECONDS) * _RATE)
-    positions = mesh.points[binding.points]
-    jitter = np.random.default_rng(0).standard_normal((frames, *positions.shape))
-    take = MarkerTake(
-        binding.markers, np.arange(frames) / _RATE, positions + MARKER_NOISE * jitter, _RATE
-    )
     # Neutral weights and calibration are those of a performer, not of the character.
     setup = replace(setup, neutral_weights={}, calibration=None, pins=())
     setup = replace(setup, neutral=(0, first - 1), head="solve")
     face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
+    jitter = np.random.default_rng(0).standard_normal((frames, *face.neutral.shape))
+    positions = face.neutral + face.size * MARKER_NOISE * jitter
+    take = MarkerTake(binding.markers, np.arange(frames) / _RATE, positions, _RATE)
     taken, weights, solution, _ = retarget(take, face, setup)
     inputs = features(system, face, taken, weights=weights, solution=solution)
     return evaluate(system.fuzzy, inputs).outputs[first:]

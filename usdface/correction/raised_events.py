@@ -97,7 +97,7 @@ def judged_events(
     pose: FloatArray,
     evidence: Evidence,
     response: tuple[float, float],
-    whole_take: bool,
+    step: float | None,
 ) -> JudgedEvents:
     """Return the events of an emotion with their evidence.
 
@@ -113,12 +113,13 @@ def judged_events(
     pose : (T,) float64
     evidence : Evidence
     response : (onset, full)
-    whole_take : bool
-        Whether frames follow one another; otherwise each is an event of its own.
+    step : float [s] or None
+        Time between the frames; None where each is an event of its own.
     """
-    events = (events_of if whole_take else frame_events)(output, response[0])
+    onset = response[0]
+    events = frame_events(output, onset) if step is None else events_of(output, onset, step)
     ruled = np.minimum(by_rules, output)
-    if whole_take:
+    if step is not None:
         mean, jitter, confirmed = _at_peaks(events, output, ruled, weights)
         most = 1.0 - _HEADROOM * np.sqrt(jitter)
     else:

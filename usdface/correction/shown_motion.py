@@ -12,8 +12,8 @@ from usdface.arrays import BoolArray, FloatArray
 
 __all__ = ["motion_gains", "motion_products"]
 
-# RMS displacement of a marker [m] at which the markers' own size counts by a half: less is noise.
-# Largest gain. Set by benchmarks/expression_takes.py.
+# RMS displacement of a marker on a human face [m] at which the markers' own size counts by a half:
+# less is noise. Largest gain. Set by benchmarks/expression_takes.py.
 _COUNTS = 0.0005
 _MOST = 1.5
 
@@ -45,7 +45,7 @@ def motion_products(
     return products
 
 
-def motion_gains(products: FloatArray, frames: float) -> FloatArray:
+def motion_gains(products: FloatArray, frames: float, size: float = 1.0) -> FloatArray:
     """Return by how much markers move further than solved: (F, 2), of the lower and upper half.
 
     The gain of the least squares from solved to shown motion; 1 where hardly anything moves, and
@@ -57,8 +57,11 @@ def motion_gains(products: FloatArray, frames: float) -> FloatArray:
         From `motion_products`.
     frames : float
         Standard deviation of the Gaussian that smooths the gain over time.
+    size : float
+        Of the face, in human ones.
     """
     if frames > 0:
         products = gaussian_filter1d(products, frames, axis=0, mode="nearest")
-    gain = (products[..., 0] + _COUNTS**2) / (products[..., 1] + _COUNTS**2)
+    counts = (size * _COUNTS) ** 2
+    gain = (products[..., 0] + counts) / (products[..., 1] + counts)
     return np.asarray(np.clip(gain, 1.0, _MOST))

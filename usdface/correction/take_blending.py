@@ -17,6 +17,7 @@ from usdface.face.layout import FaceLayout, split_poses
 from usdface.face.mirror import SIDES, Side, half_weights
 from usdface.face.regions import GainRegion
 from usdface.face.symmetry import symmetric_pairs
+from usdface.takes import frame_step
 
 __all__ = ["Blended", "MissingRegions", "Outputs", "TakeBlending"]
 
@@ -138,9 +139,9 @@ class TakeBlending:
             few, enough = _ALIKE
             mixed = 0.5 * np.clip((shared - few) / (enough - few), 0.0, 1.0)
             judged = weights + mixed[:, None] * (across - weights)
-        whole_take, response = self.times is not None, self.system.response
+        step = None if self.times is None else frame_step(self.times)
         return judged_events(
-            output, ruled, weights, judged, pose, self.evidence, response, whole_take
+            output, ruled, weights, judged, pose, self.evidence, self.system.response, step
         )
 
     def _gain(self, row: int, region: GainRegion | None) -> FloatArray:

@@ -10,6 +10,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.errors import InputError
+from usdface.face.head_size import size_by_eyes
 from usdface.face.layout import FaceLayout, find_layout
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.findings import Finding
@@ -129,6 +130,20 @@ class BoundFace:
         if shapes == self.mesh.shapes:
             return self  # with all that it has computed
         return replace(self, mesh=replace(self.mesh, shapes=shapes))
+
+    @cached_property
+    def size(self) -> float:
+        """Size in human faces, by the distance between the eyes; 1 where its lids are unknown."""
+        size = size_by_eyes(self.mesh.points, self.with_contacts().layout.lids)
+        return size if size > 0.0 else 1.0
+
+    def at_human_size(self) -> "BoundFace":
+        """Return the face as large as a human one, for lengths that were found on people."""
+        if self.size == 1.0:
+            return self
+        tolerance = self.layout.tolerance / self.size
+        layout = replace(self.layout, tolerance=tolerance)
+        return replace(self, mesh=self.mesh.scaled(1.0 / self.size), layout=layout)
 
     def with_layout(self, expressions: Sequence[Expression]) -> "BoundFace":
         """Return the face with the layout that is found on its mesh and `expressions`."""

@@ -12,6 +12,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 from usdface.face.antagonists import antagonists
+from usdface.face.head_size import size_by_eyes
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.mirror import SIDES, Side, sided_shapes
 from usdface.face.regions import GAIN_REGIONS, GainRegion, shape_regions
@@ -84,6 +85,7 @@ def find_layout(mesh: Mesh, expressions: Sequence[Expression], middle: float) ->
     """Find the layout of a face on its mesh; `middle` [m] is x of the midline."""
     contacts = find_lip_lid_contacts(mesh)
     left, right = sided_shapes(mesh, middle)
+    size = size_by_eyes(mesh.points, contacts.lids)
     return FaceLayout(
         left,
         right,
@@ -91,6 +93,7 @@ def find_layout(mesh: Mesh, expressions: Sequence[Expression], middle: float) ->
         antagonists(mesh, expressions),
         contacts.lips,
         contacts.lids,
+        CONTACT_TOLERANCE * (size if size > 0.0 else 1.0),
     )
 
 

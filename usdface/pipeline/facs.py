@@ -17,6 +17,7 @@ from usdface.io.rigs.files import read_rig_file
 from usdface.local_maxima import highest
 from usdface.options import RESPONSE
 from usdface.played_shot import PlayedShot
+from usdface.takes import frame_step
 
 __all__ = ["judge_file"]
 
@@ -77,8 +78,9 @@ def _peaks(played: PlayedShot) -> TakePeaks | None:
     shot = played.shot
     onset = shot.system.response[0] if shot.system is not None else RESPONSE[0]
     found: list[tuple[int, str]] = []
+    step = frame_step(shot.take.times)
     for emotion, curve in played.emotions.items():
-        frames = events_of(curve, onset).frames
+        frames = events_of(curve, onset, step).frames
         events = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
         # An output has a flat top where the likeness alone raises it.
         found += [(int(event[highest(curve[event])]), emotion) for event in events if len(event)]

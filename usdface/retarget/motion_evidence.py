@@ -62,14 +62,15 @@ class MotionEvidence:
         seen = np.repeat(visible(self.markers), axes, axis=1)
         flat = np.where(seen, displaced.reshape(len(displaced), -1), 0.0)
         coordinates = np.arange(3 * len(points)).reshape(-1, 3)[:, :axes].ravel()
-        rigid = motion_basis(points, axes).T
+        rigid = motion_basis(points, axes)
         directions = evaluator.select(coordinates).directions
-        rest = Unexplained.of(np.vstack([directions, rigid]), seen, frames_apart(self.times))
+        apart = frames_apart(self.times)
+        rest = Unexplained.beside_head(directions, rigid, points, seen, apart)
         left, count = rest.squares(flat)
         if not len(left) or np.median(count) < _FEWEST_LEFT:
             return np.nan
         noise = rest.noise(flat) ** 2
-        size = float(Unexplained.of(rigid, seen).squares(flat)[0].mean())
+        size = float(Unexplained.of(rigid.T, seen).squares(flat)[0].mean())
         rounding = (_ROUNDING * rms_radius(points)) ** 2
         if size <= max(_ABOVE_NOISE * noise, rounding):
             return np.nan

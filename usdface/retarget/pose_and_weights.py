@@ -49,8 +49,8 @@ _NOISE_ROUNDS = 4
 # Corrections of the neutral. Weight errors by the exact ones after 2, 3 and 4 of them (5 frames of
 # 0.3 mm, ICT face, python -m benchmarks.known_answer): 0.44, 0.42, 0.41.
 _NEUTRAL_STEPS = 4
-# The rounds end when markers move by less than this share of their error, or this far [m]: further
-# rounds would change weights by a hundredth of their error.
+# The rounds end when markers on the character move by less than this share of their error, or this
+# far [m]: further rounds would change weights by a hundredth of their error.
 _SETTLED_SHARE = 0.01
 _SETTLED = 1e-9
 
@@ -133,16 +133,16 @@ def solve_pose_and_weights(
     rows = TakeRows.of(target, model, positions.shape[2], setup.head == "solve")
     markers, seen = on_plane(positions), visible(positions)
     fit_pose = setup.head == "solve" and rows.axes == 3
-    back = np.linalg.inv(similarity_fit(space.centres, target)[0]) if fit_pose else np.eye(3)
+    over = similarity_fit(space.centres, target)[0] if fit_pose else np.eye(3)
+    back = np.linalg.inv(over)
 
     hidden = np.repeat(~seen, rows.axes, axis=1)
     here = pose.to_head(markers)
     rest = None
     if known is None:
-        rest = Unexplained.of(
-            np.vstack([rows.model.directions, rows.rigid.T]),
-            np.repeat(seen, rows.axes, axis=1),
-            frames_apart(times),
+        coordinates, apart = np.repeat(seen, rows.axes, axis=1), frames_apart(times)
+        rest = Unexplained.beside_head(
+            rows.model.directions, rows.rigid, target, coordinates, apart
         )
 
     iterate: Iterate | None = None
@@ -187,7 +187,7 @@ def solve_pose_and_weights(
                 leftover @ back,
             )
             before, here = here, pose.to_head(markers)
-            moved = max(moved, _rms((here - before)[seen]))
+            moved = max(moved, _rms((here - before)[seen] @ over))
         error = max(regularisation.noise, regularisation.misfit)
         settled = moved < max(_SETTLED_SHARE * error, _SETTLED)
         if settled and not exactly and (done > _HELD or not hidden.any()):

@@ -17,6 +17,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.regions import named_regions
 from usdface.findings import Finding, finding
 from usdface.frame_blocks import frame_blocks
+from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.exaggeration import scaled_weights
@@ -36,9 +37,9 @@ __all__ = [
     "restoring_factors",
 ]
 
-# RMS displacement of a marker by the brows [m] at which the factor has half its effect: less is
-# noise.
-_COUNTS = 0.0005
+# RMS displacement of a marker by the brows at which the factor has half its effect, as a share of
+# the face's size, 0.5 mm on the ICT face: less is noise.
+_COUNTS = 0.0084
 # Largest factor: markers that move farther are evidence that the rig has no shapes for this motion.
 _MOST = 2.0
 # Larger factors are reported.
@@ -82,7 +83,8 @@ def brow_factor(
         both += [np.vdot(part, left) for part in parts]
     # The rest of the face has a factor of its own, or its shrinkage would look like that of brows
     # that move at the same time; it is not used.
-    squares[0, 0] += len(weights) * _markers_moved(model, brows) * _COUNTS**2
+    least = _COUNTS * rms_radius(rest)
+    squares[0, 0] += len(weights) * _markers_moved(model, brows) * least**2
     squares += 1e-12 * max(np.trace(squares), 1e-300) * np.eye(2)
     return float(np.clip(1.0 + np.linalg.solve(squares, both)[0], 1.0, _MOST))
 

@@ -53,7 +53,7 @@ def design_system(
     face : BoundFace
     expressions : sequence of Expression
     noise : float [m]
-        Standard deviation of a marker's position along an axis, e.g. 0.0003.
+        Standard deviation of a marker's position along an axis, e.g. 0.0003, on a human face.
 
     Returns
     -------
@@ -70,7 +70,7 @@ def design_system(
     InputError
         If the face has no nose tip, or the markers have no extent.
     """
-    face = face.with_sorted_shapes()
+    face = face.at_human_size().with_sorted_shapes()
     names, neutral, shape_names = face.markers, face.neutral, face.shape_names
     poses = np.array([e.pose(shape_names) for e in expressions])
     poses = poses.reshape(len(expressions), len(shape_names))

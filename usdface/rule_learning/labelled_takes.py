@@ -225,8 +225,8 @@ def feature_noise(face: BoundFace, space: FeatureSpace) -> FloatArray:
     On the take it is that of two markers, on the character the noise that remains after the solve,
     with a lower limit: rules are to be about visible motions.
     """
-    unit = marker_spread(face.neutral)
+    unit, noise = marker_spread(face.neutral), face.size * MARKER_NOISE
     if space == "take":
-        return np.full(3 * len(face.neutral), np.sqrt(2.0) * MARKER_NOISE / unit)
-    solved = solved_noise(face.evaluator.offsets, face_features(face).offsets, MARKER_NOISE)
-    return np.maximum(solved, _LEAST_NOISE * MARKER_NOISE) / unit
+        return np.full(3 * len(face.neutral), np.sqrt(2.0) * noise / unit)
+    solved = solved_noise(face.evaluator.offsets, face_features(face).offsets, noise)
+    return np.maximum(solved, _LEAST_NOISE * noise) / unit

@@ -42,7 +42,9 @@ def test_what_is_written_is_read(prim, unit):
     write_layout(prim, PARTS, unit)
     assert same(read_layout(prim, unit), PARTS)
     # In stage units, as everything on the stage.
-    assert prim.GetAttribute(tokens.CONTACT_TOLERANCE).Get() == pytest.approx(0.0005 / unit)
+    assert prim.GetAttribute(tokens.CONTACT_TOLERANCE).Get() == pytest.approx(
+        PARTS.tolerance / unit
+    )
 
 
 def test_what_is_not_authored_is_empty(prim):

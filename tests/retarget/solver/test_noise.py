@@ -4,6 +4,7 @@ from scipy.interpolate import CubicSpline
 from scipy.signal import butter, filtfilt
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.solver.noise import Unexplained, frames_apart, white_noise
 
 
@@ -229,3 +230,21 @@ def test_noise_is_found_where_gaps_leave_nothing_unexplained() -> None:
     observed[~seen] = 5.0
     part = Unexplained.of(rng.normal(size=(24, 25)), seen)
     assert part.noise(observed) == pytest.approx(3e-4, rel=0.1)
+
+
+def test_noise_is_that_of_the_face_in_any_unit() -> None:
+    """A shape that moves by 12 micrometres on a human face is one in any unit, beside the head."""
+    rng = np.random.default_rng(16)
+    rest = 0.06 * rng.normal(size=(12, 3))
+    shapes = 0.003 * rng.normal(size=(10, 36))
+    shapes[0] *= 12e-6 / np.linalg.norm(shapes[0])
+    observed = rng.uniform(0, 1, (200, 10)) @ shapes + 3e-4 * rng.normal(size=(200, 36))
+    rigid, seen = motion_basis(rest, 3), all_seen(observed)
+    parts = [
+        Unexplained.beside_head(k * shapes, rigid, k * rest, seen, (1,)) for k in (0.01, 1.0, 100.0)
+    ]
+    assert [part.basis.shape[1] for part in parts] == [36 - 6 - 10] * 3
+    found = [
+        part.noise(k * observed) / k for part, k in zip(parts, (0.01, 1.0, 100.0), strict=True)
+    ]
+    np.testing.assert_allclose(found, found[1], rtol=1e-9)

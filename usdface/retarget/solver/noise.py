@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.geometry.marker_spread import rms_radius
 from usdface.takes import frame_step
 from usdface.visibility_patterns import visibility_patterns
 
@@ -27,7 +28,7 @@ MOST = 0.9
 _UNTOLD = 0.3
 # Relative singular value below which directions count as 0: two blend shapes that move the markers
 # alike differ by the rounding of a file, 10 nm, and the rank must not depend on that. Head motions
-# have the length 1, so for blend shapes this is 10 micrometres.
+# are as long as a turn by a radian, so for blend shapes of the ICT face this is 6 micrometres.
 _NOTHING = 1e-5
 # Patterns of occlusion that are used, and numbers that are stored for them: bounds on time and
 # memory. Where a take has more, evenly spread frames are used.
@@ -134,6 +135,31 @@ class Unexplained:
         while len(visibility_patterns(seen[frames])[0]) > most:
             frames = frames[::2]
         return cls(basis, seen, frames, _alike(basis, seen[frames]), apart)
+
+    @classmethod
+    def beside_head(
+        cls,
+        directions: FloatArray,
+        rigid: FloatArray,
+        rest: FloatArray,
+        seen: BoolArray,
+        apart: tuple[int, ...],
+    ) -> "Unexplained":
+        """Return the part that neither blend shapes nor small head motions explain.
+
+        Parameters
+        ----------
+        directions : (K, N) float64 [m]
+            Displacements by the blend shapes.
+        rigid : (N, 6) float64
+            Orthonormal head motions.
+        rest : (M, 3) float64 [m]
+            The markers at rest.
+        seen : (F, N) bool
+        apart : tuple of int
+        """
+        turn = np.sqrt(len(rest)) * rms_radius(rest)
+        return cls.of(np.vstack([directions, turn * rigid.T]), seen, apart)
 
     def squares(self, observed: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the mean square [m^2] of frames, and its degrees of freedom: (K,), (K,).
