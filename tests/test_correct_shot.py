@@ -133,6 +133,19 @@ def test_the_result_of_another_shot_is_refused(result: ShotResult, tmp_path: Pat
         process(other, solved=result)
 
 
+def test_the_result_of_a_take_that_was_recorded_again_is_refused(
+    shot: Path, result: ShotResult
+) -> None:
+    """Of as many frames, at the same times."""
+    world = make_world()
+    positions = world.take.positions.copy()
+    positions[30, 0, 1] += 1e-3
+    take = replace(world.take, positions=positions)
+    path = shoot(replace(world, take=take).write(shot.parent / "again"))
+    with pytest.raises(InputError, match="another take or rig"):
+        process(path, solved=result)
+
+
 def test_the_result_of_other_settings_of_the_solve_is_refused(
     shot: Path, result: ShotResult
 ) -> None:

@@ -1,6 +1,6 @@
 """The setup of one face: which marker sits where on the rig, and how the take is solved."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.binding_origin import BindingOrigin
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 from usdface.options import (
     AMPLITUDE_RANGE,
     LARGEST_OFFSET,
@@ -22,7 +22,15 @@ from usdface.options import (
 from usdface.performer_face import PerformerFace
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["Binding", "Calibration", "Expression", "Pin", "RetargetSetup", "unbound"]
+__all__ = [
+    "Binding",
+    "Calibration",
+    "Expression",
+    "Pin",
+    "RetargetSetup",
+    "check_neutral_weights",
+    "unbound",
+]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -342,3 +350,20 @@ def unbound(take: MarkerTake | WeightsTake) -> RetargetSetup:
             "BINDING_MISSING",
         )
     return RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
+
+
+def check_neutral_weights(weights: Mapping[str, float], shape_names: Sequence[str]) -> None:
+    """Refuse neutral weights of what is no blend shape.
+
+    Raises
+    ------
+    InputError
+        Naming the first one.
+    """
+    for name in weights:
+        if name not in shape_names:
+            raise InputError(
+                f"a neutral weight is of {name!r}, a blend shape the rig has not"
+                f"{did_you_mean(name, shape_names)}",
+                "SHAPE_UNKNOWN",
+            )

@@ -135,6 +135,8 @@ class SolvedShot:
         Of the blend shapes of `weights`; None where they were not measured.
     mistracked : tuple of MistrackedLid
         Lid markers that were not believed; `take` has them where they are instead.
+    recorded : str
+        `content_digest` of the take before its clean-up; "" where it was never read as a whole.
     """
 
     take: MarkerTake | WeightsTake
@@ -144,6 +146,7 @@ class SolvedShot:
     findings: tuple[Finding, ...] = ()
     lids: Mapping[Eye, LidGaps] | None = None
     mistracked: tuple[MistrackedLid, ...] = ()
+    recorded: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)

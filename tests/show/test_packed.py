@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from usdface.content_digest import content_digest
 from usdface.errors import InputError
-from usdface.show.content import content_digest
 from usdface.show.packed import UnpackError, read_packed, write_packed
 
 

@@ -9,7 +9,7 @@ from usdface.errors import InputError, did_you_mean
 from usdface.face.landmark_sets import nose_tip_landmark
 from usdface.face.named_places import names_nose_tip
 from usdface.findings import Finding, finding
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.retarget_setup import Binding, RetargetSetup, check_neutral_weights
 from usdface.rigs import Mesh
 from usdface.takes import MarkerTake, WeightsTake, visible
 
@@ -27,7 +27,8 @@ def fit_setup(
     ------
     InputError
         If the binding was made for another mesh or a marker sits outside the mesh, none is in the
-        take, or a named head marker or nose tip is not there.
+        take, a named head marker or nose tip is not there, or a neutral weight is of no blend shape
+        of the mesh.
     """
     if setup.origin is not None:
         check_mesh(setup.origin, mesh)
@@ -35,6 +36,7 @@ def fit_setup(
     binding = setup.binding
     setup, findings = _with_assumed_neutral(setup, take)
     findings += _uncalibrated(setup, mesh)
+    check_neutral_weights(setup.neutral_weights, mesh.shape_names)
     if not binding.markers:
         return setup, findings
     check_vertices(binding, mesh)

@@ -1,16 +1,17 @@
 """A shot that is corrected again with the solve of an earlier result."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from usdface.content_digest import content_digest
 from usdface.errors import InputError
 from usdface.hooks import Hook
 from usdface.options import ProcessOptions
 from usdface.progress import Progress
 from usdface.retarget_shot import express_again, solve_settings, with_overrides
 from usdface.shot import Shot, ShotResult, SolvedShot
-from usdface.show.content import content_digest
 
 __all__ = ["correct_earlier"]
 
@@ -45,14 +46,16 @@ def correct_earlier(
 
 def _same_solve(shot: Shot, earlier: ShotResult) -> SolvedShot:
     """Return the earlier solve, if this shot would be solved alike."""
-    own = np.array_equal(shot.take.times, earlier.shot.take.times)
-    if not own or shot.rig.shape_names != earlier.shot.rig.shape_names:
-        raise InputError(
-            "the earlier result has another take or rig than this shot; process it without"
-        )
     if earlier.solve is None:
         raise InputError(
             "the earlier result was put together by hand and holds no solve; process without it"
+        )
+    recorded = earlier.solve.recorded
+    own = np.array_equal(shot.take.times, earlier.shot.take.times)
+    own = own and recorded in ("", content_digest(replace(shot.take, source="")))
+    if not own or shot.rig.shape_names != earlier.shot.rig.shape_names:
+        raise InputError(
+            "the earlier result has another take or rig than this shot; process it without"
         )
     try:
         same = content_digest(solve_settings(shot)) == content_digest(solve_settings(earlier.shot))

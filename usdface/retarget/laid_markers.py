@@ -24,7 +24,7 @@ from usdface.retarget.performed_face import (
     match_face,
 )
 from usdface.retarget.usable_markers import determined, neutral_frames, usable_markers
-from usdface.retarget_setup import RetargetSetup
+from usdface.retarget_setup import RetargetSetup, check_neutral_weights
 from usdface.takes import MarkerTake
 
 __all__ = ["LaidMarkers", "lay_markers"]
@@ -176,11 +176,7 @@ def _without_neutral_weights(
         return neutral
     if take.dimension == 2:
         raise InputError("a 2D take cannot have neutral weights", "TAKE_KIND_WRONG")
-    unknown = sorted(setup.neutral_weights.keys() - set(shape_names))
-    if unknown:
-        raise InputError(
-            f"a neutral weight is of {unknown[0]!r}, a blend shape the rig has not", "SHAPE_UNKNOWN"
-        )
+    check_neutral_weights(setup.neutral_weights, shape_names)
     weights = np.array([[setup.neutral_weights.get(name, 0.0) for name in shape_names]])
     shown = model.displacements(model.combined(weights)).reshape(target.shape)
     return without_weights(neutral, target, shown)

@@ -13,6 +13,7 @@ from usdface.closure.closure_layer import Closure
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_gaps import LidGaps
 from usdface.closure.mistracked_lids import MistrackedLid
+from usdface.content_digest import content_digest
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
@@ -27,7 +28,6 @@ from usdface.retarget.solution import Solution
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget_pieces import EstimatedTake
 from usdface.shot import ShotResult, SolvedShot
-from usdface.show.content import content_digest
 from usdface.show.keys import program
 from usdface.show.packed import UnpackError, read_packed, write_packed
 from usdface.takes import MarkerTake, WeightsTake

@@ -8,10 +8,10 @@ import pytest
 from pxr import Sdf, Usd
 from worlds import make_world
 
+from usdface.content_digest import content_digest
 from usdface.errors import InputError
 from usdface.io.usd.shot import read_shot
 from usdface.pipeline import make_shot, process
-from usdface.show.content import content_digest
 
 CALIBRATION = {"shapes": {"jawOpen": {"gain": 1.2}, "mouthSmileLeft": {"gain": 0.9}}}
 

@@ -6,7 +6,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from usdface.show.content import content_digest
+from usdface.content_digest import content_digest
 
 
 @dataclass(frozen=True)
