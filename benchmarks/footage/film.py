@@ -304,8 +304,8 @@ def shoot(film: Film, look: Look, folder: Path) -> Truth:
             truths.append(truth)
         vertices, centroids, shares = (np.array(each) for each in zip(*truths, strict=True))
         np.savez(known, vertices=vertices, centroids=centroids, shares=shares)
-    data = np.load(known)
-    return Truth(film.names, data["vertices"], data["centroids"], data["shares"])
+    with np.load(known) as data:
+        return Truth(film.names, data["vertices"], data["centroids"], data["shares"])
 
 
 def recorded_curves(seconds: float, rate: float, start: float = 0.0):
