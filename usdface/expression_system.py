@@ -82,7 +82,7 @@ class ExpressionSystem:
         Outputs at which a raised pose begins to show and shows whole, see
         `usdface.correction.pose_blend.respond`; of an event, the largest output.
     evidence : float
-        Least likeness of solved weights to a pose for it to be raised, 0 to 1, see
+        Likeness of solved weights to a pose at which half of it is raised, 0 to 1, see
         `usdface.correction.evidence`; 0 = rules alone decide.
     likeness : float
         0 = rules alone decide; up to 0.5 a rule is suppressed where the face is like variants of

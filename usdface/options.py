@@ -83,10 +83,10 @@ HoldOut = Literal["auto", "recording", "variant"]
 # it shows: half an expression is taken for a whole one, a seventh for none
 # (benchmarks/expressions.py).
 RESPONSE = (0.15, 0.4)
-# Least likeness of the solved weights of brows and mouth to those of a pose (cosine) for it to be
-# raised. Expressions that another person shows at 40 % have 0.85 and more, a recorded range of
+# Likeness of the solved weights of brows and mouth to those of a pose (cosine) at which half of it
+# is raised. Expressions that another person shows at 40 % have 0.85 and more, a recorded range of
 # motion at most 0.71 in one of the two (benchmarks/expression_takes.py).
-EVIDENCE = 0.84
+EVIDENCE = 0.80
 # Of the default design: likeness to another emotion silences a rule, and what is like an expression
 # is heard where no rule fires.
 LIKENESS = 1.0

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from usdface import options
 from usdface.correction.evidence import Evidence
 from usdface.correction.pose_blend import respond
 from usdface.correction.raised_events import JudgedEvents, judged_events
@@ -11,7 +12,7 @@ POSE = np.array([1.0, 0.9, 0.6])  # brows, mouth, eyes
 EVIDENCE = Evidence(
     np.array([1.0, 1.0, 0.1]),
     np.diag([0.01, 0.01, 0.0001]),
-    0.84,
+    options.EVIDENCE,
     {"brows": np.array([True, False, False]), "mouth": np.array([False, True, False])},
 )
 RISE = np.linspace(0, 1, 30)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from chin_system import chin
 
+from usdface import options
 from usdface.correction.evidence import Evidence
 from usdface.correction.gains import Gains
 from usdface.correction.held_back import held_back_findings
@@ -15,7 +16,7 @@ POSE = np.array([1.0, 1.0, 0.8, 0.8, 0.0])
 EVIDENCE = Evidence(
     np.ones(5),
     0.01 * np.eye(5),
-    0.84,
+    options.EVIDENCE,
     {
         "brows": np.array([True, True, False, False, False]),
         "mouth": np.array([False, False, True, True, True]),
@@ -36,10 +37,10 @@ def raised(left: float, right: float, outputs: tuple[float, float]) -> np.ndarra
 
 
 def test_halves_that_show_an_emotion_alike_are_raised_alike() -> None:
-    """Mouths on either side of the least likeness, by the noise of the solve."""
-    alone = [raised(mouth, mouth, (0.6, 0.6)) for mouth in (0.2, 0.26)]
+    """Mouths on either side of the likeness that halves it, by the noise of the solve."""
+    alone = [raised(mouth, mouth, (0.6, 0.6)) for mouth in (0.15, 0.26)]
     assert alone[0][0] < 0.5 * alone[1][0]
-    added = raised(0.26, 0.2, (0.6, 0.6))
+    added = raised(0.26, 0.15, (0.6, 0.6))
     assert 0.1 < added[1] == pytest.approx(added[0])
     assert added[3] == pytest.approx(added[2], abs=0.1)
 
