@@ -94,3 +94,18 @@ def test_without_lip_markers_it_is_told() -> None:
         options=ProcessOptions(express=False),
     )
     assert "LIPS_UNSEEN" in {finding.code for finding in shot.findings}
+
+
+def test_no_tolerance_is_the_least_one() -> None:
+    """A shot may author 0: finite weights, closed as by a hundredth of a millimetre."""
+    face, solution = speaking().shot.face, speaking().solution
+    wrong = replace(speaking().solved, weights=left_open(0.12))
+    assert solution is not None
+    found = []
+    for tolerance in (0.0, 1e-5):
+        own = replace(face, layout=replace(face.layout, tolerance=tolerance))
+        closed = close_lips(own, wrong, wrong.weights, solution, FREE)
+        assert closed is not None and np.isfinite(closed.weights).all()
+        found.append(closed)
+    np.testing.assert_array_equal(found[0].weights, found[1].weights)
+    np.testing.assert_array_equal(found[0].course, found[1].course)
