@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["content_digest"]
+__all__ = ["content_digest", "known_digest"]
 
 
 def content_digest(value: object) -> str:
@@ -25,6 +25,14 @@ def content_digest(value: object) -> str:
     digest = hashlib.sha256()
     _feed(value, digest.update)
     return digest.hexdigest()
+
+
+def known_digest(value: object) -> str:
+    """Return `content_digest`, or "" of a value that has none: a part from another package."""
+    try:
+        return content_digest(value)
+    except TypeError:
+        return ""
 
 
 def _feed(value: Any, feed: Callable[[bytes], object]) -> None:

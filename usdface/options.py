@@ -84,9 +84,9 @@ HoldOut = Literal["auto", "recording", "variant"]
 # (benchmarks/expressions.py).
 RESPONSE = (0.15, 0.4)
 # Likeness of the solved weights of brows and mouth to those of a pose (cosine) at which half of it
-# is raised. Expressions that another person shows at 40 % have 0.85 and more, a recorded range of
-# motion at most 0.71 in one of the two (benchmarks/expression_takes.py).
-EVIDENCE = 0.80
+# is raised, set by benchmarks/expression_takes.py: recorded motion is less like a pose in one of
+# the two, expressions that other people show at half are more.
+EVIDENCE = 0.85
 # Of the default design: likeness to another emotion silences a rule, and what is like an expression
 # is heard where no rule fires.
 LIKENESS = 1.0
@@ -689,7 +689,7 @@ class MarkerOptions:
     count : int
         How many places.
     noise : float [m]
-        Standard deviation of a marker coordinate.
+        Standard deviation of a marker coordinate, on a human face.
 
     Examples
     --------

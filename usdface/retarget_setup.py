@@ -353,7 +353,7 @@ def unbound(take: MarkerTake | WeightsTake) -> RetargetSetup:
 
 
 def check_neutral_weights(weights: Mapping[str, float], shape_names: Sequence[str]) -> None:
-    """Refuse neutral weights of what is no blend shape.
+    """Refuse neutral weights of other names than those of the bound mesh's blend shapes.
 
     Raises
     ------
@@ -363,7 +363,7 @@ def check_neutral_weights(weights: Mapping[str, float], shape_names: Sequence[st
     for name in weights:
         if name not in shape_names:
             raise InputError(
-                f"a neutral weight is of {name!r}, a blend shape the rig has not"
+                f"a neutral weight is of {name!r}, a blend shape the bound mesh has not"
                 f"{did_you_mean(name, shape_names)}",
                 "SHAPE_UNKNOWN",
             )

@@ -6,6 +6,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import SolveError
 from usdface.face.bound_face import BoundFace
 from usdface.face.head_size import size_by_eyes
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.frame_blocks import by_blocks, frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
@@ -69,7 +70,7 @@ def _of_weights(result: ShotResult) -> dict[str, Measured]:
 def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     face, take, markers = result.shot.face, result.shot.take, solution.markers
     assert isinstance(take, MarkerTake)
-    size = size_by_eyes(face.mesh.points, face.layout.lids)
+    size = size_by_eyes(face.mesh.points, find_lip_lid_contacts(face.mesh).lids)
     human_mm = 1000.0 / size if np.isfinite(size) else 1000.0
     away = _rms_distances(solution)
     motion = _rms_motion(solution)

@@ -13,7 +13,7 @@ from usdface.closure.mistracked_lids import (
     mistracked_lids,
     with_replaced_lids,
 )
-from usdface.content_digest import content_digest
+from usdface.content_digest import known_digest
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
@@ -77,7 +77,7 @@ def solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress, stages: St
     stages : Stages
         Returns the value of "clean", kept or computed.
     """
-    recorded = content_digest(replace(shot.take, source=""))
+    recorded = known_digest(replace(shot.take, source=""))
     take, findings = run_hooks(hooks, "take_read", shot.take, shot)
     shot = replace(shot, take=take)
     face, setup = shot.face, shot.setup

@@ -10,7 +10,7 @@ from usdface.correction.raised_events import JudgedEvents, judged_events
 
 POSE = np.array([1.0, 0.9, 0.6])  # brows, mouth, eyes
 EVIDENCE = Evidence(
-    np.array([1.0, 1.0, 0.1]),
+    np.diag([1.0, 1.0, 0.1]),
     np.diag([0.01, 0.01, 0.0001]),
     options.EVIDENCE,
     {"brows": np.array([True, False, False]), "mouth": np.array([False, True, False])},

@@ -14,7 +14,7 @@ from usdface.face.layout import FaceLayout
 NAMES = ("browDown_L", "browDown_R", "mouthPress_L", "mouthPress_R", "jaw")
 POSE = np.array([1.0, 1.0, 0.8, 0.8, 0.0])
 EVIDENCE = Evidence(
-    np.ones(5),
+    np.eye(5),
     0.01 * np.eye(5),
     options.EVIDENCE,
     {

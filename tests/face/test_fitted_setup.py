@@ -41,7 +41,7 @@ def test_a_marker_that_is_named_so_is_the_nose_tip(world: World) -> None:
         ({"nose_tip": "nase"}, "; did you mean nose?"),
         ({"head": "markers", "head_markers": ("a", "b", "chin")}, "no marker 'a', 'b'"),
         ({"neutral": (0, 40)}, "frames 0 to 39"),
-        ({"neutral_weights": {"jawopen": 0.2}}, "'jawopen', a blend shape the rig has not"),
+        ({"neutral_weights": {"jawopen": 0.2}}, "'jawopen', a blend shape the bound mesh has not"),
         ({"binding": Binding(("x", "y"), np.array([1, 2]))}, "no bound marker is in the take"),
         ({"binding": Binding(("nose",), np.array([195]))}, "vertices 0 to 194"),
         ({"binding": Binding(("nose",), np.array([-1]))}, "vertex -1"),

@@ -74,5 +74,5 @@ def test_neutral_weights_are_taken_off() -> None:
     found, _ = laid(take, replace(SETUP, neutral_weights={name: 0.5}))
     off = np.abs(found.neutral - MESH.points[VERTICES]).max()
     assert off < 0.05 * np.abs(shown).max()
-    with pytest.raises(InputError, match="a blend shape the rig has not"):
+    with pytest.raises(InputError, match="a blend shape the bound mesh has not"):
         laid(take, replace(SETUP, neutral_weights={"no shape": 0.5}))

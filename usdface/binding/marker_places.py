@@ -36,7 +36,7 @@ _SHOWS = 0.5
 _APART, _FACING = 0.1, 0.05
 # Frame rate of the capture that the design is for [Hz].
 _RATE = 30.0
-# Misfit of another face than the rig's, as on real takes [m].
+# Misfit of another face than the rig's, as on real takes, on a human face [m].
 _MISFIT = 5e-4
 
 
@@ -173,11 +173,11 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
         If `count` is less than 1 or more than there is room for, or its
         blend shapes move no visible surface.
     """
-    free = free_places(mesh, binding.points)
-    places = np.concatenate([binding.points, free.vertices])
-    present = len(binding.points)
     face = BoundFace(mesh, binding.markers, binding.points)
     human = face.at_human_size().mesh
+    free = free_places(human, binding.points)
+    places = np.concatenate([binding.points, free.vertices])
+    present = len(binding.points)
     shown = _confidence(
         human, places, bound=present, wanted=max(count, 0), noise=noise, room=free.room
     )

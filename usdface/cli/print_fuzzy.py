@@ -128,7 +128,8 @@ def print_neutral_responses(responses: "Sequence[NeutralResponse]") -> None:
         cells = (f"{c[emotion]:.3f}" if emotion in c else "" for c in columns.values())
         table.add_row(shown(emotion), *cells)
     print_whole(console, table)
-    console.print("jitter: 20 s of neutral markers with 0.3 mm of noise, solved", style="dim")
+    noise = "0.3 mm of noise on a human face"
+    console.print(f"jitter: 20 s of neutral markers with {noise}, solved", style="dim")
     for response in responses:
         if response.rules:
             console.print(shown(f"rules that fire at neutral, {response.system}:"), style="bold")

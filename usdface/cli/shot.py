@@ -192,7 +192,7 @@ def add_markers(commands: Any, summary: str) -> None:
         "--noise",
         type=float,
         default=default.noise,
-        help="of a marker coordinate [m] (default: %(default)s)",
+        help="of a marker coordinate on a human face [m] (default: %(default)s)",
     )
     command.add_argument(
         "-o", "--output", type=Path, metavar="FILE.json", help="the binding with the new markers"

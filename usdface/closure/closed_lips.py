@@ -76,7 +76,7 @@ def close_lips(
         return ClosedLips(
             weights, np.zeros(len(weights)), [finding("LIPS_UNSEEN", "lips", message)]
         )
-    tolerance = max(face.layout.tolerance, _LEAST_TOLERANCE)
+    tolerance = max(face.tolerance, _LEAST_TOLERANCE)
     near = near_pins[:, gaps.evaluator.moving].max(axis=1, initial=0.0)
     # Near a pin the limit widens, to none at the pin.
     with np.errstate(divide="ignore"):

@@ -116,7 +116,7 @@ def lip_distances(
 
     distances = by_blocks(len(solved.times), apart)
     measured, posed = (_smooth(distances[:, of], solved.times) for of in (0, 1))
-    least = face.layout.tolerance
+    least = face.tolerance
     used = np.flatnonzero([_agree(a, b, least) for a, b in zip(measured.T, posed.T, strict=True)])
     if not len(used):
         return None

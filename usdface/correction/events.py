@@ -33,8 +33,8 @@ _PEAK = (0.8, 0.9)
 # frame is compared with all cores of a stretch that lasts. Emotions that come and go in less than
 # half a minute do not depend on it.
 _FADE = (30.0, 60.0)
-# Least time between frames [s], far below that of any camera.
-_LEAST_STEP = 1e-4
+# Least step that counts [s]: of a faster take, as many frames as of one of 120 Hz.
+_LEAST_STEP = 1.0 / 120.0
 # Places and frames of cores at a time; limits of memory (1 MB) that no result depends on.
 _BLOCK = 64
 _COLUMNS = 2048

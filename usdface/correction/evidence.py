@@ -6,6 +6,7 @@ the solved weights: a mouth that speaks, puckers or rests while the brows frown 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -19,25 +20,26 @@ __all__ = ["Evidence", "evidence_of"]
 # Shares of its weight in the expression up to which a blend shape takes no part, and from which on
 # it takes full part. Set by benchmarks/expression_takes.py.
 _TAKES_PART = (0.5, 0.7)
-# Margin below and above the likeness of a region at which it shows half the pose. A steep ramp lets
-# noise decide: other persons' expressions at half, with markers 4 mm off, are corrected by up to
-# 0.59 more with one noise than with another where it is 0.03 around 0.84, by 0.24 where it is 0.1
-# around 0.8; recorded motion changed by more than 0.1 goes from 2.0 to 3.4 % of the frames at most.
-_AROUND = 0.1
+# Margin below and above the likeness of a region at which it shows half the pose; it ends at 0 and
+# at 1. A steep ramp lets noise decide: other persons' expressions at half, with markers 4 mm off,
+# were corrected by up to 0.59 more with one noise than with another where it was 0.03 around a
+# likeness of 0.84 that discounts each shape by itself, now by 0.13; recorded motion is changed as
+# little.
+_AROUND = 0.08
 # Error of a marker on another person's face [m]: the weight of a shape that moves the markers by
 # less is hardly determined.
 _FACE_ERROR = 0.0005
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Evidence:
     """Judges whether solved weights show an expression.
 
     Attributes
     ----------
-    seen : (T,) float64
-        How far the markers determine the weight of each blend shape, 0 to 1. Weights that are not
-        determined are no evidence, for or against.
+    determined : (T, T) float64
+        How far the markers determine weights, 0 to 1 (see `_determined`): weights, and mixtures of
+        weights, that are not determined are no evidence, for or against.
     motion : (T, K) float64 [m]
         Displacements of the markers' coordinates by each blend shape, on a human face.
     least : float
@@ -48,33 +50,44 @@ class Evidence:
         are not among them: markers hardly determine lids.
     """
 
-    seen: FloatArray
+    determined: FloatArray
     motion: FloatArray
     least: float
     regions: dict[GainRegion, BoolArray]
+
+    @cached_property
+    def seen(self) -> FloatArray:
+        """How far the markers determine the weight of each blend shape by itself: (T,), 0 to 1."""
+        return np.asarray(np.diag(self.determined))
+
+    @cached_property
+    def _root(self) -> FloatArray:
+        """The square root of `determined`: (T, T)."""
+        values, vectors = np.linalg.eigh(self.determined)
+        return np.asarray((vectors * np.sqrt(values.clip(min=0.0))) @ vectors.T)
 
     def shown(self, weights: FloatArray, pose: FloatArray) -> dict[GainRegion, FloatArray]:
         """Return how far weights (N, T) show a pose (T,) in each region, 0 to 1: (N,)."""
         if self.least == 0:
             return {region: np.ones(len(weights)) for region in self.regions}
-        lowest = self.least - _AROUND
+        lowest, highest = max(self.least - _AROUND, 0.0), min(self.least + _AROUND, 1.0)
         return {
-            region: _ramp((self._likeness(weights, pose, region) - lowest) / (2 * _AROUND))
+            region: _ramp((self._likeness(weights, pose, region) - lowest) / (highest - lowest))
             for region in self.regions
         }
 
     def _likeness(self, weights: FloatArray, pose: FloatArray, region: GainRegion) -> FloatArray:
         """Return how alike weights (N, T) and a pose (T,) are in a region, 0 to 1: (N,).
 
-        The cosine of their weights, or its geometric mean with that of the markers' motion where
-        this is more alike. The weights alone differ where the solve took a similar blend shape; in
-        the motion alone an open jaw outweighs all else.
+        The cosine of their weights as far as they are determined, or its geometric mean with that
+        of the markers' motion where this is more alike. The weights differ where the solve took a
+        similar blend shape; in the motion alone an open jaw outweighs all else.
         """
         own = self.regions[region]
         wanted, there = (np.where(own, w, 0.0) for w in (pose, weights))
         if not (self.seen * wanted).any():
             return np.ones(len(weights))
-        shapes = _cosine(self.seen * wanted, self.seen * there)
+        shapes = _cosine(wanted @ self._root, there @ self._root)
         markers = _cosine(wanted @ self.motion, there @ self.motion)
         return np.asarray(np.sqrt(np.maximum(shapes, 0.0) * np.maximum(shapes, markers)))
 
@@ -115,8 +128,9 @@ def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence
     at = [index[names[i]] for i in known]
     basis = face.offsets / face.size
     basis = basis.reshape(len(face.shape_names), 3 * len(face.markers))
-    determined, motion = np.zeros(len(names)), np.zeros((len(names), basis.shape[1]))
-    determined[known], motion[known] = _determined(basis)[at], basis[at]
+    determined, motion = np.zeros((len(names),) * 2), np.zeros((len(names), basis.shape[1]))
+    determined[np.ix_(known, known)] = _determined(basis)[np.ix_(at, at)]
+    motion[known] = basis[at]
     layout = face.layout.regions
     eyes = set(layout.get("eyes", ()))
     regions: dict[GainRegion, BoolArray] = {
@@ -127,11 +141,14 @@ def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence
 
 
 def _determined(basis: FloatArray) -> FloatArray:
-    """Return the reduction of each weight's variance by the markers of one frame: (S,)."""
-    scaled = basis / _FACE_ERROR
-    spread = SolveOptions().spread
-    posterior = np.linalg.inv(scaled @ scaled.T + np.eye(len(scaled)) / spread**2)
-    return np.asarray(np.clip(1.0 - np.diag(posterior) / spread**2, 0.0, 1.0))
+    """Return by how much the markers of one frame reduce the covariance of weights: (S, S).
+
+    I less the posterior by the prior covariance, both of ridge regression. A smile that the markers
+    cannot tell from another mixture of shapes is 0 along the difference of the two.
+    """
+    scaled = SolveOptions().spread * basis / _FACE_ERROR
+    gram = scaled @ scaled.T
+    return np.asarray(np.linalg.solve(gram + np.eye(len(gram)), gram))
 
 
 def _cosine(a: FloatArray, b: FloatArray) -> FloatArray:

@@ -133,7 +133,7 @@ def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
     contact = tuple(
         kind for (kind, _), mean in zip(contacts, means, strict=True) for _ in range(mean.shape[1])
     )
-    unlimited = Gaps(contact, neutral_gaps, evaluator, neutral_gaps, neutral_gaps, layout.tolerance)
+    unlimited = Gaps(contact, neutral_gaps, evaluator, neutral_gaps, neutral_gaps, face.tolerance)
     # Lid margins have a thickness: the gap in the blend shape that closes them counts as contact.
     closed = unlimited.at(np.eye(len(names))).min(axis=0, initial=np.inf)
     closed = np.clip(np.minimum(neutral_gaps, closed), 0.0, None)

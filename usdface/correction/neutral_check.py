@@ -35,8 +35,8 @@ class NeutralResponse:
     exact : dict of str to float
         Each emotion where every feature is 0.
     mean, largest : dict of str to float, or None
-        Each emotion over a take of neutral markers with 0.3 mm of noise, solved as any other; None
-        where the system is not the shot's, or reads markers that are not bound.
+        Each emotion over a take of neutral markers with 0.3 mm of noise on a human face, solved as
+        any other; None where the system is not the shot's, or reads markers that are not bound.
     rules : tuple of str
         Those that fire where every feature is 0.
     """

@@ -10,10 +10,11 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.errors import InputError
-from usdface.face.head_size import size_by_eyes
+from usdface.face.head_size import human_size
 from usdface.face.layout import FaceLayout, find_layout
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.findings import Finding
+from usdface.options import CONTACT_TOLERANCE
 from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh
 
@@ -133,16 +134,24 @@ class BoundFace:
 
     @cached_property
     def size(self) -> float:
-        """Size in human faces, by the distance between the eyes; 1 where its lids are unknown."""
-        size = size_by_eyes(self.mesh.points, self.with_contacts().layout.lids)
-        return size if size > 0.0 else 1.0
+        """Size in human faces, by the distance between the eyes; 1 where it shows no lids.
+
+        By the lids that the mesh shows, whatever the layout has: a system is designed before there
+        is one.
+        """
+        return human_size(self.mesh)
+
+    @property
+    def tolerance(self) -> float:
+        """Largest gap that a correction may open between lips or lids in contact [m]."""
+        given = self.layout.tolerance
+        return CONTACT_TOLERANCE * self.size if given is None else given
 
     def at_human_size(self) -> "BoundFace":
         """Return the face as large as a human one, for lengths that were found on people."""
         if self.size == 1.0:
             return self
-        tolerance = self.layout.tolerance / self.size
-        layout = replace(self.layout, tolerance=tolerance)
+        layout = replace(self.layout, tolerance=self.tolerance / self.size)
         return replace(self, mesh=self.mesh.scaled(1.0 / self.size), layout=layout)
 
     def with_layout(self, expressions: Sequence[Expression]) -> "BoundFace":

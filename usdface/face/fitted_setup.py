@@ -36,12 +36,12 @@ def fit_setup(
     binding = setup.binding
     setup, findings = _with_assumed_neutral(setup, take)
     findings += _uncalibrated(setup, mesh)
-    check_neutral_weights(setup.neutral_weights, mesh.shape_names)
     if not binding.markers:
         return setup, findings
     check_vertices(binding, mesh)
     if isinstance(take, MarkerTake):
         _check_take(setup, take)
+        check_neutral_weights(setup.neutral_weights, mesh.shape_names)
     if setup.nose_tip:
         _check_nose_tip(setup, take)
         return setup, findings

@@ -8,10 +8,11 @@ are allowed, so that children and stylised characters pass and a factor of ten d
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.findings import Finding, finding
-from usdface.rigs import Rig
+from usdface.rigs import Mesh, Rig
 
-__all__ = ["moved_size", "report_size", "size_by_eyes"]
+__all__ = ["human_size", "moved_size", "report_size", "size_by_eyes"]
 
 # Mean distance between the pupils of adults (N. Dodgson, "Variation and extrema of human
 # interpupillary distance", 2004): here between the middles of both eyes' lids. ICT-FaceKit,
@@ -38,6 +39,12 @@ def size_by_eyes(points: FloatArray, lids: IntArray) -> float:
         return np.nan
     apart = np.linalg.norm(middles[left].mean(axis=0) - middles[~left].mean(axis=0))
     return float(apart) / _EYES_APART
+
+
+def human_size(mesh: Mesh) -> float:
+    """Return the size of a face in human ones by its own lids; 1 where it shows none."""
+    size = size_by_eyes(mesh.points, find_lip_lid_contacts(mesh).lids)
+    return size if size > 0.0 else 1.0
 
 
 def moved_size(rig: Rig) -> float:

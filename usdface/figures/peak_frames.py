@@ -99,12 +99,12 @@ def _add(found: dict[int, str], frame: int, reason: str, times: FloatArray) -> N
 def _displacements(
     result: ShotResult, mesh: Mesh, vertices: IntArray, weights: FloatArray
 ) -> FloatArray:
-    """Return displacements of vertices of the bound mesh from neutral: (F, N, 3) [m]."""
+    """Return displacements of vertices of the bound mesh from neutral: (F, N, 3) [human m]."""
     names = result.solved.names
     columns = [names.index(name) for name in mesh.shape_names]
     evaluator, _ = evaluator_of(mesh, vertices)
     moved = evaluator.displacements(evaluator.combined(weights[:, columns]))
-    return moved.reshape(len(weights), len(vertices), 3)
+    return moved.reshape(len(weights), len(vertices), 3) / result.shot.face.size
 
 
 def _skin(mesh: Mesh) -> IntArray:

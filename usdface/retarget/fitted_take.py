@@ -146,7 +146,7 @@ def fit_take(
     own, notes = with_found_gains(setup, fit, joint, shape_names, take)
     if notes:
         joint = solver.solve(fit, own, joint.pose, neutral_frames=noisy)
-    factors = restoring_factors(own, fit, joint, shape_names, take)
+    factors = restoring_factors(own, fit, joint, shape_names, take, surface)
     findings += notes + markers_beside(fit.shifts, fit.points, laid.names, take.source)
     findings += restored_findings(factors)
     return FittedTake(

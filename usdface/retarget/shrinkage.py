@@ -14,10 +14,11 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.face.head_size import human_size
+from usdface.face.marker_surface import MarkerSurface
 from usdface.face.regions import named_regions
 from usdface.findings import Finding, finding
 from usdface.frame_blocks import frame_blocks
-from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.exaggeration import scaled_weights
@@ -37,9 +38,9 @@ __all__ = [
     "restoring_factors",
 ]
 
-# RMS displacement of a marker by the brows at which the factor has half its effect, as a share of
-# the face's size, 0.5 mm on the ICT face: less is noise.
-_COUNTS = 0.0084
+# RMS displacement of a marker by the brows on a human face [m] at which the factor has half its
+# effect: less is noise.
+_COUNTS = 0.0005
 # Largest factor: markers that move farther are evidence that the rig has no shapes for this motion.
 _MOST = 2.0
 # Larger factors are reported.
@@ -54,6 +55,7 @@ def brow_factor(
     brows: BoolArray,
     *,
     moving_head: bool,
+    size: float = 1.0,
 ) -> float:
     """Return the factor at which the solved brows come nearest to the markers: 1 to 2.
 
@@ -70,6 +72,8 @@ def brow_factor(
         The blend shapes of the brows.
     moving_head : bool
         The head's pose was solved with the weights: its small motions say nothing.
+    size : float
+        Of the face, in human ones.
     """
     rigid = motion_basis(rest, 3) if moving_head else np.zeros((rest.size, 0))
     squares, both = np.zeros((2, 2)), np.zeros(2)
@@ -83,8 +87,7 @@ def brow_factor(
         both += [np.vdot(part, left) for part in parts]
     # The rest of the face has a factor of its own, or its shrinkage would look like that of brows
     # that move at the same time; it is not used.
-    least = _COUNTS * rms_radius(rest)
-    squares[0, 0] += len(weights) * _markers_moved(model, brows) * least**2
+    squares[0, 0] += len(weights) * _markers_moved(model, brows) * (size * _COUNTS) ** 2
     squares += 1e-12 * max(np.trace(squares), 1e-300) * np.eye(2)
     return float(np.clip(1.0 + np.linalg.solve(squares, both)[0], 1.0, _MOST))
 
@@ -98,6 +101,7 @@ def brow_factors(
     names: tuple[str, ...],
     *,
     moving_head: bool,
+    size: float = 1.0,
 ) -> FloatArray:
     """Return the factor of each blend shape, 1 but for those of the brows: (S,).
 
@@ -107,7 +111,9 @@ def brow_factors(
     brows = np.isin(names, named_regions(names)["brows"])
     factors = np.ones(len(names))
     if brows.any():
-        factor = brow_factor(weights, displaced, rest, model, brows, moving_head=moving_head)
+        factor = brow_factor(
+            weights, displaced, rest, model, brows, moving_head=moving_head, size=size
+        )
         room = 1.0 / np.maximum(held_peaks(weights[:, brows], times), 1e-12)
         factors[brows] = np.clip(factor, 1.0, np.maximum(room, 1.0))
     return factors
@@ -119,11 +125,13 @@ def restoring_factors(
     joint: PoseAndWeights,
     shape_names: tuple[str, ...],
     take: MarkerTake,
+    surface: MarkerSurface | None,
 ) -> FloatArray:
     """Return the factors on the weights of a take (S,) of brows that the solve shrank.
 
     1 for an image, which has no depth: brows also move forward. Parameters are those of
-    `usdface.retarget.take_amplitudes.with_found_gains`.
+    `usdface.retarget.take_amplitudes.with_found_gains`, and the surface of the character, whose
+    face counts as human without one.
     """
     wanted = setup.solve.shrinkage == "restored" and setup.map.form != "paper"
     if not wanted or take.dimension == 2 or len(take.times) < FEWEST_FRAMES:
@@ -131,7 +139,7 @@ def restoring_factors(
     model, _ = as_performed(fit, shape_names, setup)
     return brow_factors(
         joint.weights, take.times, joint.displaced, fit.points, model, shape_names,
-        moving_head=setup.head == "solve",
+        moving_head=setup.head == "solve", size=human_size(surface.mesh) if surface else 1.0,
     )  # fmt: skip
 
 

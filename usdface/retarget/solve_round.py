@@ -41,7 +41,7 @@ class Recording:
     Attributes
     ----------
     times : (F,) float64 [s]
-    markers : (F, M, 3) float64
+    markers : (F, M, 3) float64 [of the take]
         NaN where occluded; an image has depth 0.
     seen : (F, M) bool
     rows : TakeRows
@@ -77,7 +77,7 @@ class Round:
     number : int
         0 before the first.
     pose : Pose
-    here : (F, M, 3) float64
+    here : (F, M, 3) float64 [of the take]
         The markers of a head that stays still.
     space : SpaceMap
     regularisation : Regularisation

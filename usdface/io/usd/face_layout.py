@@ -11,7 +11,6 @@ from usdface.errors import InputError
 from usdface.face.layout import FaceLayout
 from usdface.face.regions import GainRegion
 from usdface.io.usd.attributes import author, value_of
-from usdface.options import CONTACT_TOLERANCE
 from usdface.retarget.exaggeration import Exaggeration
 from usdface.schemas import tokens
 
@@ -46,8 +45,9 @@ def write_layout(prim: Usd.Prim, layout: FaceLayout, meters_per_unit: float) -> 
     for token, pairs in ((tokens.CONTACT_LIPS, layout.lips), (tokens.CONTACT_LIDS, layout.lids)):
         value = Vt.Vec2iArray.FromNumpy(pairs.astype(np.int32).reshape(-1, 2))
         author(prim, token, _NAMES.Int2Array, value)
-    tolerance = layout.tolerance / meters_per_unit
-    author(prim, tokens.CONTACT_TOLERANCE, _NAMES.Double, tolerance)
+    if layout.tolerance is not None:
+        tolerance = layout.tolerance / meters_per_unit
+        author(prim, tokens.CONTACT_TOLERANCE, _NAMES.Double, tolerance)
 
 
 def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
@@ -70,7 +70,7 @@ def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
             tuple(zip(opposed[::2], opposed[1::2], strict=True)),
             _pairs(prim, tokens.CONTACT_LIPS),
             _pairs(prim, tokens.CONTACT_LIDS),
-            CONTACT_TOLERANCE if tolerance is None else tolerance * meters_per_unit,
+            None if tolerance is None else tolerance * meters_per_unit,
         )
     except InputError as error:
         raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error

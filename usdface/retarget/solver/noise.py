@@ -152,11 +152,11 @@ class Unexplained:
         directions : (K, N) float64 [m]
             Displacements by the blend shapes.
         rigid : (N, 6) float64
-            Orthonormal head motions.
+            Orthonormal head motions; (N, 0) of a head that is known.
         rest : (M, 3) float64 [m]
             The markers at rest.
-        seen : (F, N) bool
-        apart : tuple of int
+        seen, apart
+            As the attributes.
         """
         turn = np.sqrt(len(rest)) * rms_radius(rest)
         return cls.of(np.vstack([directions, turn * rigid.T]), seen, apart)
