@@ -241,3 +241,18 @@ def test_places_of_a_dense_skin_take_memory_with_its_size() -> None:
         tracemalloc.stop()
     assert 1000 < len(found.vertices) <= 2000
     assert taken < 150e6
+
+
+@pytest.mark.parametrize("size", [0.5, 4.0])
+def test_a_face_of_another_size_takes_the_same_places(size: float) -> None:
+    """The size of a face is told by its lids."""
+    faces = [slit_face(), slit_face().scaled(size)]
+    one, other = (marker_places(mesh, NONE, count=6, noise=3e-4) for mesh in faces)
+    np.testing.assert_array_equal(one.vertices, other.vertices)
+    assert one.unseen == other.unseen
+    rooms = []
+    for mesh in faces:
+        with pytest.raises(InputError) as caught:
+            marker_places(mesh, NONE, count=10_000, noise=3e-4)
+        rooms.append(str(caught.value))
+    assert rooms[0] == rooms[1]

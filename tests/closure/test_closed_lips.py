@@ -5,12 +5,14 @@ from functools import cache
 
 import numpy as np
 import pytest
-from closing_world import TIMES, markers, performance, result
+from closing_world import TIMES, markers, performance, result, shot_of
 from slits import slit_face
 
 from usdface.closure.closed_lips import close_lips
 from usdface.closure.lip_contact import lip_gaps_of
 from usdface.options import ProcessOptions
+from usdface.retarget_shot import retarget
+from usdface.rigs import Rig
 from usdface.shot import ShotResult
 
 MESH = slit_face()
@@ -109,3 +111,24 @@ def test_no_tolerance_is_the_least_one() -> None:
         found.append(closed)
     np.testing.assert_array_equal(found[0].weights, found[1].weights)
     np.testing.assert_array_equal(found[0].course, found[1].course)
+
+
+@pytest.mark.parametrize("size", [0.5, 4.0])
+def test_lips_of_a_face_of_any_size_are_closed_alike(size: float) -> None:
+    """Also where the shot has no layout, whose tolerance then is that of a human face."""
+    solution = speaking().solution
+    assert solution is not None
+    shown = markers(MESH, performance(NAMES, jawOpen=OPEN))
+    shot = shot_of(replace(shown, positions=size * shown.positions), MESH)
+    shot = replace(shot, rig=Rig("Face", (MESH.scaled(size),)))
+    large = retarget(shot, options=ProcessOptions(express=False, closure=False))
+    assert large.solution is not None
+    closed = []
+    for of, found in ((speaking(), solution), (large, large.solution)):
+        wrong = replace(of.solved, weights=left_open(0.12))
+        bare = replace(of.shot.face, layout=replace(of.shot.face.layout, tolerance=None))
+        closed.append(close_lips(bare, wrong, wrong.weights, found, FREE))
+    one, other = closed
+    assert one is not None and other is not None and one.course.max() > 0.5
+    np.testing.assert_allclose(other.weights, one.weights, atol=1e-3)
+    assert [f.code for f in other.findings] == [f.code for f in one.findings] == ["LIPS_CLOSED"]

@@ -120,3 +120,23 @@ def test_the_evidence_is_a_continuous_function_of_the_weights(evidence):
         evidence.takes_part(there, POSE, np.full(2001, 0.5), np.ones(2001)),
     ):
         assert np.abs(np.diff(share, axis=0)).max() < 0.02
+
+
+@pytest.mark.parametrize(("least", "shown"), [(0.05, [0.0, 1.0]), (0.95, [0.0, 1.0])])
+def test_an_exact_pose_shows_whole_and_another_not_at_any_level(evidence, least, shown):
+    poses = np.array([POSE * [1, 0, 0, 0] + [0, 0, 1, 0], POSE])
+    found = replace(evidence, least=least).shown(poses, POSE)["mouth"]
+    np.testing.assert_allclose(found, shown, atol=1e-6)
+
+
+def test_mixtures_that_markers_cannot_tell_apart_are_alike():
+    """A jaw that is solved half as lips that roll: each of the two is clearly seen by itself."""
+    basis = np.zeros((3, 3, 3))
+    basis[0, 1], basis[1, 1], basis[2, 2] = [0, -0.02, 0.0001], [0, -0.02, 0], [0.02, 0, 0]
+    names = ("jaw", "roll", "smile")
+    face = marker_face(tuple("nab"), np.eye(3), basis, names, "n")
+    layout = FaceLayout(regions={"mouth": names})
+    evidence = evidence_of(replace(face, layout=layout), names, EVIDENCE)
+    pose, split = np.array([1.0, 0.0, 0.4]), np.array([[0.5, 0.5, 0.4]])
+    assert evidence.shown(split, pose)["mouth"][0] == 1.0
+    assert evidence.shown(np.array([[0.0, 0.0, 0.4]]), pose)["mouth"][0] == 0.0

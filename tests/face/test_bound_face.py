@@ -86,3 +86,12 @@ def test_a_face_without_lids_counts_as_human() -> None:
     bare = replace(MESH, shapes=())
     face = BoundFace(bare, (), np.zeros(0, int))
     assert face.size == 1.0 and face.at_human_size() is face
+
+
+def test_the_size_of_a_face_is_that_of_its_mesh_whatever_the_layout_has() -> None:
+    face = BoundFace(slit_face().scaled(2.0), (), np.zeros(0, int))
+    laid = face.with_layout(EXPRESSIONS)
+    bare = replace(laid, layout=replace(laid.layout, lids=laid.layout.lids[:0], tolerance=None))
+    assert face.size == laid.size == bare.size == pytest.approx(2 * 0.07 / 0.063)
+    assert face.tolerance == bare.tolerance == pytest.approx(laid.tolerance)
+    assert laid.tolerance == pytest.approx(0.0005 * laid.size)

@@ -165,3 +165,17 @@ def test_residual_and_weights_are_of_one_face() -> None:
     )
     away = np.linalg.norm(solution.displacements - shown, axis=2)
     np.testing.assert_allclose(away, solution.distances, atol=1e-12)
+
+
+def test_the_guard_against_noise_counts_by_the_size_of_the_face(exact: ShotResult) -> None:
+    """A face three times as large, whose brows hardly move, in the same share of its size."""
+    slight = shrunk(exact, 0.6)
+    assert slight.model is not None
+    displaced, weights = 0.05 * slight.displacements, 0.05 * slight.weights.weights
+    large = slight.model.mapped(lambda offsets: 3.0 * offsets)
+    human, wrong, right = (
+        brow_factor(weights, k * displaced, k * slight.rest, model, BROWS, moving_head=True, size=s)
+        for k, model, s in ((1.0, slight.model, 1.0), (3.0, large, 1.0), (3.0, large, 3.0))
+    )
+    assert 1.0 < human < wrong
+    assert right == pytest.approx(human, rel=1e-9)
