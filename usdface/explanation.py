@@ -270,7 +270,7 @@ def explain_result(result: ShotResult) -> Explanation:
     >>> options = usdface.ProcessOptions(trace=True)
     >>> result = usdface.process("examples/shot.usda", options=options).value
     >>> round(usdface.explain_result(result).frame(72)["poses_shown"]["joy"], 2)
-    1.0
+    0.99
     """
     trace = result.trace
     if trace is None:
