@@ -58,7 +58,7 @@ class Evidence:
     @cached_property
     def seen(self) -> FloatArray:
         """How far the markers determine the weight of each blend shape by itself: (T,), 0 to 1."""
-        return np.asarray(np.diag(self.determined))
+        return np.clip(np.diag(self.determined), 0.0, 1.0)  # rounding in shapes that move by metres
 
     @cached_property
     def _root(self) -> FloatArray:
