@@ -99,7 +99,7 @@ def _add(found: dict[int, str], frame: int, reason: str, times: FloatArray) -> N
 def _displacements(
     result: ShotResult, mesh: Mesh, vertices: IntArray, weights: FloatArray
 ) -> FloatArray:
-    """Return displacements of vertices of the bound mesh from neutral: (F, N, 3) [human m]."""
+    """Return displacements of vertices of the bound mesh, on a human face: (F, N, 3) [m]."""
     names = result.solved.names
     columns = [names.index(name) for name in mesh.shape_names]
     evaluator, _ = evaluator_of(mesh, vertices)
