@@ -63,16 +63,21 @@ class Case:
 
 
 def curves(face: Face) -> tuple[FloatArray, float]:
-    """Return every fourth recorded frame as weights of the face; by column where names differ."""
+    """Return every fourth recorded frame as weights of the face, after a rest."""
+    weights, rate = every_frame(face)
+    still = np.zeros((REST, weights.shape[1]))
+    return np.concatenate([still, weights[::4]]), rate / 4
+
+
+def every_frame(face: Face) -> tuple[FloatArray, float]:
+    """Return recorded curves as weights of the face; by column where names differ."""
     try:
-        weights, rate = range_of_motion(face, SHARED)
+        return range_of_motion(face, SHARED)
     except InputError:
         recorded, _ = read_take(SHARED / "livelinkface" / "alex_rom_3.csv")
         used = np.resize(np.flatnonzero(recorded.weights.max(axis=0) > 0.3), len(face.mesh.shapes))
         order = np.random.default_rng(7).permutation(used)
-        weights, rate = recorded.weights[:, order].clip(0, 1), recorded.rate
-    still = np.zeros((REST, weights.shape[1]))
-    return np.concatenate([still, weights[::4]]), rate / 4
+        return recorded.weights[:, order].clip(0, 1), recorded.rate
 
 
 def rested(weights: FloatArray, seed: int, count: int) -> FloatArray:
@@ -86,10 +91,15 @@ def rested(weights: FloatArray, seed: int, count: int) -> FloatArray:
 
 
 def simulated(kind: str, seed: int, shown: int | None = None) -> Case:
-    face, rng = make_face(kind, SHARED), np.random.default_rng(seed)
-    weights, rate = curves(face)
+    weights, rate = curves(make_face(kind, SHARED))
     if shown is not None:
         weights = rested(weights, seed, shown)
+    return performed(kind, seed, weights, rate)
+
+
+def performed(kind: str, seed: int, weights: FloatArray, rate: float) -> Case:
+    """Let a performer play weights (F, S)."""
+    face, rng = make_face(kind, SHARED), np.random.default_rng(seed)
     vertices = face.setup.binding.points
     rest = face.mesh.points[vertices]
     neutral, turn = random_bend(1000 + seed, rest, rest, 0.004, 0.05)
@@ -146,6 +156,9 @@ def errors(case: Case, setup: RetargetSetup) -> dict[str, FloatArray]:
 
 
 def weight_error(case: Case, setup: RetargetSetup) -> float:
+    """Return the RMS weight error; NaN where no place was sure enough to be bound."""
+    if not setup.binding.markers:
+        return float("nan")
     points = setup.binding.points
     offsets = case.mesh.offsets_at(points)
     solution, _ = solve_take(

@@ -19,6 +19,7 @@ NAMELESS = Observations(
     REST,
     MOVES,
     np.ones(MOVES.shape[:2], dtype=bool),
+    np.ones(COUNT, dtype=bool),
     np.full(COUNT, -1),
     np.full(COUNT, np.nan),
 )

@@ -13,8 +13,9 @@ CANDIDATES = candidate_vertices(face_surface(MESH))
 
 def observed(points: np.ndarray, moves: np.ndarray) -> Observations:
     count = len(points)
-    seen = np.ones(moves.shape[:2], dtype=bool)
-    return Observations(points, moves, seen, np.full(count, -1), np.full(count, np.nan))
+    visible, seen = np.ones(moves.shape[:2], dtype=bool), np.ones(count, dtype=bool)
+    nowhere = np.full(count, np.nan)
+    return Observations(points, moves, visible, seen, np.full(count, -1), nowhere)
 
 
 AT = np.array(list(WORLD.points.values()))

@@ -1,6 +1,7 @@
 """The neutral frames of a take: the held pose from which the rig explains the others."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -12,6 +13,12 @@ from usdface.binding.registration import Registration
 
 __all__ = ["explaining_neutral"]
 
+# Least difference of the two faces, in expected squared errors: a hundredth of the expected error.
+_LEAST = 1e-4
+# Exponent of the likelihood by the markers alone: a rest may last half a second of a minute. Judge:
+# `python benchmarks/neutral.py`.
+_PRIOR = 0.5
+
 
 def explaining_neutral(
     held: Sequence[HeldPose],
@@ -22,28 +29,49 @@ def explaining_neutral(
     size: float,
     away: FloatArray | float = 0.0,
 ) -> tuple[int, int]:
-    """Return the frames of the held pose from which the rig explains the peak frames.
+    """Return the frames of the held pose from which the rig explains the others.
 
-    The error added by the bounds of the weights, plus the difference of the two faces, is divided
-    by the likelihood of the pose. The difference depends on the distance of a pose to the peaks, so
-    its minimum over all poses is used.
+    The error that the bounds of the weights add, in the peak frames and in the held pose in which
+    it is largest, plus the difference of the two faces, is divided by the likelihood of the pose.
+    Other held poses tell most: the face is near to them, so the two faces differ little in the
+    motion, and from a smile or lowered lids the neutral needs negative weights. The difference
+    depends on the distance of a pose to the peaks, so its minimum over all poses is used.
 
     Parameters
     ----------
     held : sequence of HeldPose, length P
     observed : sequence of Observations, length P
-        The peak frames from each pose.
+        K peak frames from each pose.
     targets : Targets
         Where the markers sit on the character.
     start : Registration
-        As in `unexplained_motion`.
+        As in `unexplained_motion`, of the peak frames.
     size : float [m]
         Of the character's face.
     away : (P,) float64, optional
         Mean squared distance of each pose from another rest of the performer, in units of the
         expected squared error of motion: it is added to the error.
     """
-    left = np.array([unexplained_motion(targets, o, start=start, size=size) for o in observed])
-    difference, bounded = left[:, 0].min(), left[:, 1]
-    likely = np.array([pose.likely for pose in held])
-    return held[int(((difference + bounded + away) / likely).argmin())].frames
+    poses = np.stack([pose.neutral for pose in observed])
+    seen = np.stack([pose.seen for pose in observed])
+    shapes = len(targets.offsets)
+    start = replace(
+        start,
+        weights=np.concatenate([start.weights, np.zeros((len(poses), shapes))]),
+        rigid=np.concatenate([start.rigid, np.zeros((len(poses), 6))]),
+    )
+    peaks = len(observed[0].displacements)
+    free, bounded = [], []
+    for pose in observed:
+        there = seen & pose.seen
+        moves = np.concatenate(
+            [pose.displacements, np.where(there[..., None], poses - pose.neutral, 0.0)]
+        )
+        visible = np.concatenate([pose.visible, there])
+        signed, added = unexplained_motion(targets, moves, visible, start=start, size=size)
+        free.append([signed[:peaks].mean(), signed[peaks:].mean()])
+        bounded.append([added[:peaks].mean(), added[peaks:].max()])
+    difference = np.maximum(np.min(free, axis=0), _LEAST)
+    likely = np.array([pose.likely for pose in held]) ** _PRIOR
+    cost = (1.0 + (np.array(bounded) / difference).sum(axis=1) + away / difference[0]) / likely
+    return held[int(cost.argmin())].frames

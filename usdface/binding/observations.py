@@ -30,6 +30,8 @@ class Observations:
     displacements : (K, M, 3) float64 [m]
         From neutral in the peak frames; 0 where occluded.
     visible : (K, M) bool
+    seen : (M,) bool
+        Visible in the neutral frames; other markers are at their median place.
     anchors : (M,) int64
         Index into the face surface where the vertex of a marker is given, else -1.
     heights : (M,) float64
@@ -41,6 +43,7 @@ class Observations:
     neutral: FloatArray
     displacements: FloatArray
     visible: BoolArray
+    seen: BoolArray
     anchors: IntArray
     heights: FloatArray
     named: NamePriors | None = None
@@ -120,4 +123,5 @@ def observe(
     mean = np.where(count > 0, mean, np.nanmedian(stabilised, axis=0))
     moves = stabilised[peaks] - mean
     visible = ~np.isnan(moves[..., 0])
-    return Observations(mean, np.nan_to_num(moves), visible, anchors, heights, named)
+    seen = count[:, 0] > 0
+    return Observations(mean, np.nan_to_num(moves), visible, seen, anchors, heights, named)

@@ -7,7 +7,6 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.binding.candidates import CandidateVertices
-from usdface.binding.observations import Observations
 from usdface.binding.registration import MOTION_ERROR, Registration, trust_of
 from usdface.geometry.rigid_modes import infinitesimal_motions
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
@@ -39,37 +38,42 @@ def targets_of(candidates: CandidateVertices, registration: Registration) -> Tar
 
 
 def unexplained_motion(
-    targets: Targets, observations: Observations, *, start: Registration, size: float
-) -> tuple[float, float]:
-    """Return the mean squared motion of the markers that the rig cannot explain where they sit.
+    targets: Targets,
+    moves: FloatArray,
+    visible: BoolArray,
+    *,
+    start: Registration,
+    size: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Return the mean squared motion of the markers that the rig cannot explain, in each frame.
 
-    In units of the expected squared error: with unbounded weights, and the increase with weights
-    from 0 to 1. The first is the difference of the two faces, which grows with the distance from
-    the neutral to the peaks. The second reveals a false neutral, such as an open mouth: motion
+    In units of the expected squared error: with unbounded weights (K,), and the increase with
+    weights from 0 to 1 (K,). The first is the difference of the two faces, which grows with the
+    distance from the neutral. The second reveals a false neutral, such as an open mouth: motion
     towards the true one needs negative weights.
 
     Parameters
     ----------
     targets : Targets
         Where the markers sit.
-    observations : Observations
+    moves : (K, M, 3) float64
+        Displacements from the neutral, in the performer's space.
+    visible : (K, M) bool
     start : Registration
-        Carries the markers to the character; its weights and rigid motions predict occluded ones.
+        Carries the markers to the character; its weights and rigid motions, of the K frames,
+        predict occluded ones.
     size : float [m]
         Of the character's face: errors are shares of it.
     """
-    moves = observations.displacements @ start.linear
-    frames = np.maximum(observations.visible.sum(axis=0), 1)
+    moves = moves @ start.linear
 
-    def left(bounds: WeightBounds) -> float:
-        weights, rigid = peak_motion(
-            targets, moves, observations.visible, start=start, bounds=bounds
-        )
+    def left(bounds: WeightBounds) -> FloatArray:
+        weights, rigid = peak_motion(targets, moves, visible, start=start, bounds=bounds)
         predicted = weights @ targets.offsets.reshape(len(targets.offsets), -1)
         predicted += rigid @ infinitesimal_motions(targets.points).reshape(6, -1)
-        squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2)
-        each = (squared * observations.visible).sum(axis=0) / frames
-        return float(each.mean()) / (MOTION_ERROR * size) ** 2
+        squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2) * visible
+        each = squared.sum(axis=1) / np.maximum(visible.sum(axis=1), 1)
+        return np.asarray(each / (MOTION_ERROR * size) ** 2)
 
     signed = left("none")
     return signed, left("solved") - signed

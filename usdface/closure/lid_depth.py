@@ -31,6 +31,10 @@ __all__ = [
 # other persons 0.46 and more, and 0.58 of the blinks; of two real takes 0.35, and 0.56; of lids
 # that came back from wide open 0.29 at most.
 _GONE, _GONE_OF_BLINKS = 0.25, 0.5
+# A pulse that takes away less than this share of what the take's blinks do (upper quartile) is a
+# ripple on lids that hang: 0.30 on one of three heads in a real take, whose blinks take 0.46 and
+# more.
+_LEAST_OF_BLINKS = 0.38
 # A pulse that takes away as much of the opening as the take's other blinks (upper quartile), and at
 # least the third share, is one of them, though less is gone where markers are bound to wrong
 # places. Blinks of two real takes on three heads, with vertices that were proposed, 0.74 to 1.26,
@@ -113,6 +117,7 @@ def pulses_that_close(lids: LidDepth, peaks: IntArray, blinks: Sequence[EyeClosi
     known = most[np.isfinite(most)]
     level = float(np.quantile(known, 0.75)) if len(known) else 0.0
     closed = most >= max(_GONE, _GONE_OF_BLINKS * level)
+    closed &= _swept_as_others(lids.swept[peaks])
     if len(peaks) and _sweep_far(lids.swept[peaks], lids.most, _SWEPT):
         closed |= _as_far(lids.swept[peaks], blinks) & (most >= _AWAY)
     return np.asarray(closed)
@@ -209,6 +214,13 @@ def _as_far(swept: FloatArray, blinks: Sequence[EyeClosing]) -> BoolArray:
     alone = np.array([blink.guessed or len(blink.eyes) < 2 for blink in blinks])
     reached = np.where(alone, share.max(axis=1), share.mean(axis=1)) >= _AS_FAR
     return np.asarray(reached & (swept.max(axis=1) >= _FAR))
+
+
+def _swept_as_others(swept: FloatArray) -> BoolArray:
+    """Return which pulses of depth `swept` (N, 2) are not far less deep than the others: (N,)."""
+    most = _deeper_eye(swept)
+    known = most[np.isfinite(most)]
+    return np.asarray(most >= _LEAST_OF_BLINKS * (np.quantile(known, 0.75) if len(known) else 0.0))
 
 
 def _deeper_eye(gone: FloatArray) -> FloatArray:
