@@ -29,7 +29,7 @@ from usdface.shot_assembly import assemble_shot
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]
-NEUTRAL = {"Jaw": (39, 69), "Eyebrows": (90, 120)}
+NEUTRAL = {"Jaw": (67, 91), "Eyebrows": (0, 18)}
 NOTHING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
 
 

@@ -62,6 +62,16 @@ def test_a_pulse_that_is_solved_less_deep_than_the_others_leaves_the_eye_open(
     assert as_deep_as_others(solved, PEAKS).tolist() == [True, False, True, True]
 
 
+def test_one_of_few_blinks_that_squeezes_the_lids_does_not_make_squints_of_the_others() -> None:
+    solved = lid_depth(pulses([0.52, 0.38, 0.48, 0.73]), STEP)
+    assert as_deep_as_others(solved, PEAKS).all()
+
+
+def test_a_ripple_on_lids_that_hang_closes_no_eye() -> None:
+    depth = lid_depth(0.6 + pulses([0.4, 0.4, 0.1, 0.35]), STEP)
+    assert pulses_that_close(depth, PEAKS, [BLINK] * 4).tolist() == [True, True, False, True]
+
+
 def test_a_solve_that_hardly_shows_blinks_is_not_asked() -> None:
     curve = 0.2 * pulses([1.0, 0.3, 0.0, 1.0])
     assert as_deep_as_others(lid_depth(curve, STEP), PEAKS).all()

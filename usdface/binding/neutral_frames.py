@@ -24,6 +24,7 @@ __all__ = [
     "held_poses",
     "neutral_frames",
     "peak_frames",
+    "shows_poses",
     "stabilised_markers",
     "stabilised_take",
     "without_head",
@@ -116,6 +117,11 @@ class HeldPose:
         """Likelihood that it is the neutral, by the markers alone: any unit."""
         lasting = self.lasts / (self.lasts + _STILL)
         return float(self.usual**_USUAL * _BEGINS**self.first * lasting)
+
+
+def shows_poses(take: MarkerTake) -> bool:
+    """Return whether neutral frames can be found by the markers: in space, and enough at once."""
+    return take.dimension == 3 and int(take.visible.sum(axis=1).max()) >= FEWEST_MARKERS
 
 
 def neutral_frames(take: MarkerTake) -> tuple[int, int]:

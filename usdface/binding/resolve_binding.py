@@ -7,7 +7,12 @@ import numpy as np
 
 from usdface.binding.bound_neutral import bound_neutral
 from usdface.binding.neutral_findings import neutral_findings
-from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames
+from usdface.binding.neutral_frames import (
+    check_frames,
+    neutral_frames,
+    peak_frames,
+    shows_poses,
+)
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
 from usdface.binding_origin import check_mesh, origin_of, take_differs
@@ -129,7 +134,7 @@ def resolve_binding(
     proposing = given is None or options.propose
     named = given is not None and not given.neutral_assumed
     find_neutral = options.neutral == "auto" or (
-        (proposing or bool(other_take)) and not (named or options.neutral)
+        not (named or options.neutral) and (proposing or bool(other_take) or shows_poses(take))
     )
     setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
     setup = _requested(setup, options)

@@ -66,7 +66,8 @@ def _binding_options(group: Any) -> None:
         "--neutral",
         nargs="+",
         metavar="FRAME",
-        help='first and last neutral frame index, or "auto"; overrides the binding',
+        help='first and last neutral frame index, or "auto"; overrides the binding (default: '
+        "found, if the binding names none)",
     )
     group.add_argument(
         "--peaks",

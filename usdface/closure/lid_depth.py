@@ -190,7 +190,8 @@ def _solved_at(solved: LidDepth, peaks: IntArray) -> tuple[FloatArray, float, fl
     # A lid that is solved as wider than at rest is no evidence where none is solved as closing.
     most = np.maximum(_deeper_eye(solved.most[peaks]), 0.0)
     known = most[np.isfinite(most)]
-    level = float(np.quantile(known, 0.75)) if len(known) else 0.0
+    # Of few blinks the deepest, which may be a squeeze, does not count.
+    level = min(np.quantile(known, 0.75), np.sort(known)[-2:][0]) if len(known) else 0.0
     return most, level, float(np.clip((level - _HARDLY) / (_SHOWN - _HARDLY), 0.0, 1.0))
 
 
