@@ -564,7 +564,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NEUTRAL_ASSUMED": (
         "warning",
         "name_neutral",
-        "no neutral frames are named; the first frame that shows the markers is taken",
+        "no neutral frames are named nor found; the first frame that shows the markers is taken",
     ),
     "NOSE_TIP_ASSUMED": (
         "warning",

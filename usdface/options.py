@@ -658,8 +658,8 @@ class BindOptions:
 
     `propose` finds places for the markers that the binding file leaves out; without a file it
     is always done. `neutral` names the first and last neutral frame index instead of the file,
-    `peaks` the indices of frames of strong expressions; "auto" looks for them, as is done where
-    places are proposed and the file names none.
+    `peaks` the indices of frames of strong expressions; "auto" looks for them. Neutral frames are
+    also looked for if the file names none, in takes in space and where places are proposed.
 
     Examples
     --------

@@ -57,9 +57,10 @@ _SPIKE = 3  # median filter [frames]: a single one may be a wrong label
 # A face that holds a pose is slow this long [s] before and after, a turning point for a moment; a
 # neutral of that length is half as likely as a long one.
 _STILL = 0.1
-# Number of held poses that are candidates for the neutral; exponent of their share of the take;
-# duration [s] and factor of poses that the take begins with. Judge: `python benchmarks/neutral.py`.
-NEUTRALS, _USUAL, _BEGINNING, _BEGINS = 32, 0.5, 0.3, 2.7
+# Number of held poses that are candidates for the neutral, and how far apart they are at least, in
+# sizes of a pose; exponent of their share of the take; duration [s] and factor of poses that the
+# take begins with. Judge: `python benchmarks/neutral.py`.
+NEUTRALS, _APART, _USUAL, _BEGINNING, _BEGINS = 64, 0.6, 0.5, 0.3, 2.7
 # Least distance of a peak from neutral and other peaks, as a share of the farthest one's.
 _LEAST_PEAK = 0.02
 
@@ -265,7 +266,7 @@ def held_poses(
         lasts = (hold[1] - hold[0] + 1) * max(frame_step(times), 1e-9)
         first = float(alike[best, begins].mean())
         found.append(HeldPose(hold, float(usual[best]), first, lasts))
-        held[apart[best] < size**2] = 0.0
+        held[apart[best] < (_APART * size) ** 2] = 0.0
     return sorted(found, key=lambda pose: -pose.likely)
 
 
