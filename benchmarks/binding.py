@@ -388,9 +388,7 @@ def main() -> None:
         for count in ANCHORS:
             chosen = order[:count]
             given = Binding(tuple(case.take.names[i] for i in chosen), case.truth[chosen])
-            neutral = neutral_frames(case.take)
-            setup = RetargetSetup(given, neutral=neutral)
-            proposal = propose(case.take, case.mesh, setup).setup
+            proposal = propose(case.take, case.mesh, RetargetSetup(given), find_neutral=True).setup
             found = errors(case, proposal)
             rest = np.setdiff1d(np.arange(len(case.truth)), chosen)
             near = found["along"][rest] < 0.010

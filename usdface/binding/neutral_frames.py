@@ -61,6 +61,8 @@ _STILL = 0.1
 # sizes of a pose; exponent of their share of the take; duration [s] and factor of poses that the
 # take begins with. Judge: `python benchmarks/neutral.py`.
 NEUTRALS, _APART, _USUAL, _BEGINNING, _BEGINS = 64, 0.6, 0.5, 0.3, 2.7
+# The face is still at the beginning if slower than this share of its median speed.
+_STILL_START = 0.5
 # Least distance of a peak from neutral and other peaks, as a share of the farthest one's.
 _LEAST_PEAK = 0.02
 
@@ -257,16 +259,20 @@ def held_poses(
     speed = np.linalg.norm(np.gradient(scores, times, axis=0), axis=1)
     around = round(2 * _STILL / max(frame_step(times), 1e-9)) + 1
     speed = maximum_filter1d(speed, min(around, len(speed)))[frames]
-    held = usual / (1.0 + (speed / max(float(np.median(speed)), 1e-12)) ** 2)
+    slow = max(float(np.median(speed)), 1e-12)
+    held = usual / (1.0 + (speed / slow) ** 2)
     found: list[HeldPose] = []
+    # The beginning first, where the face is still: most takes begin at rest.
+    start = np.where(begins & (speed < _STILL_START * slow), held, 0.0)
+    best = int((start if start.any() else held).argmax())
     while len(found) < count and held.max() > 0.0:
-        best = int(held.argmax())
         near = shown & (np.linalg.norm(scores - some[best], axis=1) < size)
         hold = _hold(_calm(stabilised.positions, near), times, int(frames[best]))
         lasts = (hold[1] - hold[0] + 1) * max(frame_step(times), 1e-9)
         first = float(alike[best, begins].mean())
         found.append(HeldPose(hold, float(usual[best]), first, lasts))
         held[apart[best] < (_APART * size) ** 2] = 0.0
+        best = int(held.argmax())
     return sorted(found, key=lambda pose: -pose.likely)
 
 

@@ -186,7 +186,7 @@ def _registered(
             start=registered.best,
             size=registered.candidates.size,
         )
-        if check.used and neutral != likely:
+        if neutral != likely:
             peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
             observations = observations.again(stabilised.positions, neutral, peaks)
             registered, check = register_markers(surface, observations)
