@@ -115,14 +115,3 @@ def test_a_wrong_label_in_a_frame_does_not_cut_a_rest() -> None:
     whole = held_poses(stabilised_take(positions), times)[0].frames
     positions[sum(whole) // 2, 5] += 0.02
     assert held_poses(stabilised_take(positions), times)[0].frames == whole
-
-
-def test_the_beginning_of_a_take_is_a_candidate_though_a_pose_near_to_it_is_held_longer() -> None:
-    rng = np.random.default_rng(3)
-    frames = np.arange(600)
-    positions = 0.05 * rng.normal(size=(12, 3)) + np.zeros((600, 1, 1))
-    positions[:, 0, 1] += 0.0008 * np.clip((frames - 15) / 10.0, 0.0, 1.0)
-    swing = np.sin(frames / 7.0) ** 2 * ((frames // 60) % 2 == 1)
-    positions[:, 1:3, 1] += 0.02 * swing[:, None]
-    held = held_poses(stabilised_take(positions), frames / 60.0)
-    assert any(pose.frames[0] < 10 and pose.frames[1] < 40 for pose in held)
