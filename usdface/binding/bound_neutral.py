@@ -7,16 +7,12 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.binding.candidates import LARGEST_WEIGHT
 from usdface.binding.explaining_neutral import explaining_neutral
-from usdface.binding.neutral_frames import (
-    FEWEST_MARKERS,
-    MOST_PEAKS,
-    distant_frames,
-    held_poses,
-    without_head,
-)
+from usdface.binding.held_poses import held_poses
+from usdface.binding.neutral_frames import MOST_PEAKS, distant_frames
 from usdface.binding.observations import Observations, observe
 from usdface.binding.peak_motion import Targets
 from usdface.binding.registration import MOTION_ERROR, Registration
+from usdface.binding.stabilised_take import FEWEST_MARKERS, without_head
 from usdface.face.bound_face import BoundFace
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit

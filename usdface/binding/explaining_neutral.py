@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.binding.neutral_frames import HeldPose
+from usdface.binding.held_poses import HeldPose
 from usdface.binding.observations import Observations
 from usdface.binding.peak_motion import Targets, unexplained_motion
 from usdface.binding.registration import Registration
@@ -32,7 +32,8 @@ def explaining_neutral(
     """Return the frames of the held pose from which the rig explains the others.
 
     The error that the bounds of the weights add, in the peak frames and in the held pose in which
-    it is largest, plus the difference of the two faces, is divided by the likelihood of the pose.
+    it is largest, each as a share of the error that the difference of the two faces causes there,
+    is divided by the likelihood of the pose.
     Other held poses tell most: the face is near to them, so the two faces differ little in the
     motion, and from a smile or lowered lids the neutral needs negative weights. The difference
     depends on the distance of a pose to the peaks, so its minimum over all poses is used.

@@ -12,24 +12,22 @@ from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_a
 from usdface.binding.confidence import placement_confidence
 from usdface.binding.explaining_neutral import explaining_neutral
 from usdface.binding.face_surface import FaceSurface, face_surface
+from usdface.binding.held_poses import held_poses
 from usdface.binding.landmarks import find_landmarks
 from usdface.binding.lifted_take import lifted_take
 from usdface.binding.name_priors import name_priors, named_heights
 from usdface.binding.named_search import NameCheck, register_markers
-from usdface.binding.neutral_frames import (
-    FEWEST_MARKERS,
-    MOST_PEAKS,
-    StabilisedTake,
-    check_frames,
-    distant_frames,
-    held_poses,
-    stabilised_markers,
-)
+from usdface.binding.neutral_frames import MOST_PEAKS, check_frames, distant_frames
 from usdface.binding.observations import observe
 from usdface.binding.peak_motion import targets_of
 from usdface.binding.pose_search import RegisteredMarkers
 from usdface.binding.proposal import ContradictedName, DuplicateMarker, Proposal
 from usdface.binding.registration import squared_errors, total_errors
+from usdface.binding.stabilised_take import (
+    FEWEST_MARKERS,
+    StabilisedTake,
+    stabilised_markers,
+)
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.named_places import named_places

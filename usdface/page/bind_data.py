@@ -7,7 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.binding.neutral_frames import FEWEST_MARKERS, stabilised_take
+from usdface.binding.stabilised_take import FEWEST_MARKERS, stabilised_take
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.mirror import midline, mirrored_markers
 from usdface.page.clip_data import ticks
