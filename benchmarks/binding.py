@@ -101,6 +101,21 @@ def performed(kind: str, seed: int, weights: FloatArray, rate: float) -> Case:
     """Let a performer play weights (F, S)."""
     face, rng = make_face(kind, SHARED), np.random.default_rng(seed)
     vertices = face.setup.binding.points
+    times, positions = acted(face, rng, seed, weights, rate)
+    positions += 3e-4 * rng.normal(size=positions.shape)
+    order = rng.permutation(len(vertices))
+    anyhow = Rotation.random(random_state=seed).as_matrix()
+    positions = rng.uniform(0.7, 1.4) * (positions[:, order] @ anyhow.T) + rng.normal(size=3)
+    names = tuple(f"m{i}" for i in range(len(order)))
+    take = MarkerTake(names, times, positions, rate, source=kind)
+    return Case(f"{kind} {seed}", face.mesh, take, vertices[order], weights)
+
+
+def acted(
+    face: Face, rng: np.random.Generator, seed: int, weights: FloatArray, rate: float
+) -> tuple[FloatArray, FloatArray]:
+    """Return times [s] and markers (F, M, 3) [m] of another person, whose head moves."""
+    vertices = face.setup.binding.points
     rest = face.mesh.points[vertices]
     neutral, turn = random_bend(1000 + seed, rest, rest, 0.004, 0.05)
     strengths = rng.uniform(0.8, 1.25, (len(face.mesh.shapes), 1, 1))
@@ -112,14 +127,7 @@ def performed(kind: str, seed: int, weights: FloatArray, rate: float) -> Case:
     neck = neutral.mean(axis=0) - [0.0, 0.08, 0.06]
     turned = Rotation.from_rotvec(angles).as_matrix()
     positions = np.einsum("fij,fmj->fmi", turned, positions - neck)
-    positions += 0.014 * np.sin(phases * 1.4)[:, None]
-    positions += 3e-4 * rng.normal(size=positions.shape)
-    order = rng.permutation(len(vertices))
-    anyhow = Rotation.random(random_state=seed).as_matrix()
-    positions = rng.uniform(0.7, 1.4) * (positions[:, order] @ anyhow.T) + rng.normal(size=3)
-    names = tuple(f"m{i}" for i in range(len(order)))
-    take = MarkerTake(names, times, positions, rate, source=kind)
-    return Case(f"{kind} {seed}", face.mesh, take, vertices[order], weights)
+    return times, positions + 0.014 * np.sin(phases * 1.4)[:, None]
 
 
 def recorded(name: str) -> Case:

@@ -17,7 +17,7 @@ from rich.table import Table
 
 from benchmarks.one_camera import BEND, DATA, PARTS, REST, film, off
 from benchmarks.solve.faces import Face, bent, ict
-from usdface.binding.propose import propose
+from usdface.binding.propose_film import propose_film
 from usdface.face.bound_face import bound_face
 from usdface.options import SolveOptions
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -47,7 +47,7 @@ def main() -> None:
         made = make_face(head, DATA)
         points = made.mesh.points
         true = vertex_of_number(made.setup.binding)
-        proposal = propose(take, made.mesh, nothing, find_neutral=True)
+        proposal = propose_film(take, made.mesh, nothing)
         bound = proposal.setup.binding
         found = vertex_of_number(bound)
         off = {

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from worlds import NEUTRAL, World, make_world
+from worlds import NEUTRAL, World, filmed, make_world
 
 from usdface.binding.bound_neutral import bound_neutral
 from usdface.binding.neutral_findings import neutral_findings
 from usdface.binding.neutral_frames import neutral_frames
 from usdface.binding.resolve_binding import resolve_binding
 from usdface.blend_shapes import BlendShape, Inbetween
+from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.options import BindOptions
 from usdface.performer_face import PerformerFace
@@ -63,6 +64,23 @@ def test_three_bound_markers_leave_it_to_all_markers(world: World, held: MarkerT
     some = ("nose", "chin", "brow")
     few = BoundFace(world.rig.meshes[0], some, np.array([world.points[name] for name in some]))
     assert bound_neutral(held, few) == neutral_frames(held)
+
+
+def test_unbound_markers_of_an_image_do_not_matter(world: World, held: MarkerTake) -> None:
+    face = bound_face(world.rig.meshes[0], world.setup())
+    take = filmed(held)
+    wild = 1000.0 * np.random.default_rng(0).random((len(take.times), 1, 2))
+    names, positions = ("stray", *take.names), np.concatenate([wild, take.positions], axis=1)
+    more = replace(take, names=names, positions=positions)
+    assert bound_neutral(more, face) == bound_neutral(take, face)
+    assert bound_neutral(take, face)[1] < NEUTRAL + 4
+
+
+def test_five_bound_markers_of_an_image_are_too_few(world: World, held: MarkerTake) -> None:
+    some = tuple(world.points)[:5]
+    few = BoundFace(world.rig.meshes[0], some, np.array([world.points[name] for name in some]))
+    with pytest.raises(InputError, match=r"shows 6 bound markers.*--neutral 0 30"):
+        bound_neutral(filmed(held), few)
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from worlds import World, make_world
+from worlds import World, filmed, make_world
 
 from usdface.binding.bound_neutral import bound_neutral
 from usdface.binding.neutral_frames import neutral_frames
@@ -53,6 +53,16 @@ def test_a_rest_is_found_though_another_pose_is_held_for_most_of_the_take(
     world: World, face: BoundFace, rest_at: int
 ) -> None:
     take = concentrated(world, rest_at)
+    first, last = bound_neutral(take, face)
+    assert rest_at - REST - 3 <= first <= last <= rest_at + REST + 3
+    assert last - first >= 6
+
+
+@pytest.mark.parametrize("rest_at", [0, 300, 599])
+def test_a_rest_is_found_in_the_image_of_one_camera(
+    world: World, face: BoundFace, rest_at: int
+) -> None:
+    take = filmed(concentrated(world, rest_at))
     first, last = bound_neutral(take, face)
     assert rest_at - REST - 3 <= first <= last <= rest_at + REST + 3
     assert last - first >= 6

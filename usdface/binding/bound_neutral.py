@@ -12,11 +12,19 @@ from usdface.binding.neutral_frames import MOST_PEAKS, distant_frames
 from usdface.binding.observations import Observations, observe
 from usdface.binding.peak_motion import Targets
 from usdface.binding.registration import MOTION_ERROR, Registration
-from usdface.binding.stabilised_take import FEWEST_MARKERS, without_head
+from usdface.binding.stabilised_take import (
+    FEWEST_MARKERS,
+    StabilisedTake,
+    stabilised_take,
+    without_head,
+)
+from usdface.binding.still_film import still_film
+from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.performer_face import PerformerFace
+from usdface.retarget.film.film_head import FEWEST_FILMED
 from usdface.takes import MarkerTake
 
 __all__ = ["bound_neutral"]
@@ -29,41 +37,62 @@ def bound_neutral(
 
     Of the poses that the face holds, the one from which the rig explains the peak frames, by the
     rule of proposed places; by the markers alone, as `neutral_frames`, where fewer than four bound
-    ones are seen.
+    ones of a take in space are seen.
 
     Parameters
     ----------
     take : MarkerTake
+        In space or of an image.
     face : BoundFace
         With markers of the take that are bound to vertices of the mesh.
     performer : PerformerFace, optional
-        A pose near to its resting markers is likelier.
+        A pose of a take in space that is near to its resting markers is likelier.
 
     Raises
     ------
     InputError
-        If the take is two-dimensional, or has too few markers for the head pose.
+        If the take has too few markers for the head pose.
     """
-    stabilised = without_head(take, "neutral")
+    film = take.dimension == 2
+    seen = np.flatnonzero(take.visible.any(axis=0))
+    bound = np.array([take.names[i] in face.vertex_of for i in seen], dtype=bool)
+    markers = [take.names[i] for i in seen[bound]]
+    if film:  # the others are at an unknown depth
+        stabilised = _film_without_head(take.with_markers(seen[bound]), face)
+        bound = bound[bound]
+    else:
+        stabilised = without_head(take, "neutral")
     held = held_poses(stabilised, take.times)
     peaks = distant_frames(stabilised, held[0].frames, MOST_PEAKS)
-    names = [take.names[i] for i in np.flatnonzero(take.visible.any(axis=0))]
-    bound = np.array([i for i, name in enumerate(names) if name in face.vertex_of], dtype=int)
-    if len(bound) < FEWEST_MARKERS or not len(peaks) or not face.shape_names:
+    if len(markers) < FEWEST_MARKERS or not len(peaks) or not face.shape_names:
         return held[0].frames
-    markers = [names[i] for i in bound]
-    observed = [_observed(stabilised.positions[:, bound], pose.frames, peaks) for pose in held]
+    positions = stabilised.positions[:, bound]
+    observed = [_observed(positions, pose.frames, peaks) for pose in held]
     vertices = face.vertices_of(markers)
     points = face.mesh.points[vertices]
     points = points - points.mean(axis=0)
-    size = rms_radius(points)
+    offsets = LARGEST_WEIGHT * face.mesh.offsets_at(vertices)
     return explaining_neutral(
         held,
         observed,
-        Targets(points, LARGEST_WEIGHT * face.mesh.offsets_at(vertices), np.ones(len(points))),
+        Targets(points, offsets[..., :2] if film else offsets, np.ones(len(points))),
         start=_registered(observed[0], points, len(face.shape_names)),
-        size=size,
-        away=_from_rest(observed, markers, performer) if performer else 0.0,
+        size=rms_radius(points),
+        away=_from_rest(observed, markers, performer) if performer and not film else 0.0,
+    )
+
+
+def _film_without_head(take: MarkerTake, face: BoundFace) -> StabilisedTake:
+    """Return the markers of a take of an image, all of them bound, without head motion."""
+    if int(take.visible.sum(axis=1).max(initial=0)) < FEWEST_FILMED:
+        raise InputError(
+            f"no frame of the take {take.source} shows {FEWEST_FILMED} bound markers; neutral "
+            "frames cannot be found in its image. Name them, as in --neutral 0 30",
+            "MARKERS_TOO_FEW",
+        )
+    vertices = face.vertices_of(take.names)
+    return stabilised_take(
+        still_film(take, face.mesh.points[vertices], face.mesh.offsets_at(vertices))
     )
 
 

@@ -46,7 +46,7 @@ def explaining_neutral(
     targets : Targets
         Where the markers sit on the character.
     start : Registration
-        As in `unexplained_motion`, of the peak frames.
+        Carries the markers to the character; its weights and rigid motions are of the peak frames.
     size : float [m]
         Of the character's face.
     away : (P,) float64, optional
@@ -61,7 +61,7 @@ def explaining_neutral(
         weights=np.concatenate([start.weights, np.zeros((len(poses), shapes))]),
         rigid=np.concatenate([start.rigid, np.zeros((len(poses), 6))]),
     )
-    peaks = len(observed[0].displacements)
+    peaks, axes = len(observed[0].displacements), targets.offsets.shape[2]
     free, bounded = [], []
     for pose in observed:
         there = seen & pose.seen
@@ -69,6 +69,7 @@ def explaining_neutral(
             [pose.displacements, np.where(there[..., None], poses - pose.neutral, 0.0)]
         )
         visible = np.concatenate([pose.visible, there])
+        moves = (moves @ start.linear)[..., :axes]
         signed, added = unexplained_motion(targets, moves, visible, start=start, size=size)
         free.append([signed[:peaks].mean(), signed[peaks:].mean()])
         bounded.append([added[:peaks].mean(), added[peaks:].max()])

@@ -8,6 +8,7 @@ from usdface.arrays import IntArray
 from usdface.binding.held_poses import held_poses
 from usdface.binding.stabilised_take import FEWEST_MARKERS, StabilisedTake, without_head
 from usdface.errors import InputError
+from usdface.retarget.film.film_head import FEWEST_FILMED
 from usdface.takes import MarkerTake
 
 __all__ = [
@@ -26,9 +27,12 @@ MOST_PEAKS = 24
 _LEAST_PEAK = 0.02
 
 
-def shows_poses(take: MarkerTake) -> bool:
-    """Return whether neutral frames can be found by the markers: in space, and enough at once."""
-    return take.dimension == 3 and int(take.visible.sum(axis=1).max()) >= FEWEST_MARKERS
+def shows_poses(take: MarkerTake, bound: Sequence[str]) -> bool:
+    """Return whether a frame shows enough markers for neutral frames; of an image bound ones."""
+    if take.dimension == 3:
+        return int(take.visible.sum(axis=1).max()) >= FEWEST_MARKERS
+    own = np.isin(take.names, list(bound))
+    return int(take.visible[:, own].sum(axis=1).max()) >= FEWEST_FILMED
 
 
 def neutral_frames(take: MarkerTake) -> tuple[int, int]:

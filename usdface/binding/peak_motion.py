@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.binding.candidates import CandidateVertices
 from usdface.binding.registration import MOTION_ERROR, Registration, trust_of
-from usdface.geometry.rigid_modes import infinitesimal_motions
+from usdface.geometry.rigid_modes import infinitesimal_motions, small_motions
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
 
 __all__ = ["Targets", "peak_motion", "targets_of", "unexplained_motion"]
@@ -21,11 +21,21 @@ _WEIGHT_PRIOR = 0.2
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Targets:
-    """Assigned markers: their points (M, 3), blend shape offsets (S, M, 3) and trust (M,)."""
+    """Assigned markers: their points (M, 3), blend shape offsets (S, M, A) and trust (M,).
+
+    Of an image A is 2: motion along the view is not seen.
+    """
 
     points: FloatArray
     offsets: FloatArray
     trust: FloatArray
+
+    @property
+    def rigid(self) -> FloatArray:
+        """Small motions of the head: (6, M, A)."""
+        if self.offsets.shape[2] == 3:
+            return infinitesimal_motions(self.points)
+        return small_motions(self.points, image=True)[..., :2]
 
 
 def targets_of(candidates: CandidateVertices, registration: Registration) -> Targets:
@@ -56,21 +66,19 @@ def unexplained_motion(
     ----------
     targets : Targets
         Where the markers sit.
-    moves : (K, M, 3) float64
-        Displacements from the neutral, in the performer's space.
+    moves : (K, M, A) float64 [m]
+        Displacements from the neutral, in the character's space.
     visible : (K, M) bool
     start : Registration
-        Carries the markers to the character; its weights and rigid motions, of the K frames,
-        predict occluded ones.
+        Its weights and rigid motions, of the K frames, predict occluded markers.
     size : float [m]
         Of the character's face: errors are shares of it.
     """
-    moves = moves @ start.linear
 
     def left(bounds: WeightBounds) -> FloatArray:
         weights, rigid = peak_motion(targets, moves, visible, start=start, bounds=bounds)
         predicted = weights @ targets.offsets.reshape(len(targets.offsets), -1)
-        predicted += rigid @ infinitesimal_motions(targets.points).reshape(6, -1)
+        predicted += rigid @ targets.rigid.reshape(6, -1)
         squared = ((moves - predicted.reshape(moves.shape)) ** 2).sum(axis=2) * visible
         each = squared.sum(axis=1) / np.maximum(visible.sum(axis=1), 1)
         return np.asarray(each / (MOTION_ERROR * size) ** 2)
@@ -89,14 +97,16 @@ def peak_motion(
 ) -> tuple[FloatArray, FloatArray]:
     """Solve weights (K, S) and small rigid motions (K, 6) of the peak frames for given vertices.
 
-    `moves` (K, M, 3) are in the character's space; where not `visible` the prediction of `start`
+    `moves` (K, M, A) are in the character's space; where not `visible` the prediction of `start`
     stands in. The weights' bounds are "solved" with, "clipped" to afterwards, or there are "none".
     """
     count, root = len(moves), np.sqrt(targets.trust)[:, None]
     shapes = (targets.offsets * root).reshape(len(targets.offsets), -1)
-    rigid = (infinitesimal_motions(targets.points) * root).reshape(6, -1)
+    rigid = (targets.rigid * root).reshape(6, -1)
     predicted = start.weights @ shapes + start.rigid @ rigid
-    observed = np.where(np.repeat(visible, 3, axis=1), (moves * root).reshape(count, -1), predicted)
+    observed = np.where(
+        np.repeat(visible, moves.shape[2], axis=1), (moves * root).reshape(count, -1), predicted
+    )
     columns = np.linalg.qr(rigid.T)[0]
     free = shapes - (shapes @ columns) @ columns.T
     normal = free @ free.T

@@ -15,6 +15,7 @@ from usdface.binding.neutral_frames import (
 )
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
+from usdface.binding.propose_film import propose_film
 from usdface.binding_origin import check_mesh, origin_of, take_differs
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
@@ -133,8 +134,10 @@ def resolve_binding(
         other_take, given = _names_frames(given), _without_frames(given)
     proposing = given is None or options.propose
     named = given is not None and not given.neutral_assumed
+    markers = given.binding.markers if given else ()
     find_neutral = options.neutral == "auto" or (
-        not (named or options.neutral) and (proposing or bool(other_take) or shows_poses(take))
+        not (named or options.neutral)
+        and (proposing or bool(other_take) or shows_poses(take, markers))
     )
     setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
     setup = _requested(setup, options)
@@ -143,7 +146,10 @@ def resolve_binding(
     looking = proposing or find_neutral or options.peaks == "auto"
     labelled = _labelled(take, setup) if looking else take
     if proposing:
-        proposal = propose(labelled, mesh, setup, find_neutral=find_neutral)
+        if find_neutral and take.dimension == 2:
+            proposal = propose_film(labelled, mesh, setup)
+        else:
+            proposal = propose(labelled, mesh, setup, find_neutral=find_neutral)
         missing = _missing(setup, take)
         setup, resolved = proposal.setup, replace(resolved, proposal=proposal, missing=missing)
         _check_sure(proposal, mesh, take)

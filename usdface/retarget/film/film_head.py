@@ -27,7 +27,7 @@ from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.places import MOST_MARKERS, guess_in_image
 from usdface.takes import MarkerTake, visible
 
-__all__ = ["FilmedFace", "SolveOnSkin", "film_head"]
+__all__ = ["FEWEST_FILMED", "FilmedFace", "SolveOnSkin", "film_head"]
 
 # Alternations of poses and weights, at most.
 _ROUNDS = 10
@@ -36,7 +36,7 @@ _LAST_ROUNDS = 3
 # Frames sampled for the depths: a bound on time.
 _FRAMES = 600
 # Least number of markers, for the six parameters of a pose and a face.
-_FEWEST = 6
+FEWEST_FILMED = 6
 # Times that places are refined, at most, and the alternations after each.
 _PLACE_STEPS = 8
 _PLACE_ROUNDS = 3
@@ -110,12 +110,12 @@ def film_head(
     image = take.select(tuple(markers[k] for k in known))
     rest = neutral_markers(image, neutral)
     used = np.flatnonzero(visible(rest) & visible(image).any(axis=0))
-    if len(used) < _FEWEST:
+    if len(used) < FEWEST_FILMED:
         message = (
             "{marker_count} markers are in the take and its neutral frames; from {wanted_count} on "
             "the head turns before a camera, with fewer it moves in the image alone"
         )
-        return None, [finding("HEAD_IN_PLANE", take.source, message, len(used), _FEWEST)]
+        return None, [finding("HEAD_IN_PLANE", take.source, message, len(used), FEWEST_FILMED)]
     bound = np.array(known)[used]
     own = np.array([take.names.index(markers[k]) for k in bound.tolist()])
     skin, shifts = surface.skin, np.zeros((len(markers), 3))

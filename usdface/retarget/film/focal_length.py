@@ -7,8 +7,9 @@ from usdface.findings import Finding, finding
 from usdface.retarget.film.filmed_take import FilmedTake
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.film.solved_film import SolveProjected, solve_film
+from usdface.takes import MarkerTake
 
-__all__ = ["film_camera"]
+__all__ = ["film_camera", "usual_camera"]
 
 # Assumed diagonal of an image of unknown size, by the face's size in it.
 _AROUND = 4.0
@@ -30,15 +31,11 @@ _SHOWN = 1.2
 def film_camera(film: FilmedTake, solve: SolveProjected) -> tuple[PinholeCamera, list[Finding]]:
     """Return the camera, by the take's focal length or by one estimated from its motion."""
     take, findings = film.take, list[Finding]()
-    if take.image_size:
-        diagonal = float(np.hypot(*take.image_size))
-        centre = 0.5 * np.array(take.image_size) * [1.0, -1.0]
-    else:
-        diagonal = _AROUND * float(np.linalg.norm(np.ptp(film.rest, axis=0)))
-        centre = film.rest.mean(axis=0)
+    if not take.image_size:
         findings.append(finding("IMAGE_SIZE_ASSUMED", take.source))
     if take.focal_length:
-        return PinholeCamera(take.focal_length, centre), findings
+        return usual_camera(take, film.rest), findings
+    diagonal, centre = _frame(take, film.rest)
     some = film.part(_TRIAL_FRAMES)
     lengths = _FOCAL_LENGTHS * diagonal
     errors = np.array(
@@ -52,6 +49,28 @@ def film_camera(film: FilmedTake, solve: SolveProjected) -> tuple[PinholeCamera,
     code = "FOCAL_LENGTH_FOUND" if determined else "FOCAL_LENGTH_ASSUMED"
     findings.append(finding(code, take.source, "{focal_length_px:.0f} px", length))
     return PinholeCamera(length, centre), findings
+
+
+def usual_camera(take: MarkerTake, markers: FloatArray) -> PinholeCamera:
+    """Return the camera by the take's focal length, or by that of phones where it has none.
+
+    Parameters
+    ----------
+    take : MarkerTake
+        Of an image.
+    markers : (M, 2) float64 [px]
+        The markers of one frame, for an image of unknown size.
+    """
+    diagonal, centre = _frame(take, markers)
+    return PinholeCamera(take.focal_length or _USUAL * diagonal, centre)
+
+
+def _frame(take: MarkerTake, markers: FloatArray) -> tuple[float, FloatArray]:
+    """Return diagonal and centre of the image [px], by the markers where they are unknown."""
+    if take.image_size:
+        return float(np.hypot(*take.image_size)), 0.5 * np.array(take.image_size) * [1.0, -1.0]
+    size = float(np.linalg.norm(np.ptp(markers, axis=0)))
+    return _AROUND * size, np.asarray(markers.mean(axis=0))
 
 
 def _lowest(lengths: FloatArray, errors: FloatArray) -> float:
