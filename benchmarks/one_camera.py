@@ -1,6 +1,6 @@
 """Weights from the image of one camera before which the head turns.
 
-    python -m benchmarks.one_camera [--frames N] [--part end] [--beside]
+    python -m benchmarks.one_camera [--frames N] [--part end] [--beside | --unnamed]
 
 Recorded curves on the ICT face with 68 landmarks (without the real data: of the example head),
 seen through a perspective camera half a metre away with noise of 0.35 px. Columns: the head removed
@@ -10,6 +10,9 @@ other curves, another performer, another lens farther away; it was looked at onc
 
 `--beside` binds markers 2.4 to 5.6 mm from their places. Columns: the markers held on those
 vertices, their places found, and known.
+
+`--unnamed` has the rest in the middle of the film. Columns: the first frame taken as neutral,
+neutral frames found, and named.
 """
 
 import argparse
@@ -21,6 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.solve.faces import Face, bent, example, has_real_data, ict
 from usdface.arrays import FloatArray, IntArray
+from usdface.binding.bound_neutral import bound_neutral
 from usdface.face.bound_face import bound_face
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
@@ -57,12 +61,15 @@ def main() -> None:
     parser.add_argument("--frames", type=int, default=600)
     parser.add_argument("--part", choices=PARTS, default="built with")
     parser.add_argument("--beside", action="store_true")
+    parser.add_argument("--unnamed", action="store_true")
     parsed = parser.parse_args()
     part = PARTS[parsed.part]
     face = ict(DATA) if has_real_data(DATA) else example()
     face = replace(face, curves=face.curves[part.start :][: parsed.frames])
     if parsed.beside:
         return beside(face, part)
+    if parsed.unnamed:
+        return unnamed(face, part)
     print("| performer | head | first order | focal length given | unknown | pose [degrees] |")
     print("|---|---|---|---|---|---|")
     for who, performer in (("the character", face), ("another", bent(face, part.seed, BEND))):
@@ -94,6 +101,27 @@ def beside(face: Face, part: Part) -> None:
             print(f"| {who} | {head} | " + " | ".join(f"{each:.3f}" for each in errors) + " |")
 
 
+def unnamed(face: Face, part: Part) -> None:
+    """Print the errors of a film that rests in the middle, with neutral frames that are found."""
+    print("| performer | head | first frame | found | named |")
+    print("|---|---|---|---|---|")
+    middle = len(face.curves) // 2
+    for who, performer in (("the character", face), ("another", bent(face, part.seed, BEND))):
+        for angle in ANGLES:
+            take, _ = film(face, performer, angle, part, middle)
+            take = replace(take, focal_length=part.focal_length)
+            found = bound_neutral(take, bound_face(face.mesh, setup_of(face)))
+            errors = []
+            for neutral in ((0, 0), found, (middle, middle + REST - 1)):
+                setup = replace(setup_of(face), neutral=neutral)
+                weights, _, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+                errors.append(
+                    float(np.sqrt(np.mean((weights.weights - played(face, middle)) ** 2)))
+                )
+            head = f"turns by {angle:g} degrees" if angle else "rests"
+            print(f"| {who} | {head} | " + " | ".join(f"{each:.3f}" for each in errors) + " |")
+
+
 def vertices_beside(face: Face, away: float, seed: int) -> IntArray:
     """Return vertices (M,) around those of the markers, by 0.6 to 1.4 times `away` [m]."""
     rng, points = np.random.default_rng(seed), face.mesh.points
@@ -107,9 +135,17 @@ def vertices_beside(face: Face, away: float, seed: int) -> IntArray:
     return np.array(drawn)
 
 
-def film(face: Face, performer: Face, angle: float, part: Part) -> tuple[MarkerTake, Pose]:
-    """Return a take of curves of `face` on `performer`, and the head's motion."""
-    weights = np.concatenate([np.zeros((REST, face.curves.shape[1])), face.curves])
+def played(face: Face, rest: int) -> FloatArray:
+    """Return the curves of a face as weights (F, S) that rest from a frame on."""
+    still = np.zeros((REST, face.curves.shape[1]))
+    return np.concatenate([face.curves[:rest], still, face.curves[rest:]])
+
+
+def film(
+    face: Face, performer: Face, angle: float, part: Part, rest: int = 0
+) -> tuple[MarkerTake, Pose]:
+    """Return a take of curves of `face` on `performer` that rest from a frame on; and the motion."""
+    weights = played(face, rest)
     moved = np.tensordot(weights, performer.offsets, 1)
     centre = performer.neutral.mean(axis=0)
     times = np.arange(len(weights)) / face.rate

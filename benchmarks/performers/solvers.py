@@ -34,6 +34,12 @@ def ours(performance: Performance, face: Face, character: Path) -> FloatArray:
     return processed(shot, performance, face)
 
 
+def with_found_neutral(performance: Performance, face: Face, character: Path) -> FloatArray:
+    """Solve the same with a binding that names no neutral frames."""
+    shot = make_shot(performance, face, character, named=False)
+    return processed(shot, performance, face)
+
+
 def with_file(performance: Performance, face: Face, character: Path) -> FloatArray:
     """Solve with a performer's file from their other take, as `usdface calibrate` writes it."""
     assert performance.other is not None
@@ -60,18 +66,24 @@ def _calibrated(
 
 
 def make_shot(
-    performance: Performance, face: Face, character: Path, calibration: Path | None = None
+    performance: Performance,
+    face: Face,
+    character: Path,
+    calibration: Path | None = None,
+    *,
+    named: bool = True,
 ) -> Path:
-    """Write a performance as a shot; return its path."""
+    """Write a performance as a shot, its neutral frames `named` or not; return its path."""
     folder = character.parent
     take, bind = folder / "take.trc", folder / "bind.json"
     write_trc(take, face.names, performance.positions, face.rate)
     markers = dict(zip(face.names, performance.bound.tolist(), strict=True))
-    content = {
+    content: dict[str, object] = {
         "markers": {name: {"point": point} for name, point in markers.items()},
         "head": "solve",
-        "neutral": {"start": 0, "end": performance.neutral_frames - 1},
     }
+    if named:
+        content["neutral"] = {"start": 0, "end": performance.neutral_frames - 1}
     bind.write_text(json.dumps(content), encoding="utf-8")
     usdface.make_take(take, folder / "take.usdc")
     shot = folder / "shot.usda"
@@ -136,6 +148,7 @@ def best_linear(performance: Performance, face: Face, character: Path) -> FloatA
 
 SOLVERS = {
     OURS: ours,
+    "the same, neutral found": with_found_neutral,
     "the same, performer's file": with_file,
     "the same, from a range of motion": with_range_of_motion,
     "least squares, similarity, Butterworth 6 Hz": least_squares,
