@@ -144,7 +144,7 @@ def played(face: Face, rest: int) -> FloatArray:
 def film(
     face: Face, performer: Face, angle: float, part: Part, rest: int = 0
 ) -> tuple[MarkerTake, Pose]:
-    """Return a take of curves of `face` on `performer` that rest from a frame on; and the motion."""
+    """Return a take of curves on `performer` that rest from a frame on, and the head's motion."""
     weights = played(face, rest)
     moved = np.tensordot(weights, performer.offsets, 1)
     centre = performer.neutral.mean(axis=0)
