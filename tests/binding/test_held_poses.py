@@ -45,6 +45,16 @@ def test_a_held_pose_knows_how_usual_it_is_and_whether_the_take_begins_with_it()
     assert later.first < 0.1
 
 
+@pytest.mark.parametrize("still", [True, False])
+def test_a_take_that_begins_still_has_its_beginning_among_few_candidates(still: bool) -> None:
+    """For a third of a second; then a pose is held for a whole one."""
+    positions = breathing(slice(60, 90))
+    if still:
+        positions[:10] = positions[0]
+    first = held_poses(stabilised_take(positions), TIMES, 1)[0].frames
+    assert first[1] < 12 if still else 60 <= first[0] <= first[1] < 90
+
+
 def blinking(blinks: dict[int, int], seconds: float = 8.0) -> tuple[np.ndarray, np.ndarray]:
     """Forty markers of which two blink, over a jaw that opens wide and rests in between, 60 Hz."""
     rng = np.random.default_rng(2)
