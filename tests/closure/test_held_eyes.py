@@ -30,6 +30,20 @@ def test_a_squint_at_half_the_level_is_open() -> None:
     assert not find_held_eyes(TIMES, 0.6 * shut(2.0, 4.0)[:, None] * LEVEL, LEVEL, WHOLE)
 
 
+def test_eyes_that_narrow_together_close_together() -> None:
+    """Not the one that is a little ahead; one that the other contradicts closes alone."""
+    course = shut(2.0, 4.0)[:, None] * LEVEL
+    for left, right, eyes in (
+        (0.81, 0.86, []),
+        (0.83, 0.88, [(0,), (1,)]),
+        (0.95, 0.78, [(0,), (1,)]),
+        (0.95, 0.7, [(0,)]),
+        (0.88, 0.7, []),
+    ):
+        found = find_held_eyes(TIMES, [left, right] * course, LEVEL, WHOLE)
+        assert [each.eyes for each in found] == eyes
+
+
 def test_an_eye_that_opens_halfway_between_is_closed_twice() -> None:
     for dip, count in ((0.25, 1), (0.5, 2)):
         found = find_held_eyes(TIMES, shut(1.5, 4.5, dip)[:, None] * LEVEL, LEVEL, WHOLE)

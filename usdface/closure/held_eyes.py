@@ -46,7 +46,10 @@ def find_held_eyes(
         share, other = closing[:, eye] / level[eye], closing[:, 1 - eye] / level[1 - eye]
         # An eye that is not measured (NaN) contradicts nothing.
         alone = (other < _CONTRADICTED) | ~own[:, 1 - eye]
-        closed = share >= np.where(alone, _CLOSED_ALONE, _CLOSED)
+        # Eyes that narrow together close together: by their mean, whichever is a little ahead.
+        together = np.where(np.isnan(other), share, (share + other) / 2.0)
+        closed = np.where(alone, share >= _CLOSED_ALONE, together >= _CLOSED)
+        closed &= alone | (share >= _CONTRADICTED)
         # The eye that is closed alone is the one that is closed further.
         closed &= ~(alone & (closing[:, eye] < closing[:, 1 - eye]))
         held += _held_eye(times, share, closed & own[:, eye], eye)
