@@ -1,7 +1,9 @@
 import numpy as np
-from worlds import make_world
+import pytest
+from worlds import filmed, make_world
 
-from usdface.binding.stabilised_take import stabilised_take
+from usdface.binding.stabilised_take import stabilised_take, without_head
+from usdface.errors import InputError
 from usdface.geometry.rigid_fit import rigid_fit
 
 
@@ -17,3 +19,9 @@ def test_the_head_is_held_still_by_what_is_calm() -> None:
         (still - still[0]) - (unmoved - unmoved[0]) @ pose.rotations[0].T, axis=2
     )
     assert apart.max() < 0.004
+
+
+@pytest.mark.parametrize(("kind", "option"), [("neutral", "--neutral 0 30"), ("peak", "--peaks")])
+def test_an_image_has_no_head_pose_and_the_option_to_use_is_named(kind: str, option: str) -> None:
+    with pytest.raises(InputError, match=f"its {kind} frames .* {option}"):
+        without_head(filmed(make_world().take), kind)

@@ -72,9 +72,10 @@ def without_head(take: MarkerTake, kind: str) -> StabilisedTake:
         frames that are looked for.
     """
     if take.dimension != 3:
+        example = "--neutral 0 30" if kind == "neutral" else "--peaks 40 75"
         raise InputError(
             f"the take {take.source} is of an image; its {kind} frames are found only where places "
-            "are proposed, too (--propose). Name them, as in --neutral 0 30",
+            f"are proposed, too (--propose). Name them, as in {example}",
             "TAKE_KIND_WRONG",
         )
     used = np.flatnonzero(take.visible.any(axis=0))
