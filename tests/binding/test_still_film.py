@@ -64,6 +64,18 @@ def test_occluded_markers_and_frames_that_show_none_are_left_out() -> None:
     assert np.abs(still - whole)[seen].max() < 2e-3
 
 
+@pytest.mark.parametrize("count", [1, 4])
+def test_false_detections_are_left_out_and_change_nothing_else(count: int) -> None:
+    take, _ = filmed(WORLD, 10.0)
+    positions = take.positions.copy()
+    wild = np.arange(12, 12 + 3 * count, 3)
+    positions[wild] = [900.0, -900.0] * np.random.default_rng(0).random((count, len(FACE), 2))
+    still = still_film(replace(take, positions=positions), FACE, OFFSETS)
+    assert np.isnan(still[wild]).all()
+    there = np.setdiff1d(np.arange(len(positions)), wild)
+    assert np.abs(still - still_film(take, FACE, OFFSETS))[there].max() < 5e-4
+
+
 def test_a_long_take_is_solved_in_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
     take, _ = filmed(WORLD, 10.0)
     whole = still_film(take, FACE, OFFSETS)

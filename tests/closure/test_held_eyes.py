@@ -32,7 +32,7 @@ def test_a_squint_at_half_the_level_is_open() -> None:
 
 def test_eyes_that_narrow_together_close_together() -> None:
     """Not the one that is a little ahead; one that the other contradicts closes alone."""
-    course = shut(2.0, 4.0)[:, None] * LEVEL
+    narrow = shut(2.0, 4.0)[:, None] * LEVEL
     for left, right, eyes in (
         (0.81, 0.86, []),
         (0.83, 0.88, [(0,), (1,)]),
@@ -40,8 +40,11 @@ def test_eyes_that_narrow_together_close_together() -> None:
         (0.95, 0.7, [(0,)]),
         (0.88, 0.7, []),
     ):
-        found = find_held_eyes(TIMES, [left, right] * course, LEVEL, WHOLE)
+        found = find_held_eyes(TIMES, [left, right] * narrow, LEVEL, WHOLE)
         assert [each.eyes for each in found] == eyes
+        if len(eyes) == 2:
+            course = closing_course(TIMES, found)
+            assert (course[(TIMES > 2.1) & (TIMES < 3.9)] > 0.9).all()
 
 
 def test_an_eye_that_opens_halfway_between_is_closed_twice() -> None:

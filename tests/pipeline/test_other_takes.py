@@ -166,7 +166,7 @@ def test_frames_without_any_marker_follow_their_neighbours(tmp_path: Path) -> No
 
 @pytest.mark.parametrize("film", [False, True])
 def test_a_neutral_that_is_not_named_is_looked_for(tmp_path: Path, film: bool) -> None:
-    """The take begins with the middle of a smile, and rests at the end."""
+    """The take begins in a blink, and rests at the end."""
     world = make_world()
     backwards = replace(world.take, positions=world.take.positions[::-1])
     take = filmed(backwards) if film else backwards

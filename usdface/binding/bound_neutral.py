@@ -8,7 +8,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.binding.candidates import LARGEST_WEIGHT
 from usdface.binding.explaining_neutral import explaining_neutral
 from usdface.binding.held_poses import held_poses
-from usdface.binding.neutral_frames import MOST_PEAKS, distant_frames
+from usdface.binding.neutral_frames import MOST_PEAKS, distant_frames, shows_poses
 from usdface.binding.observations import Observations, observe
 from usdface.binding.peak_motion import Targets
 from usdface.binding.registration import MOTION_ERROR, Registration
@@ -54,6 +54,12 @@ def bound_neutral(
         If the take has too few markers for the head pose.
     """
     film = take.dimension == 2
+    if film and not shows_poses(take, face.markers):
+        raise InputError(
+            f"no frame of the take {take.source} shows {FEWEST_FILMED} bound markers; neutral "
+            "frames cannot be found in its image. Name them, as in --neutral 0 30",
+            "MARKERS_TOO_FEW",
+        )
     seen = np.flatnonzero(take.visible.any(axis=0))
     bound = np.array([take.names[i] in face.vertex_of for i in seen], dtype=bool)
     markers = [take.names[i] for i in seen[bound]]
@@ -84,12 +90,6 @@ def bound_neutral(
 
 def _film_without_head(take: MarkerTake, face: BoundFace) -> StabilisedTake:
     """Return the markers of a take of an image, all of them bound, without head motion."""
-    if int(take.visible.sum(axis=1).max(initial=0)) < FEWEST_FILMED:
-        raise InputError(
-            f"no frame of the take {take.source} shows {FEWEST_FILMED} bound markers; neutral "
-            "frames cannot be found in its image. Name them, as in --neutral 0 30",
-            "MARKERS_TOO_FEW",
-        )
     vertices = face.vertices_of(take.names)
     return stabilised_take(
         still_film(take, face.mesh.points[vertices], face.mesh.offsets_at(vertices))

@@ -136,8 +136,7 @@ def resolve_binding(
     named = given is not None and not given.neutral_assumed
     markers = given.binding.markers if given else ()
     find_neutral = options.neutral == "auto" or (
-        not (named or options.neutral)
-        and (proposing or bool(other_take) or shows_poses(take, markers))
+        not (named or options.neutral) and (proposing or shows_poses(take, markers))
     )
     setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
     setup = _requested(setup, options)
@@ -170,9 +169,10 @@ def resolve_binding(
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
     """Return the take with swapped labels put right, as the solve will have it."""
-    if take.dimension == 2 or not setup.clean.swaps:
+    film = take.dimension == 2
+    if not (setup.clean.spikes if film else setup.clean.swaps):
         return take
-    only = CleanOptions(spikes=False, gaps=False)
+    only = CleanOptions(swaps=not film, spikes=film, gaps=False)
     cleaned, _ = clean_take(take, take.names, only, moving=setup.head != "stabilised")
     return cleaned.take
 

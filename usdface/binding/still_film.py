@@ -6,7 +6,7 @@ Poses before the camera, weights and the performer's face are solved alternately
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.binding.registration import MOTION_ERROR
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
@@ -21,14 +21,18 @@ __all__ = ["still_film"]
 _ROUNDS = 5
 # Prior deviation of the weights is about 0.4, as in `usdface.binding.peak_motion`.
 _WEIGHT_PRIOR = 0.2
-# Frames at once: a bound on memory.
+# A frame whose RMS residual is so many times the take's median, and so many expected errors, is a
+# false detection: it shows no face.
+_ASTRAY = 5.0
+# Frames whose weights are solved at once: a bound on memory.
 _BLOCK = 256
 
 
 def still_film(take: MarkerTake, points: FloatArray, offsets: FloatArray) -> FloatArray:
     """Return the markers of a take of an image without head motion: (F, M, 3) [m], in head space.
 
-    NaN where occluded. Each is at the depth of its point: an image shows no motion along the view.
+    NaN where occluded, and in frames of false detections, which the shapes are far from explaining.
+    Each is at the depth of its point: an image shows no motion along the view.
 
     Parameters
     ----------
@@ -48,25 +52,44 @@ def still_film(take: MarkerTake, points: FloatArray, offsets: FloatArray) -> Flo
     camera, count = usual_camera(take, middle), len(image)
     look = start_pose(points, middle[None], camera)
     pose = Pose(np.repeat(look.rotations, count, 0), np.repeat(look.translations, count, 0))
-    variance = (MOTION_ERROR * rms_radius(points)) ** 2
+    error = MOTION_ERROR * rms_radius(points)
     face, weights = points, np.zeros((count, len(offsets)))
     for _ in range(_ROUNDS):
         placed = face + np.tensordot(weights, offsets, 1)
         pose, _ = fit_pose(placed, image, camera, pose)
-        left, slopes, turns = _seen(image, camera, pose, placed)
+        left, slopes, turns = _seen(image, camera, pose, placed, error)
         step = _face_step(left, slopes, face - points)
         face = face + step
         left -= (slopes @ step[..., None])[..., 0]
-        weights = weights + _weight_steps(left, slopes, turns, offsets, weights, variance)
+        weights = weights + _weight_steps(left, slopes, turns, offsets, weights, error**2)
     placed = face + np.tensordot(weights, offsets, 1)
     pose, _ = fit_pose(placed, image, camera, pose)
     still = camera.at_depths(image, pose, placed[..., 2])
-    still[..., 2] = np.where(visible(image), points[:, 2], np.nan)
-    return still
+    still[..., 2] = points[:, 2]
+    known, _ = _residual(image, camera, pose, placed, error)
+    return np.where(known[..., None], still, np.nan)
+
+
+def _residual(
+    image: FloatArray, camera: PinholeCamera, pose: Pose, placed: FloatArray, error: float
+) -> tuple[BoolArray, FloatArray]:
+    """Return where markers are seen (F, M), and their residual in the image (F, M, 2) [m].
+
+    Those of a frame that is a false detection are not; residuals are 0 where hidden. `error` [m] is
+    expected of a marker, the others are as in `_seen`.
+    """
+    known = visible(image)
+    before = pose.to_take(placed)
+    metre = camera.focal_length / -float(np.median(before[..., 2]))  # px
+    left = np.where(known[..., None], image - camera.image(before), 0.0) / metre
+    size = np.sqrt((left**2).sum(axis=(1, 2)) / np.maximum(known.sum(axis=1), 1))
+    usual = max(float(np.median(size[known.any(axis=1)])), error)
+    known &= (size <= _ASTRAY * usual)[:, None]
+    return known, np.where(known[..., None], left, 0.0)
 
 
 def _seen(
-    image: FloatArray, camera: PinholeCamera, pose: Pose, placed: FloatArray
+    image: FloatArray, camera: PinholeCamera, pose: Pose, placed: FloatArray, error: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the residual in the image, and how places and poses change it; 0 where hidden.
 
@@ -78,6 +101,8 @@ def _seen(
         Of the head in camera space.
     placed : (F, M, 3) float64 [m]
         In head space.
+    error : float [m]
+        Expected of a marker.
 
     Returns
     -------
@@ -88,12 +113,13 @@ def _seen(
     turns : (F, M, 2, 6) float64
         Derivative by the pose, in any unit.
     """
-    known = visible(image)[..., None]
+    known, left = _residual(image, camera, pose, placed, error)
     before = pose.to_take(placed)
     metre = camera.focal_length / -float(np.median(before[..., 2]))  # px
-    left = np.where(known, image - camera.image(before), 0.0) / metre
-    slopes = camera.slopes(before) @ pose.rotations[:, None] * (known[..., None] / metre)
-    return left, slopes, pose_columns(placed, pose, camera) * known[..., None]
+    slopes = camera.slopes(before) @ pose.rotations[:, None] / metre
+    turns = pose_columns(placed, pose, camera)
+    seen = known[..., None, None]
+    return left, np.where(seen, slopes, 0.0), np.where(seen, turns, 0.0)
 
 
 def _face_step(left: FloatArray, slopes: FloatArray, away: FloatArray) -> FloatArray:

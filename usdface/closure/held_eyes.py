@@ -52,16 +52,23 @@ def find_held_eyes(
         closed &= alone | (share >= _CONTRADICTED)
         # The eye that is closed alone is the one that is closed further.
         closed &= ~(alone & (closing[:, eye] < closing[:, 1 - eye]))
-        held += _held_eye(times, share, closed & own[:, eye], eye)
+        # Its lids follow the mean where they are behind, and further closed than half open.
+        ahead = np.maximum(together - share, 0.0)
+        lids = share + ahead * smooth_step((share - _HALF_OPEN) / (_CONTRADICTED - _HALF_OPEN))
+        held += _held_eye(times, share, lids, closed & own[:, eye], eye)
     return held
 
 
 def _held_eye(
-    times: FloatArray, share: FloatArray, closed: BoolArray, eye: int
+    times: FloatArray, share: FloatArray, lids: FloatArray, closed: BoolArray, eye: int
 ) -> list[EyeClosing]:
+    """Return the times (F,) in which an eye stays `closed`; between them its `lids` are followed.
+
+    `share` and `lids` are shares of the level of a closed eye.
+    """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], closed, [False]]).astype(np.int8)))
     held: list[EyeClosing] = []
-    lids = smooth_step((share - _HALF_OPEN) / (_CLOSED - _HALF_OPEN))
+    lids = smooth_step((lids - _HALF_OPEN) / (_CLOSED - _HALF_OPEN))
     for first, stop in edges.reshape(-1, 2).tolist():
         last = stop - 1
         if times[last] - times[first] < _HELD - _ROUNDING:

@@ -59,7 +59,7 @@ def usual_camera(take: MarkerTake, markers: FloatArray) -> PinholeCamera:
     take : MarkerTake
         Of an image.
     markers : (M, 2) float64 [px]
-        The markers of one frame, for an image of unknown size.
+        A typical face in the image, by which an image of unknown size is guessed.
     """
     diagonal, centre = _frame(take, markers)
     return PinholeCamera(take.focal_length or _USUAL * diagonal, centre)
