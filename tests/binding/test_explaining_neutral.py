@@ -1,5 +1,7 @@
 """The neutral among held poses, where the face is hardly ever at rest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from worlds import World, filmed, make_world
@@ -66,6 +68,18 @@ def test_a_rest_is_found_in_the_image_of_one_camera(
     first, last = bound_neutral(take, face)
     assert rest_at - REST - 3 <= first <= last <= rest_at + REST + 3
     assert last - first >= 6
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_wild_detections_in_an_image_do_not_hide_the_rest(
+    world: World, face: BoundFace, seed: int
+) -> None:
+    take = filmed(concentrated(world, 300))
+    positions = take.positions.copy()
+    wild = np.random.default_rng(seed).random((2, len(take.names), 2))
+    positions[[120, 480]] = [900.0, -900.0] * wild
+    first, last = bound_neutral(replace(take, positions=positions), face)
+    assert 300 - REST - 3 <= first <= last <= 300 + REST + 3
 
 
 def test_markers_alone_take_the_pose_that_is_held_most(world: World) -> None:
