@@ -26,10 +26,10 @@ from usdface.binding.landmarks import find_landmarks
 from usdface.binding.neutral_frames import neutral_frames
 from usdface.binding.proposal import proposal_findings
 from usdface.binding.propose import propose
-from usdface.binding.resolve_binding import neutral_weights
 from usdface.errors import InputError
 from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
+from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
@@ -167,12 +167,19 @@ def weight_error(case: Case, setup: RetargetSetup) -> float:
     """Return the RMS weight error; NaN where no place was sure enough to be bound."""
     if not setup.binding.markers:
         return float("nan")
+    solution = solved(case, setup)
+    return float(np.sqrt(np.mean((solution.weights.weights - case.weights) ** 2)))
+
+
+def solved(case: Case, setup: RetargetSetup) -> Solution:
     points = setup.binding.points
     offsets = case.mesh.offsets_at(points)
-    solution, _ = solve_take(
-        case.take, case.mesh.points[points], offsets, case.mesh.shape_names, setup
-    )
-    return float(np.sqrt(np.mean((solution.weights.weights - case.weights) ** 2)))
+    return solve_take(case.take, case.mesh.points[points], offsets, case.mesh.shape_names, setup)[0]
+
+
+def as_neutral(setup: RetargetSetup) -> RetargetSetup:
+    """Return a setup whose neutral frames show nothing."""
+    return replace(setup, solve=replace(setup.solve, neutral="given"))
 
 
 def figures() -> dict[str, float]:
@@ -225,7 +232,7 @@ def neutral_figures() -> dict[str, float]:
         for kind in KINDS:
             case = simulated(kind, seed, count)
             setup = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
-            estimate = neutral_weights(case.take, case.mesh, setup)
+            estimate = solved(case, setup).neutral_weights
             estimated = np.array([estimate.get(n, 0.0) for n in case.mesh.shape_names])
             errors.append(np.mean((estimated - case.weights[0]) ** 2))
         found[name] = float(np.sqrt(np.mean(errors)))
@@ -242,11 +249,8 @@ def rests() -> None:
             case = simulated(kind, seed, count)
             setup = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
             true = dict(zip(case.mesh.shape_names, case.weights[0].tolist(), strict=True))
-            found = neutral_weights(case.take, case.mesh, setup)
-            errors = [
-                weight_error(case, replace(setup, neutral_weights=weights))
-                for weights in ({}, found, true)
-            ]
+            less_true = replace(setup, neutral_weights=true)
+            errors = [weight_error(case, each) for each in (as_neutral(setup), setup, less_true)]
             table.add_row(case.name, str(count), *(f"{error:.3f}" for error in errors))
     Console(width=130).print(table)
 
@@ -407,9 +411,8 @@ def main() -> None:
             if case.weights is not None:
                 true = RetargetSetup(Binding(case.take.names, case.truth), neutral=(0, REST - 1))
                 at_rest = replace(proposal, neutral=true.neutral)
-                shown = neutral_weights(case.take, case.mesh, proposal)
-                less = replace(proposal, neutral_weights=shown)
-                row += [f"{weight_error(case, s):.3f}" for s in (true, at_rest, proposal, less)]
+                setups = map(as_neutral, (true, at_rest, proposal))
+                row += [f"{weight_error(case, each):.3f}" for each in (*setups, proposal)]
             table.add_row(case.name, str(count), *row)
     console = Console(width=130)
     console.print(table)

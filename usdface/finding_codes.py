@@ -555,16 +555,21 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the character looks to the side; it is solved as if it looked along +z",
     ),
     "NEUTRAL_FOUND": ("info", "look_at_frames", "neutral frames were detected"),
-    "NEUTRAL_AT_LIMIT": (
-        "warning",
-        "name_neutral",
-        "the frames found as neutral show an expression, more of it than is taken off",
-    ),
     # retarget
     "NEUTRAL_ASSUMED": (
         "warning",
         "name_neutral",
         "no neutral frames are named nor found; the first frame that shows the markers is taken",
+    ),
+    "NEUTRAL_SHOWS": (
+        "info",
+        "look_at_frames",
+        "the neutral frames show some blend shapes, which are taken off them",
+    ),
+    "NEUTRAL_AT_LIMIT": (
+        "warning",
+        "name_neutral",
+        "the neutral frames show an expression, more of it than is taken off",
     ),
     "NOSE_TIP_ASSUMED": (
         "warning",

@@ -52,6 +52,7 @@ __all__ = [
     "SolveGains",
     "SolveLimits",
     "SolveMode",
+    "SolveNeutral",
     "SolveOptions",
     "SolvePlaces",
     "SolvePrior",
@@ -72,6 +73,7 @@ SolveMode = Literal["take", "frame"]
 SolveLimits = Literal["declared", "known"]
 SolvePlaces = Literal["found", "bound"]
 SolveGains = Literal["found", "given"]
+SolveNeutral = Literal["found", "given"]
 SolveShrinkage = Literal["restored", "kept"]
 SolvePrior = Literal["learned", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
@@ -362,6 +364,9 @@ class SolveOptions:
     gains : {"found", "given"}
         "found": a movement that surely goes beyond the character's is taken to be larger in the
         whole take, so that its peak is not cut off. "given": as the performer's file has it.
+    neutral : {"found", "given"}
+        "found": blend shapes that the neutral frames show, as the take tells, are taken off them,
+        unless weights are given with the frames. "given": the frames are neutral.
     shrinkage : {"restored", "kept"}
         "restored": brows that the solve made smaller, since the rig's blend shapes explain their
         motion badly, are as large as fits the markers best, up to twice. "kept": as solved.
@@ -459,6 +464,14 @@ class SolveOptions:
             "found: movements that go beyond the character's are larger in the whole take. given: "
             "as the performer's file has it.",
             choices=SolveGains,
+        ),
+    )
+    neutral: SolveNeutral = field(
+        default="found",
+        metadata=_row(
+            "found: blend shapes that the neutral frames show, as the take tells, are taken off. "
+            "given: the frames are neutral.",
+            choices=SolveNeutral,
         ),
     )
     shrinkage: SolveShrinkage = field(

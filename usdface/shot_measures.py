@@ -86,7 +86,7 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
         "MARKER_ASTRAY": _worst("markers", markers, human_mm * away),
         "MARKERS_OCCLUDED": Measured(float(hidden.mean()), "markers", _most(markers, hidden)),
         "NEUTRAL_EXPRESSIVE": _neutral(result, solution, face, motion),
-        "NEUTRAL_AT_LIMIT": _cut(result.shot.setup, face),
+        "NEUTRAL_AT_LIMIT": _cut(result.shot.setup, solution, face),
         "BINDING_UNSURE": _unsure(result),
     }
     if solution.shifts is not None:
@@ -138,15 +138,15 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
 
     Where a shape is open in the neutral, the take needs its weight below 0 whenever it closes:
     least squares without bounds show by how much, in half of the frames. Where the solve has
-    corrected the neutral, the neutral frames are away from it, by more than the weights that the
-    shot names for them.
+    corrected the neutral, the neutral frames are away from it, by more than the weights that they
+    show.
     """
     neutral = result.shot.setup.neutral
     if neutral is None or not motion:
         return Measured(np.nan)
     residual = solution.displaced(slice(neutral[0], neutral[1] + 1)).mean(axis=0)
     shapes = face.mesh.offsets_at(face.vertices_of(solution.markers))
-    for name, weight in result.shot.setup.neutral_weights.items():
+    for name, weight in solution.neutral_weights.items():
         residual = residual - weight * shapes[face.shape_names.index(name)]
     corrected = float(np.sqrt((residual**2).sum(axis=1).mean()))
     flat = shapes.reshape(len(shapes), -1)
@@ -165,12 +165,12 @@ def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: fl
     )
 
 
-def _cut(setup: RetargetSetup, face: BoundFace) -> Measured:
+def _cut(setup: RetargetSetup, solution: Solution, face: BoundFace) -> Measured:
     """Measure weights of the neutral at the limit of their estimate: more of them may show.
 
     Weights that a person names may be larger, and are all of what shows.
     """
-    cut = weights_at_limit(setup.neutral_weights, face)
+    cut = weights_at_limit(solution.neutral_weights, face.evaluator, face.shape_names)
     if setup.neutral is None or not cut:
         return Measured(np.nan)
     return Measured(LARGEST, "shapes", cut[:_NAMED], setup.neutral)

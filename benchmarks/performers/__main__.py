@@ -17,6 +17,7 @@ from rich.progress import track
 from rich.table import Table
 
 from benchmarks.performers.given_values import errors_with_given_values
+from benchmarks.performers.shown_neutral import NEUTRALS, errors_with_neutral, with_neutral
 from benchmarks.performers.solvers import SOLVERS, write_character
 from benchmarks.performers.unknown_strengths import errors_by_strength
 from benchmarks.performers.worlds import BUILT_WITH, JUDGED_ON, ROWS, SKIN, perform, strengths_of
@@ -41,6 +42,9 @@ def main() -> None:
         action="store_true",
         help="errors with true values in parts of the performer's file; 10 s",
     )
+    parser.add_argument(
+        "--neutrals", action="store_true", help="takes whose neutral frames show something; 20 s"
+    )
     parser.add_argument("--data", type=Path, default=DATA, metavar="DIR")
     parsed = parser.parse_args()
     if not has_real_data(parsed.data):
@@ -49,6 +53,9 @@ def main() -> None:
     face = ict(parsed.data)
     if parsed.unknown_strengths:
         print_unknown_strengths(face)
+        return
+    if parsed.neutrals:
+        print_neutrals(parsed.data, face, numbers)
         return
     if parsed.given:
         print_given(parsed.data, face)
@@ -103,6 +110,22 @@ def print_given(data: Path, face: Face) -> None:
                     table.add_column(column, justify="right")
             table.add_row(row.name, *mean_cells(face, found))
     Console(width=200).print(table)
+
+
+def print_neutrals(data: Path, face: Face, numbers: Sequence[int]) -> None:
+    """Print errors of takes whose neutral frames show something, in the mean of performers."""
+    names = ", ".join(str(number) for number in numbers)
+    table = Table(title=f"weight RMS error / skin \\[mm], performers {names}")
+    with tempfile.TemporaryDirectory() as folder:
+        character = write_character(face, Path(folder))
+        for neutral in NEUTRALS:
+            takes = [with_neutral(data, n, neutral, face.mesh.shape_names) for n in numbers]
+            found = [errors_with_neutral(take, face, character) for take in takes]
+            if not table.columns:
+                for column in ("the neutral shows", *found[0]):
+                    table.add_column(column, justify="right")
+            table.add_row(neutral, *mean_cells(face, found))
+    Console(width=160).print(table)
 
 
 def mean_cells(face: Face, found: Sequence[dict[str, FloatArray]]) -> list[str]:

@@ -72,8 +72,12 @@ def make_shot(
     calibration: Path | None = None,
     *,
     named: bool = True,
+    solve: dict[str, str] | None = None,
 ) -> Path:
-    """Write a performance as a shot, its neutral frames `named` or not; return its path."""
+    """Write a performance as a shot, its neutral frames `named` or not; return its path.
+
+    `solve` are settings of the solve, by name.
+    """
     folder = character.parent
     take, bind = folder / "take.trc", folder / "bind.json"
     write_trc(take, face.names, performance.positions, face.rate)
@@ -81,6 +85,7 @@ def make_shot(
     content: dict[str, object] = {
         "markers": {name: {"point": point} for name, point in markers.items()},
         "head": "solve",
+        "solve": solve or {},
     }
     if named:
         content["neutral"] = {"start": 0, "end": performance.neutral_frames - 1}

@@ -130,10 +130,12 @@ def perform(
     extremes: bool = False,
     noise: float = NOISE,
     neutral_frames: int = NEUTRAL_FRAMES,
+    shown: FloatArray | None = None,
 ) -> Performance:
     """Let performer `number` perform a part of the recorded curves, or stretched to extremes.
 
-    Without a part it is that of the row, and there are other takes.
+    Without a part it is that of the row, and there are other takes. The neutral frames show
+    weights `shown` (S,), or nothing.
     """
     other = range_of_motion = None
     if part is None:
@@ -159,7 +161,8 @@ def perform(
         worn = _beside(_graph(data), face.points, row.misplaced, rng)
     truth = to_extremes(face.curves[part]) if extremes else face.curves[part]
     moved = strengths[:, None, None] * offsets[:, worn]
-    played = np.concatenate([np.zeros((neutral_frames, truth.shape[1])), truth])
+    rest = np.zeros(truth.shape[1]) if shown is None else shown
+    played = np.concatenate([np.tile(rest, (neutral_frames, 1)), truth])
     still = neutral[worn] + np.tensordot(played, moved, 1)
     jitter = np.random.default_rng([number, part.start or 0]).normal(size=still.shape)
     positions, unturned = nodding(still, face.rate) + noise * jitter, still + noise * jitter

@@ -7,15 +7,13 @@ import pytest
 from worlds import NEUTRAL, World, filmed, make_world
 
 from usdface.binding.bound_neutral import bound_neutral
-from usdface.binding.neutral_findings import neutral_findings
 from usdface.binding.neutral_frames import neutral_frames
 from usdface.binding.resolve_binding import resolve_binding
-from usdface.blend_shapes import BlendShape, Inbetween
+from usdface.blend_shapes import BlendShape
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.options import BindOptions
 from usdface.performer_face import PerformerFace
-from usdface.retarget.neutral_weights import LARGEST
 from usdface.retarget_setup import Calibration
 from usdface.shot_assembly import assemble_shot
 from usdface.takes import MarkerTake
@@ -125,30 +123,3 @@ def test_the_resting_markers_of_the_performer_tell_what_the_rig_does_not(
     stranger = replace(performer, markers=tuple(f"m{i}" for i in range(len(rest))))
     face = bound_face(world.rig.meshes[0], world.setup())
     assert bound_neutral(take, face, stranger) == without
-
-
-def test_a_neutral_that_shows_more_than_is_taken_off_is_a_warning(world: World) -> None:
-    shown = {"jawOpen": LARGEST, "browInnerUp": 0.2}
-    setup = world.setup(neutral=(3, 9), neutral_weights=shown)
-    face = bound_face(world.rig.meshes[0], setup)
-    found, cut = neutral_findings(setup, face, "take")
-    assert found.code == "NEUTRAL_FOUND"
-    assert (cut.code, cut.severity) == ("NEUTRAL_AT_LIMIT", "warning")
-    assert cut.values["shapes"] == ["jawOpen"] and "jawOpen" in cut.message
-    less = replace(setup, neutral_weights={"jawOpen": LARGEST - 0.01})
-    assert [each.code for each in neutral_findings(less, face, "take")] == ["NEUTRAL_FOUND"]
-
-
-@pytest.mark.parametrize(("shown", "cut"), [(0.625, False), (0.688, True)])
-def test_the_limit_of_a_neutral_weight_follows_the_inbetweens(
-    world: World, shown: float, cut: bool
-) -> None:
-    """Half way it has moved a fifth: 0.5 of the motion is reached at 0.6875."""
-    mesh = world.rig.meshes[0]
-    shapes = [
-        replace(shape, inbetweens=(Inbetween("half", 0.5, 0.2 * shape.offsets),))
-        for shape in mesh.shapes
-    ]
-    setup = world.setup(neutral=(3, 9), neutral_weights={"jawOpen": shown})
-    face = bound_face(replace(mesh, shapes=tuple(shapes)), setup)
-    assert len(neutral_findings(setup, face, "take")) == 1 + cut

@@ -8,13 +8,10 @@ import numpy as np
 import pytest
 from worlds import World, make_world
 
-from usdface.binding.resolve_binding import neutral_weights
-from usdface.blend_shapes import Inbetween
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
 from usdface.io.usd.take import write_take
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import MarkerTake
 
 
@@ -120,27 +117,6 @@ def test_weights_of_the_neutral_reach_the_shot(folder: Path, world: World) -> No
     # Frames that are named instead show nothing but what is said of them.
     bind, _ = written(folder, "--bind", folder / "rest.json", "--neutral", 1, 2)
     assert bind["neutral"] == {"start": 1, "end": 2}
-
-
-def test_what_a_rest_shows_is_said(folder: Path, world: World) -> None:
-    """A take without its neutral frames, that rests with a shape of its own at 0.3."""
-    mesh = world.rig.meshes[0]
-    points = list(world.points.values())
-    shown = 0.3 * mesh.offsets_at(points)[0]
-    held = world.take.positions[:1] + np.repeat(shown[None], 60, axis=0)
-    positions = np.concatenate([held, world.take.positions[10:]])
-    times = np.arange(len(positions)) / world.take.rate
-    take = replace(world.take, positions=positions, times=times)
-    setup = RetargetSetup(Binding(take.names, np.array(points)), neutral=(0, 20))
-    found = neutral_weights(take, mesh, setup)
-    assert max(found, key=lambda name: found[name]) == mesh.shape_names[0]
-    assert 0.1 < found[mesh.shape_names[0]] <= 0.4
-    # With an inbetween that is at 0.6 of it at weight 0.2, 0.3 is shown at weight 0.1 already.
-    first = mesh.shapes[0]
-    early = Inbetween("early", 0.2, 0.6 * first.offsets)
-    bent = replace(mesh, shapes=(replace(first, inbetweens=(early,)), *mesh.shapes[1:]))
-    weight = neutral_weights(take, bent, setup)[first.name]
-    assert weight == pytest.approx(found[first.name] / 3, abs=1e-3)
 
 
 def test_peak_frames_can_be_named_or_looked_for(folder: Path, world: World) -> None:

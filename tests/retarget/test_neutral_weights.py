@@ -5,23 +5,29 @@ import pytest
 from worlds import NEUTRAL, World, make_world
 
 from usdface.arrays import FloatArray
+from usdface.blend_shapes import Inbetween
 from usdface.errors import InputError
-from usdface.retarget.neutral import neutral_markers
-from usdface.retarget.neutral_weights import estimate_neutral_weights, without_weights
+from usdface.face.bound_face import bound_face
+from usdface.findings import Finding
+from usdface.options import SolveOptions
+from usdface.retarget.neutral_weights import (
+    LARGEST,
+    neutral_weight_findings,
+    weights_at_limit,
+    without_weights,
+)
+from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.retarget_setup import Binding, Calibration, RetargetSetup
 from usdface.takes import MarkerTake
 
 MOUTH = 0.3
+SHOWN = {"jawOpen": 0.2, "browDownLeft": 0.15}
 
 
 @pytest.fixture(scope="module")
 def world() -> World:
     return make_world()
-
-
-def at_neutral(take: MarkerTake, points: FloatArray) -> RetargetSetup:
-    return RetargetSetup(Binding(take.names, points), neutral=(0, NEUTRAL - 1))
 
 
 def parts(world: World) -> tuple[np.ndarray, FloatArray, FloatArray]:
@@ -31,21 +37,80 @@ def parts(world: World) -> tuple[np.ndarray, FloatArray, FloatArray]:
     return vertices, mesh.points[vertices], mesh.offsets_at(vertices)
 
 
-def estimate(world: World, positions: FloatArray, frames: tuple[int, int]) -> FloatArray:
+def solved(
+    world: World, take: MarkerTake, **changes: object
+) -> tuple[Solution, list[Finding], FloatArray]:
+    """Return solution, findings and weights; `changes` are of the setup."""
+    vertices, points, offsets = parts(world)
+    setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
+    setup = replace(setup, **changes)
+    solution, findings = solve_take(take, points, offsets, world.rig.meshes[0].shape_names, setup)
+    return solution, findings, solution.weights.weights
+
+
+def showing(
+    world: World, shown: dict[str, float], noise: float = 0.0
+) -> tuple[MarkerTake, FloatArray]:
+    """Return a take whose neutral frames show some weights, and the true weights of all frames."""
     _, points, offsets = parts(world)
-    return estimate_neutral_weights(positions, neutral_markers(positions, frames), points, offsets)
+    names = world.rig.meshes[0].shape_names
+    weights = np.concatenate([world.weights, world.weights[NEUTRAL:][::-1]])
+    weights[:NEUTRAL] = [shown.get(name, 0.0) for name in names]
+    positions = points + np.tensordot(weights, offsets, axes=1)
+    positions = positions + noise * np.random.default_rng(0).standard_normal(positions.shape)
+    times = np.arange(len(weights)) / world.take.rate
+    return replace(world.take, positions=positions, times=times), weights
 
 
-def test_a_neutral_face_shows_nothing(world: World) -> None:
-    found = estimate(world, world.take.positions, (0, NEUTRAL - 1))
-    assert not found.any()
+def rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
-def test_what_a_rest_shows_is_found(world: World) -> None:
-    """Some frame of the take that is no neutral is said to be one."""
+def codes(findings: list[Finding]) -> list[str]:
+    return [each.code for each in findings]
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-4])
+def test_a_neutral_face_shows_nothing(world: World, noise: float) -> None:
+    solution, findings, _ = solved(world, showing(world, {}, noise)[0])
+    assert not solution.neutral_weights and "NEUTRAL_SHOWS" not in codes(findings)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-4])
+def test_weights_of_the_neutral_frames_are_found_and_taken_off(world: World, noise: float) -> None:
+    take, truth = showing(world, SHOWN, noise)
+    solution, findings, weights = solved(world, take)
+    for name, weight in SHOWN.items():
+        assert solution.neutral_weights[name] == pytest.approx(weight, abs=0.05)
+    assert sum(solution.neutral_weights.values()) < 1.2 * sum(SHOWN.values())
+    as_given = solved(world, take, solve=SolveOptions(neutral="given"))[2]
+    assert rms(weights - truth) < 0.5 * rms(as_given - truth)
+    (shows,) = (each for each in findings if each.code == "NEUTRAL_SHOWS")
+    assert shows.severity == "info" and "most: jawOpen 0." in shows.message
+    assert shows.values["first_frame"] == 0 and shows.values["last_frame"] == NEUTRAL - 1
+    assert shows.values["shapes"][:2] == list(SHOWN)
+
+
+def test_neutral_frames_that_are_given_are_kept(world: World) -> None:
+    take, _ = showing(world, SHOWN)
+    solution, findings, weights = solved(world, take, solve=SolveOptions(neutral="given"))
+    assert not solution.neutral_weights and "NEUTRAL_SHOWS" not in codes(findings)
+    assert weights[:NEUTRAL].max() < 0.02
+
+
+def test_weights_that_are_given_with_the_frames_are_all_of_them(world: World) -> None:
+    take, _ = showing(world, SHOWN)
+    given = {"jawOpen": 0.1}
+    solution, findings, weights = solved(world, take, neutral_weights=given)
+    assert dict(solution.neutral_weights) == given and "NEUTRAL_SHOWS" not in codes(findings)
+    assert weights[0, 0] == pytest.approx(0.1, abs=0.03)
+
+
+def test_a_frame_that_is_no_neutral_is_found_to_show_it(world: World) -> None:
     frame = int(np.argmin(np.abs(world.weights.max(axis=1) - MOUTH)))
-    shown = world.weights[frame]
-    found = estimate(world, world.take.positions, (frame, frame))
+    solution, _, _ = solved(world, world.take, neutral=(frame, frame))
+    names, shown = world.rig.meshes[0].shape_names, world.weights[frame]
+    found = np.array([solution.neutral_weights.get(name, 0.0) for name in names])
     assert shown.max() > 0.15
     assert np.linalg.norm(found - shown) < 0.5 * np.linalg.norm(shown)
 
@@ -57,19 +122,59 @@ def test_a_performer_with_other_movements_shows_nothing_at_rest(seed: int) -> No
     points, offsets = 0.06 * rng.normal(size=(20, 3)), 0.006 * rng.normal(size=(8, 20, 3))
     own = offsets + 0.0036 * rng.normal(size=offsets.shape)
     waves = np.linspace(0, 1, 150)[:, None] * rng.uniform(1, 4, 8) + rng.uniform(0, 1, 8)
-    take = points + np.tensordot(np.sin(2 * np.pi * waves).clip(min=0.0), own, 1)
-    assert not estimate_neutral_weights(take, points, points, offsets).any()
+    weights = np.sin(2 * np.pi * waves).clip(min=0.0)
+    weights[:NEUTRAL] = 0.0
+    names = tuple(f"m{i}" for i in range(20))
+    take = MarkerTake(
+        names, np.arange(150) / 30.0, points + np.tensordot(weights, own, axes=1), 30.0
+    )
+    setup = RetargetSetup(Binding(names, np.arange(20)), neutral=(0, NEUTRAL - 1))
+    shapes = tuple(f"s{i}" for i in range(8))
+    solution, _ = solve_take(take, points, offsets, shapes, setup)
+    assert not solution.neutral_weights
 
 
-def test_too_few_markers_or_frames_say_nothing(world: World) -> None:
-    few = world.take.positions.copy()
-    few[:, 6:] = np.nan
-    assert not estimate(world, few, (20, 20)).any()
-    assert not estimate(world, world.take.positions[:8], (5, 5)).any()
+def test_too_few_frames_say_nothing(world: World) -> None:
+    take, _ = showing(world, SHOWN)
+    assert solved(world, take)[0].neutral_weights
+    short = replace(take, positions=take.positions[:9], times=take.times[:9])
+    assert not solved(world, short)[0].neutral_weights
 
 
-def test_taking_the_rest_off_is_what_it_shows(world: World) -> None:
-    """A rest that shows weights, on a performer twice as large and turned."""
+def test_an_occluded_marker_is_no_evidence(world: World) -> None:
+    take, _ = showing(world, SHOWN)
+    positions = take.positions.copy()
+    positions[20:35, take.names.index("brow_mid_r")] = np.nan
+    found = solved(world, replace(take, positions=positions))[0].neutral_weights
+    for name, weight in SHOWN.items():
+        assert found[name] == pytest.approx(weight, abs=0.06)
+
+
+def test_the_order_of_the_markers_does_not_matter(world: World) -> None:
+    take, _ = showing(world, SHOWN, 3e-4)
+    found = solved(world, take)[0].neutral_weights
+    order = np.random.default_rng(1).permutation(len(take.names))
+    names = tuple(take.names[i] for i in order)
+    mixed = replace(take, names=names, positions=take.positions[:, order])
+    vertices, points, offsets = parts(world)
+    setup = RetargetSetup(Binding(names, vertices[order]), neutral=(0, NEUTRAL - 1))
+    shape_names = world.rig.meshes[0].shape_names
+    again, _ = solve_take(mixed, points[order], offsets[:, order], shape_names, setup)
+    assert dict(again.neutral_weights) == dict(found)
+
+
+def test_a_performers_file_tells_the_size_of_the_shapes(world: World) -> None:
+    """Neutral weights are of the character's shapes, and take the place of the file's offset."""
+    names = world.rig.meshes[0].shape_names
+    jaw = np.array([name == "jawOpen" for name in names])
+    performer = Calibration(names, np.where(jaw, 0.8, 1.0), np.where(jaw, 0.05, 0.0))
+    take, _ = showing(world, {"jawOpen": 0.2})
+    found = solved(world, take, calibration=performer)[0].neutral_weights
+    assert found["jawOpen"] == pytest.approx(0.2, abs=0.04)
+
+
+def test_what_is_taken_off_is_what_shows(world: World) -> None:
+    """A neutral that shows weights, on a performer twice as large and turned."""
     _, points, offsets = parts(world)
     shown = np.linspace(0, 0.2, len(offsets))
     turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
@@ -80,24 +185,40 @@ def test_taking_the_rest_off_is_what_it_shows(world: World) -> None:
     assert np.abs(back - neutral).max() < 0.1 * np.abs(rest - neutral).max()
 
 
-def test_a_solve_with_the_weights_of_its_neutral_gives_them_back(world: World) -> None:
-    vertices, points, offsets = parts(world)
-    names = world.rig.meshes[0].shape_names
-    frame = int(np.argmin(np.abs(world.weights.max(axis=1) - MOUTH)))
-    shown = dict(zip(names, world.weights[frame].tolist(), strict=True))
-    setup = replace(at_neutral(world.take, vertices), neutral=(frame, frame))
+def test_a_neutral_that_shows_more_than_is_taken_off_is_a_warning(world: World) -> None:
+    setup = world.setup(neutral=(3, 9), neutral_weights={"jawOpen": LARGEST, "browInnerUp": 0.2})
+    face = bound_face(world.rig.meshes[0], setup)
 
-    def error(setup: RetargetSetup) -> float:
-        solution, _ = solve_take(world.take, points, offsets, names, setup)
-        return float(np.sqrt(np.mean((solution.weights.weights - world.weights) ** 2)))
+    def reported(setup: RetargetSetup) -> list[Finding]:
+        return neutral_weight_findings(setup, face.evaluator, face.shape_names, "take")
 
-    assert error(replace(setup, neutral_weights=shown)) < 0.5 * error(setup)
+    shows, cut = reported(setup)
+    assert shows.code == "NEUTRAL_SHOWS"
+    assert (cut.code, cut.severity) == ("NEUTRAL_AT_LIMIT", "warning")
+    assert cut.values["shapes"] == ["jawOpen"] and "jawOpen" in cut.message
+    less = replace(setup, neutral_weights={"jawOpen": LARGEST - 0.01})
+    assert codes(reported(less)) == ["NEUTRAL_SHOWS"]
+
+
+@pytest.mark.parametrize(("shown", "cut"), [(0.625, False), (0.688, True)])
+def test_the_limit_of_a_neutral_weight_follows_the_inbetweens(
+    world: World, shown: float, cut: bool
+) -> None:
+    """Half way it has moved a fifth: 0.5 of the motion is reached at 0.6875."""
+    mesh = world.rig.meshes[0]
+    shapes = [
+        replace(shape, inbetweens=(Inbetween("half", 0.5, 0.2 * shape.offsets),))
+        for shape in mesh.shapes
+    ]
+    face = bound_face(replace(mesh, shapes=tuple(shapes)), world.setup())
+    at_limit = weights_at_limit({"jawOpen": shown}, face.evaluator, face.shape_names)
+    assert at_limit == ("jawOpen",) * cut
 
 
 def test_neutral_weights_that_cannot_be_are_one_line(world: World) -> None:
     vertices, points, offsets = parts(world)
     names = world.rig.meshes[0].shape_names
-    setup = at_neutral(world.take, vertices)
+    setup = RetargetSetup(Binding(world.take.names, vertices), neutral=(0, NEUTRAL - 1))
     with pytest.raises(InputError, match="expected 0 to 1"):
         replace(setup, neutral_weights={names[0]: 1.5})
     with pytest.raises(InputError, match="name neutral frames"):

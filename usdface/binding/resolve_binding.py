@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from usdface.binding.bound_neutral import bound_neutral
-from usdface.binding.neutral_findings import neutral_findings
 from usdface.binding.neutral_frames import (
     check_frames,
     neutral_frames,
@@ -19,14 +18,12 @@ from usdface.binding.propose_film import propose_film
 from usdface.binding_origin import check_mesh, origin_of, take_differs
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
-from usdface.face.bound_face import BoundFace, bound_face
+from usdface.face.bound_face import bound_face
 from usdface.face.fitted_setup import check_vertices
 from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
 from usdface.performer_face import PerformerFace
-from usdface.retarget.neutral import neutral_markers
-from usdface.retarget.neutral_weights import estimate_neutral_weights
 from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.rigs import Mesh, Rig
 from usdface.takes import MarkerTake, WeightsTake
@@ -35,7 +32,6 @@ __all__ = [
     "ResolvedBinding",
     "UnsureBindingError",
     "binding_findings",
-    "neutral_weights",
     "proposal_summary",
     "resolve_binding",
 ]
@@ -161,8 +157,7 @@ def resolve_binding(
             neutral = setup.neutral or neutral_frames(labelled)
             setup = replace(setup, peaks=peak_frames(labelled, neutral))
     if find_neutral:
-        setup = replace(setup, neutral_assumed=False)
-        setup = replace(setup, neutral_weights=neutral_weights(labelled, mesh, setup))
+        setup = replace(setup, neutral_assumed=False, neutral_weights={})
     setup = replace(setup, origin=origin_of(mesh, take))
     return replace(resolved, setup=setup, other_take=other_take)
 
@@ -214,30 +209,11 @@ def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) 
         )
         findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
     if resolved.neutral_found:
-        face = bound_face(resolved.mesh, resolved.setup)
-        found = neutral_findings(resolved.setup, face, take.source)
-        findings += timed(found, take.times.tolist())
+        message = "the face rests in frames {first_frame} to {last_frame}: taken as neutral"
+        frames = resolved.setup.neutral or (0, 0)
+        found = finding("NEUTRAL_FOUND", take.source, message, *frames)
+        findings += timed([found], take.times.tolist())
     return findings
-
-
-def neutral_weights(take: MarkerTake, mesh: Mesh, setup: RetargetSetup) -> dict[str, float]:
-    """Estimate the blend shape weights that the performer shows in the neutral frames.
-
-    Weights of 0 are left out; {} where the take's neutral is the rig's, no marker is bound or the
-    take is of an image.
-    """
-    vertex = bound_face(mesh, setup).vertex_of
-    names = tuple(n for n in take.names if 0 <= vertex.get(n, -1) < len(mesh.points))
-    if not names or setup.neutral is None or take.dimension == 2:
-        return {}
-    face = BoundFace(mesh, names, np.array([vertex[name] for name in names]))
-    positions = take.select(names)
-    neutral = neutral_markers(positions, setup.neutral)
-    linear = estimate_neutral_weights(positions, neutral, face.neutral, face.offsets)
-    found = face.evaluator.from_linear(linear[None])[0]
-    found[[c.shape for c in face.evaluator.combinations]] = 0.0  # set by their parents
-    pairs = zip(mesh.shape_names, found.round(3).tolist(), strict=True)
-    return {name: weight for name, weight in pairs if weight > 0.0}
 
 
 def proposal_summary(setup: RetargetSetup) -> dict[str, Any]:

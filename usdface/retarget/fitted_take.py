@@ -1,6 +1,6 @@
 """A take laid over a face and solved: usable markers, neutral, places, space map, weights."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -18,6 +18,7 @@ from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
 from usdface.retarget.markers_beside import markers_beside
+from usdface.retarget.neutral_weights import estimate_neutral_weights, neutral_weight_findings
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.refined_fit import best_fit, refine_places
 from usdface.retarget.shrinkage import restored_findings, restoring_factors
@@ -29,11 +30,10 @@ from usdface.takes import MarkerTake, visible
 
 __all__ = ["FittedTake", "fit_take"]
 
-# Frames sampled to refine places, evenly spread, and rounds of a solve: bounds on time. With
-# 30 rounds errors of the performers that the solve was built with are the same.
-_PLACE_FRAMES = 1000
-_PLACE_ROUNDS = 8
-_ALL = slice(None)
+# Frames of a trial, evenly spread, and rounds where it refines places: bounds on time. With 30
+# rounds errors of the performers that the solve was built with are the same.
+_TRIAL_FRAMES = 1000
+_TRIAL_ROUNDS = 8
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -42,33 +42,29 @@ class FittedTake:
 
     Attributes
     ----------
-    names : tuple of str, length M
-        The markers that are used.
-    neutral : (M, D) float64
+    laid : LaidMarkers
     fit : FaceFit
     joint : PoseAndWeights
     setup : RetargetSetup
-        Without head markers that do not determine a pose, and with the gains that the take shows.
-    head_neutral : (H, D) float64
-        Where the head markers rest.
+        Without head markers that do not determine a pose, and with the gains and the neutral
+        weights that the take shows.
     factors : (S,) float64 [1]
         On the weights, of brows that the solve shrank.
     """
 
-    names: tuple[str, ...]
-    neutral: FloatArray
+    laid: LaidMarkers
     fit: FaceFit
     joint: PoseAndWeights
     setup: RetargetSetup
-    head_neutral: FloatArray
     factors: FloatArray
 
     def estimates(self, shapes: BlendShapeEvaluator) -> TakeEstimates:
         """Return the estimates that hold for all frames; `shapes` are those of the performer."""
         found = self.joint.regularisation
         return TakeEstimates(
-            self.names,
-            self.neutral,
+            self.laid.names,
+            self.laid.neutral,
+            self.setup.neutral_weights,
             self.fit.points,
             shapes,
             self.joint.space,
@@ -76,7 +72,7 @@ class FittedTake:
             self.fit.choice,
             self.fit.shifts,
             self.setup.head,
-            self.head_neutral,
+            self.laid.head_neutral,
             found.noise,
             found.misfit,
             found.covariance,
@@ -87,20 +83,47 @@ class FittedTake:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _TakeSolver:
-    """Solves the laid markers of a take by fits of the performer's face."""
+    """Solves the laid markers of a take by fits of the performer's face.
+
+    Attributes
+    ----------
+    times : (F,) float64 [s]
+    laid : LaidMarkers
+    shape_names : tuple of str, length S
+    noisy : (M,) int64 or None
+        Frames that each marker's neutral is the mean of; None = its error is not corrected.
+    views : Views or None
+    progress : Progress or None
+    some : (K,) int64
+        Frames of a trial.
+    """
 
     times: FloatArray
     laid: LaidMarkers
     shape_names: tuple[str, ...]
+    noisy: IntArray | None
     views: Views | None
     progress: Progress | None
+    some: IntArray = field(init=False)
 
-    def solve(
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "some", _some_frames(visible(self.laid.positions)))
+
+    def solve(self, fit: FaceFit, setup: RetargetSetup, pose: Pose | None = None) -> PoseAndWeights:
+        """Solve the whole take; without a pose from the first guess."""
+        frames = slice(None)
+        return self._solved(fit, setup, pose or self.laid.pose, frames, neutral_frames=self.noisy)
+
+    def trial(self, fit: FaceFit, setup: RetargetSetup, **settings: Any) -> PoseAndWeights:
+        """Solve some frames."""
+        return self._solved(fit, setup, self.laid.pose, self.some, **settings)
+
+    def _solved(
         self,
         fit: FaceFit,
         setup: RetargetSetup,
         pose: Pose,
-        frames: IntArray | slice = _ALL,
+        frames: IntArray | slice,
         **settings: Any,
     ) -> PoseAndWeights:
         model, space = as_performed(fit, self.shape_names, setup)
@@ -135,43 +158,72 @@ def fit_take(
 
     Parameters, findings and errors are those of `usdface.retarget.solve_take.solve_take`.
     """
-    laid, setup, findings = lay_markers(take, points, offsets, shape_names, setup, model, surface)
-    solver = _TakeSolver(
-        take.times, laid, shape_names, views.of(laid.names) if views else None, progress
-    )
-    noisy = laid.frames if correct_neutral else None
-    fit, notes = _fit(take, solver, setup, noisy)
-    findings += notes
-    joint = solver.solve(fit, setup, laid.pose, neutral_frames=noisy)
-    own, notes = with_found_gains(setup, fit, joint, shape_names, take)
+
+    def begun(setup: RetargetSetup) -> tuple[_TakeSolver, FaceFit, RetargetSetup, list[Finding]]:
+        laid, own, notes = lay_markers(take, points, offsets, shape_names, setup, model, surface)
+        noisy, seen = laid.frames if correct_neutral else None, views and views.of(laid.names)
+        solver = _TakeSolver(take.times, laid, shape_names, noisy, seen, progress)
+        fit, found = _fit(take, solver, own)
+        return solver, fit, own, notes + found
+
+    solver, fit, own, findings = begun(setup)
+    shown = _shown(take, solver, fit, own) if correct_neutral else {}
+    if shown:
+        solver, fit, own, findings = begun(replace(setup, neutral_weights=shown))
+        findings += neutral_weight_findings(own, solver.laid.model, shape_names, take.source)
+    joint = solver.solve(fit, own)
+    larger, notes = with_found_gains(own, fit, joint, shape_names, take)
     if notes:
-        joint = solver.solve(fit, own, joint.pose, neutral_frames=noisy)
-    factors = restoring_factors(own, fit, joint, shape_names, take, surface)
-    findings += notes + markers_beside(fit.shifts, fit.points, laid.names, take.source)
+        joint = solver.solve(fit, larger, joint.pose)
+    factors = restoring_factors(larger, fit, joint, shape_names, take, surface)
+    findings += notes + markers_beside(fit.shifts, fit.points, solver.laid.names, take.source)
     findings += restored_findings(factors)
-    return FittedTake(
-        laid.names, laid.neutral, fit, joint, own, laid.head_neutral, factors
-    ), findings
+    return FittedTake(solver.laid, fit, joint, larger, factors), findings
+
+
+def _shown(
+    take: MarkerTake, solver: _TakeSolver, fit: FaceFit, setup: RetargetSetup
+) -> dict[str, float]:
+    """Return the blend shape weights that the neutral frames show, by some frames of the take.
+
+    They refer to the character's blend shapes. {} where they are given, or not looked for.
+    """
+    named = setup.neutral is None or setup.neutral_weights or setup.solve.neutral == "given"
+    if named or take.dimension == 2:
+        return {}
+    names, times = solver.shape_names, take.times[solver.some]
+    joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS)
+    model, _ = as_performed(fit, names, setup)
+    shown = estimate_neutral_weights(
+        times, joint, fit.points, model, head_moves=setup.head == "solve"
+    )
+    if setup.calibration is not None:
+        # Offsets of a performer's file that have a weight in the neutral do not count.
+        amplitudes, offsets = setup.calibration.of(names)
+        shown = np.where(shown > 0.0, (amplitudes * shown + offsets).clip(0.0, 1.0), 0.0)
+    found = solver.laid.model.from_linear(shown[None])[0].round(3).tolist()
+    free = {names[shape] for shape in model.free}
+    return {n: w for n, w in zip(names, found, strict=True) if w > 0.0 and n in free}
 
 
 def _fit(
-    take: MarkerTake, solver: _TakeSolver, setup: RetargetSetup, noisy: IntArray | None
+    take: MarkerTake, solver: _TakeSolver, setup: RetargetSetup
 ) -> tuple[FaceFit, list[Finding]]:
     """Return the fit of the laid markers that explains some frames of the take best."""
     laid, names = solver.laid, solver.shape_names
     evidence = laid.evidence(take.times)
     fits = laid.fits(setup, names, evidence)
-    some = _some_frames(visible(laid.positions))
-    trial = partial(solver.solve, setup=setup, pose=laid.pose, frames=some)
+    trial = partial(solver.trial, setup=setup)
     if laid.surface is not None:
         refine = partial(
             refine_places, neutral=laid.neutral, options=setup.map, evidence=evidence,
-            surface=laid.surface, solve=partial(trial, rounds=_PLACE_ROUNDS),
+            surface=laid.surface, solve=partial(trial, rounds=_TRIAL_ROUNDS),
             sized=partial(as_large, shape_names=names, setup=setup),
             head_moves=setup.head == "solve",
         )  # fmt: skip
         fits = tuple(refine(fit) for fit in fits)
-    fit, share = best_fit(fits, lambda fit: trial(fit, neutral_frames=noisy).regularisation.misfit)
+    corrected = partial(trial, neutral_frames=solver.noisy)
+    fit, share = best_fit(fits, lambda fit: corrected(fit).regularisation.misfit)
     if share == 1.0:
         return fit, []
     message = "the places of the markers alone leave {misfit_percent:.0f} % of its misfit"
@@ -179,8 +231,8 @@ def _fit(
 
 
 def _some_frames(is_visible: BoolArray) -> IntArray:
-    """Return `_PLACE_FRAMES` frames of a take, and some of each marker (F, M) that these hide."""
-    frames = np.arange(0, len(is_visible), -(-len(is_visible) // _PLACE_FRAMES))
+    """Return `_TRIAL_FRAMES` frames of a take, and some of each marker (F, M) that these hide."""
+    frames = np.arange(0, len(is_visible), -(-len(is_visible) // _TRIAL_FRAMES))
     hidden = np.flatnonzero(~is_visible[frames].any(axis=0))
     others = [np.flatnonzero(is_visible[:, marker])[:FEWEST_FRAMES] for marker in hidden]
     return np.asarray(np.unique(np.concatenate([frames, *others])))

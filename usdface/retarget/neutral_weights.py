@@ -2,155 +2,196 @@
 
 A performer's neutral may have weights above 0, such as half closed lids or pressed lips.
 Displacements are relative to it, so where a weight falls below its neutral value they need a
-negative one. The neutral weights are those with which every frame is explained by weights of 0 or
-more. Weights that no frame needs stay 0, and all do where they hardly help to explain the take.
+negative one. The neutral weights are the fewest and smallest with which every frame is explained by
+weights of 0 or more. Weights that the frames hardly need stay 0: two people's faces differ.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.face.bound_face import BoundFace
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.finding_values import Prose
+from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_fit import rigid_fit, similarity_fit
+from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
-from usdface.takes import visible
+from usdface.retarget_setup import RetargetSetup
 
-__all__ = ["LARGEST", "estimate_neutral_weights", "weights_at_limit", "without_weights"]
+__all__ = [
+    "LARGEST",
+    "estimate_neutral_weights",
+    "neutral_weight_findings",
+    "weights_at_limit",
+    "without_weights",
+]
 
-# As shares of the face's size, the RMS radius of its markers (ICT: 60 mm): a marker's error in any
-# frame, its error in the mean of all, and the motion beyond which a frame has less weight, because
-# performer and rig differ more in strong expressions. Set by hand: 1 mm, 0.2 mm and 2 mm on that
-# face, where a real take of another face has a misfit of 0.9 mm (AnimFace).
-_ERROR = 0.016
-_LASTING_ERROR = 0.0032
-_STRONG = 0.032
-# Expected size of weights (`SolveOptions.spread`), L1 penalty, and expected size of the neutral
-# weights. Set by hand.
+# Frames are averaged over so long [s], in takes that are shorter than so many windows less: noise
+# lifts bounded weights off 0 in short windows, in long ones the face moves.
+_WINDOW, _WINDOWS = 0.4, 20
+_FEWEST_WINDOWS = 10
+# As a share of the face's size, the RMS radius of its markers: how far performer and rig differ in
+# the mean of a window, beside the misfit that the take shows (0.2 mm on the ICT face).
+_ERROR = 0.0033
+# Expected size of weights (`SolveOptions.spread`) and, relative to it, their L1 penalty.
 _SPREAD = 0.5
-_SPARSITY = 0.5
-_REST_SPREAD = 0.15
+_SPARSITY = 1.0
+# L1 penalty on a neutral weight, by the mean cost of a window, and the weight that costs half as
+# much in the second solve (E. Candes, M. Wakin, S. Boyd, "Enhancing Sparsity by Reweighted l1
+# Minimization", 2008). Of 6 and 12, and 0.02 and 0.05, on performers 1 to 4 with seven neutrals: 12
+# finds nothing in those that show nothing.
+_COST = 12.0
+_RELIEF = 0.02
+# Neutral weights count if the mean cost of a window falls by this at least: 0.6 at most with
+# neutrals that were chosen by eye (AnimFace's Jaw and Eyebrows on three heads), 0.7 to 12 where the
+# neutral shows a mouth open by 0.1, or five or eight shapes at 0.05 to 0.15 (performers 1 to 4).
+_WORTH = 0.7
 LARGEST = 0.5  # more than half of a shape is no neutral
-# Bounds on time: sampled frames, and steps of the search.
-_FRAMES = 200
-_STEPS = 60
+_SOLVES = 2
+# Solved to far less than is saved, so that the order of markers decides nothing.
+_EXACT = {"maxiter": 300, "ftol": 1e-13, "gtol": 1e-8}
 # Weights are saved to three decimals.
 _ROUNDING = 6e-4
-# A marker must be seen in so many of the frames, and so many frames show all those markers; eight
-# markers have 18 coordinates beside the head's six.
-_SEEN = 0.9
-_FEWEST_FRAMES = 10
-_FEWEST_MARKERS = 8
-# Performers with another face than the rig's seem to have neutral weights up to 0.15 where the true
-# ones are 0: if none is larger all are set to 0. Otherwise small ones are left out. Set by hand;
-# python benchmarks/binding.py rests measures them.
-_NEUTRAL = 0.16
-_LEAST = 0.02
-# Performers whose shapes move in other directions seem to have larger ones, but these hardly help
-# to explain the take: the cost without them is 1.05 to 1.25 of that with them, on twelve takes of
-# other people with a true neutral; 1.19 to 5.4 where the neutral has weights (python
-# benchmarks/binding.py rests). Below this factor all are set to 0.
-_SURE = 1.3
+_NAMED = 3  # blend shapes that a message names
+_LEAST = 0.01  # smaller ones change nothing that is seen
 
 
 def estimate_neutral_weights(
-    positions: FloatArray, neutral: FloatArray, points: FloatArray, offsets: FloatArray
+    times: FloatArray,
+    joint: PoseAndWeights,
+    points: FloatArray,
+    model: BlendShapeEvaluator,
+    *,
+    head_moves: bool,
 ) -> FloatArray:
     """Estimate the weights of the face in the neutral frames: (S,) in [0, 0.5].
 
-    A convex problem: the bounded weights of the neutral and of each frame that explain the
-    displacements from neutral, with an L1 penalty. All 0 where too few markers are visible, or none
-    is clearly above the effect of the difference of two faces.
+    A convex problem: the bounded weights of the neutral and of the take, in means over short
+    windows, that explain the displacements from neutral, with an L1 penalty. Inbetweens count by
+    their projection on their shape; combination shapes are 0. All 0 in takes that are too short.
 
     Parameters
     ----------
-    positions : (F, M, 3) float64
-        The take, NaN where occluded.
-    neutral : (M, 3) float64
-        The neutral in one head pose, NaN where a marker is occluded.
+    times : (F,) float64 [s]
+    joint : PoseAndWeights
+        The take, solved without a correction of the neutral.
     points : (M, 3) float64 [m]
         The markers' places on the neutral character.
-    offsets : (S, M, 3) float64 [m]
-        Their offset by each blend shape at weight 1.
+    model : BlendShapeEvaluator
+        Of their displacements by the blend shapes: N = 3 M.
+    head_moves : bool
+        The head's pose was solved with the weights.
     """
-    from scipy.optimize import minimize  # costs more to import than a solve needs
+    moved, frames = _windows(times, joint, model)
+    shapes, found = model.offsets[model.free], np.zeros(len(model.offsets))
+    if len(moved) < _FEWEST_WINDOWS or not shapes.any():
+        return found
+    lasting = joint.regularisation.lasting_variance + (_ERROR * rms_radius(points)) ** 2
+    error = np.sqrt(joint.regularisation.noise**2 / frames + lasting)
+    if head_moves:
+        rigid = motion_basis(points, 3)
+        moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
+    moved, shapes = moved / error, shapes / error
+    normal, right = shapes @ shapes.T, moved @ shapes.T - _SPARSITY / _SPREAD
+    held = normal + np.eye(len(normal)) / _SPREAD**2
 
-    count = len(offsets)
-    shared = _in_errors(positions, neutral, points, offsets)
-    if shared is None:
-        return np.zeros(count)
-    moved, shapes = shared
-    normal = shapes @ shapes.T
-    right = moved @ shapes.T - _SPARSITY / _SPREAD
-    frame_weight = 1.0 / (1.0 + (moved**2).mean(axis=1) * (_ERROR / _STRONG) ** 2)
-    frame_weight /= frame_weight.sum()
-    ridge = (_LASTING_ERROR / _ERROR / _REST_SPREAD) ** 2
-
-    def cost(rest: FloatArray) -> tuple[float, FloatArray]:
-        weights = solve_bounded(normal + np.eye(count) / _SPREAD**2, right + rest @ normal)
+    def unexplained(rest: FloatArray) -> tuple[float, FloatArray]:
+        weights = solve_bounded(held, right + rest @ normal)
         left = moved + (rest - weights) @ shapes
         each = 0.5 * (left**2).sum(axis=1) + 0.5 * (weights**2).sum(axis=1) / _SPREAD**2
         each += _SPARSITY / _SPREAD * weights.sum(axis=1)
-        value = float(frame_weight @ each + 0.5 * ridge * (rest**2).sum())
-        return value, frame_weight @ (left @ shapes.T) + ridge * rest
+        return float(each.mean()), left.mean(axis=0) @ shapes.T
 
-    result = minimize(
-        cost,
-        np.zeros(count),
-        jac=True,
-        method="L-BFGS-B",
-        bounds=[(0.0, LARGEST)] * count,
-        options={"maxiter": _STEPS},
+    rest = np.zeros(len(shapes))
+    for _ in range(_SOLVES):
+        rest = _minimised(unexplained, rest, _COST * _RELIEF / (rest + _RELIEF))
+    if unexplained(np.zeros(len(shapes)))[0] - unexplained(rest)[0] >= _WORTH:
+        found[model.free] = np.where(rest < _LEAST, 0.0, rest)
+    return found
+
+
+def _minimised(
+    function: Callable[[FloatArray], tuple[float, FloatArray]], start: FloatArray, cost: FloatArray
+) -> FloatArray:
+    """Return the neutral weights that minimise a function, given with its gradient, and a cost."""
+    from scipy.optimize import minimize  # costs more to import than a solve needs
+
+    def with_cost(rest: FloatArray) -> tuple[float, FloatArray]:
+        value, gradient = function(rest)
+        return value + float(cost @ rest), gradient + cost
+
+    bounds = [(0.0, LARGEST)] * len(start)
+    return np.asarray(
+        minimize(with_cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=_EXACT).x
     )
-    found = result.x
-    if found.max() < _NEUTRAL or cost(np.zeros(count))[0] < _SURE * result.fun:
-        return np.zeros(count)
-    return np.where(found < _LEAST, 0.0, found)
 
 
-def _in_errors(
-    positions: FloatArray, neutral: FloatArray, points: FloatArray, offsets: FloatArray
-) -> tuple[FloatArray, FloatArray] | None:
-    """Return displacements (F, 3 M) and offsets (S, 3 M) in units of the error of a marker.
+def _windows(
+    times: FloatArray, joint: PoseAndWeights, model: BlendShapeEvaluator
+) -> tuple[FloatArray, float]:
+    """Return mean displacements (W, 3 M) [m] over windows of a take, and their number of frames.
 
-    On the character, of some frames and the markers that these and the rest show, without the
-    head's motion; None where they are too few.
+    Occluded markers are where the weights have them.
     """
-    seen = visible(positions)
-    used = (seen.mean(axis=0) >= _SEEN) & visible(neutral)
-    whole = np.flatnonzero(seen[:, used].all(axis=1))
-    if used.sum() < _FEWEST_MARKERS or len(whole) < _FEWEST_FRAMES:
-        return None
-    frames = positions[whole[:: max(1, len(whole) // _FRAMES)]][:, used]
-    rest, target = neutral[used], points[used]
-    size = rms_radius(target)
-    pose, _ = rigid_fit(rest, frames)
-    moved = (pose.to_head(frames) - rest) @ similarity_fit(rest, target)[0]
-    rigid = motion_basis(target, 3)
-    flat = np.concatenate(
-        [moved.reshape(len(moved), -1), offsets[:, used].reshape(len(offsets), -1)]
-    )
-    flat = (flat - (flat @ rigid) @ rigid.T) / (_ERROR * size)
-    return flat[: len(moved)], flat[len(moved) :]
+    predicted = model.displacements(joint.weights)
+    moved = joint.displaced.reshape(predicted.shape)
+    moved = np.where(np.isnan(moved), predicted, moved)
+    span = max(float(times[-1] - times[0]), 1e-9)
+    length = min(_WINDOW, span / _WINDOWS)
+    starts = np.unique(np.floor((times - times[0]) / length), return_index=True)[1]
+    counts = np.diff(np.append(starts, len(times)))
+    return np.add.reduceat(moved, starts) / counts[:, None], float(np.median(counts))
 
 
-def weights_at_limit(weights: Mapping[str, float], face: BoundFace) -> tuple[str, ...]:
+def weights_at_limit(
+    weights: Mapping[str, float], model: BlendShapeEvaluator, shape_names: tuple[str, ...]
+) -> tuple[str, ...]:
     """Return the shapes whose neutral weight is `LARGEST`, or is as far along its inbetweens.
 
     More of them may show. Larger weights are none of an estimate.
     """
-    linear = np.full((1, len(face.shape_names)), LARGEST)
-    limits = dict(zip(face.shape_names, face.evaluator.from_linear(linear)[0], strict=True))
+    linear = np.full((1, len(shape_names)), LARGEST)
+    limits = dict(zip(shape_names, model.from_linear(linear)[0], strict=True))
     return tuple(n for n, weight in weights.items() if abs(weight - limits[n]) < _ROUNDING)
+
+
+def neutral_weight_findings(
+    setup: RetargetSetup, model: BlendShapeEvaluator, shape_names: tuple[str, ...], source: str
+) -> list[Finding]:
+    """Report the weights that the neutral frames of a take were found to show."""
+    weights, frames = setup.neutral_weights, setup.neutral or (0, 0)
+    shown = sorted(weights, key=lambda name: -weights[name])
+    message = (
+        "the neutral frames {first_frame} to {last_frame} show {shape_count} blend shapes (most: "
+        "{most}), which are taken off them and stay there as weights; usdface:solve:neutral = "
+        '"given" takes the frames as they are'
+    )
+    most = Prose(", ".join(f"{name} {weights[name]:.2f}" for name in shown[:_NAMED]))
+    found = finding("NEUTRAL_SHOWS", source, message, *frames, len(shown), most, shapes=shown)
+    cut = weights_at_limit(weights, model, shape_names)
+    if not cut:
+        return [found]
+    message = (
+        "frames {first_frame} to {last_frame}, taken as neutral, show an expression ({shapes}): "
+        "more than is taken off; name frames in which the face rests"
+    )
+    return [found, finding("NEUTRAL_AT_LIMIT", source, message, *frames, [*cut[:_NAMED]])]
 
 
 def without_weights(neutral: FloatArray, points: FloatArray, shown: FloatArray) -> FloatArray:
     """Return the performer's neutral (M, 3) without the displacements of its neutral weights.
 
-    `neutral` and `points` are as in `estimate_neutral_weights`, without NaN; `shown` (M, 3) [m] is
-    the displacement on the character.
+    Parameters
+    ----------
+    neutral : (M, 3) float64
+        The neutral in one head pose.
+    points : (M, 3) float64 [m]
+        The markers' places on the neutral character.
+    shown : (M, 3) float64 [m]
+        Displacements of the neutral weights on the character.
     """
     linear, _ = similarity_fit(neutral, points)
     return np.asarray(neutral - shown @ np.linalg.inv(linear))

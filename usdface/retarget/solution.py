@@ -1,6 +1,7 @@
 """The solution of a retarget: weights, head pose, residuals."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -63,6 +64,8 @@ class Solution:
     filmed : FilmedHead or None
         How the head moved before the one camera of a 2D take: then the pose is in the space of the
         character, in metres, and `neutral` is the face from far in front.
+    neutral_weights : mapping of str to float
+        Blend shape weights that the neutral frames show, which `neutral` is without.
     """
 
     weights: WeightsTake
@@ -84,6 +87,7 @@ class Solution:
     carried: FloatArray | None = None
     head: HeadMode = "solve"
     filmed: FilmedHead | None = None
+    neutral_weights: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))

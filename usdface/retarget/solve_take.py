@@ -135,4 +135,5 @@ def solution_of(
         model=learned.shapes,
         carried=learned.carried,
         head=learned.head,
+        neutral_weights=learned.neutral_weights,
     )

@@ -1,5 +1,6 @@
 """Estimates from a whole take, on which the solve of each frame depends."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from usdface.arrays import FloatArray
@@ -26,6 +27,8 @@ class TakeEstimates:
         Those that are used.
     neutral : (M, D) float64
         Where they rest, in take space.
+    neutral_weights : mapping of str to float
+        Blend shape weights that the neutral frames show, which `neutral` is without.
     points : (M, 3) float64 [m]
         Where they rest on the character.
     shapes : BlendShapeEvaluator
@@ -52,6 +55,7 @@ class TakeEstimates:
 
     markers: tuple[str, ...]
     neutral: FloatArray
+    neutral_weights: Mapping[str, float]
     points: FloatArray
     shapes: BlendShapeEvaluator
     space: SpaceMap

@@ -76,7 +76,7 @@ CRITERIA: tuple[Criterion, ...] = (
         "NEUTRAL_AT_LIMIT",
         0.5,  # `usdface.retarget.neutral_weights.LARGEST`, at which the estimate ends
         np.inf,
-        "the neutral frames that were found show {value} or more of a blend shape: {where}",
+        "the neutral frames show {value} or more of a blend shape: {where}",
         "name frames in which the face rests: usdface shot ... --neutral FIRST LAST",
     ),
     Criterion(

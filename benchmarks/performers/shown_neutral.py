@@ -1,0 +1,63 @@
+"""The error of takes whose neutral frames show some blend shapes of the performer."""
+
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.performers.solvers import least_squares, make_shot, processed
+from benchmarks.performers.worlds import JUDGED_ON, ROWS, Performance, perform
+from benchmarks.solve.faces import Face
+from usdface.arrays import FloatArray
+
+__all__ = ["NEUTRALS", "errors_with_neutral", "with_neutral"]
+
+# Frames of the recorded curves, 20 s: what the estimate was built with, and what judges it.
+_BUILT_ON, _JUDGED_ON = slice(600, 1200), slice(2915, 3515)
+# Weights of blend shapes by the beginning of their name, both sides.
+NEUTRALS: dict[str, dict[str, float]] = {
+    "nothing": {},
+    "smile 0.2, inner brows up 0.15": {"mouthSmile": 0.2, "browInnerUp": 0.15},
+    "mouth open 0.1": {"jawOpen": 0.1},
+    "brows down 0.2": {"browDown": 0.2},
+    "lids 0.2": {"eyeBlink": 0.2},
+    "ten shapes at 0.05": {
+        name: 0.05
+        for name in (
+            "mouthSmile",
+            "browInnerUp",
+            "jawOpen",
+            "mouthPucker",
+            "eyeSquint",
+            "noseSneer",
+        )
+    },
+    "drawn": {},  # for each performer: about a fifth of the pairs, at 0.03 to 0.2
+}
+
+
+def with_neutral(data: Path, number: int, name: str, shape_names: tuple[str, ...]) -> Performance:
+    """Return a take of performer `number` whose neutral frames show a neutral of `NEUTRALS`."""
+    stems = [each.removesuffix("_L").removesuffix("_R") for each in shape_names]
+    weights = NEUTRALS[name]
+    if name == "drawn":
+        rng = np.random.default_rng(2000 + number)
+        drawn = {stem: float(rng.uniform(0.03, 0.2)) for stem in sorted(set(stems))}
+        weights = {stem: weight for stem, weight in drawn.items() if rng.random() < 0.2}
+    shown = np.array([weights.get(stem, 0.0) for stem in stems])
+    part = _JUDGED_ON if number in JUDGED_ON else _BUILT_ON
+    return perform(data, number, ROWS[0], part=part, shown=shown)
+
+
+def errors_with_neutral(
+    performance: Performance, face: Face, character: Path
+) -> dict[str, FloatArray]:
+    """Return errors (F, S) where the neutral is taken as it is, and where its weights are found."""
+    given = make_shot(performance, face, character, solve={"neutral": "given"})
+    as_given = processed(given, performance, face) - performance.truth
+    found = processed(make_shot(performance, face, character), performance, face)
+    return {
+        "as they are": as_given,
+        "weights found": found - performance.truth,
+        "least squares, similarity, Butterworth 6 Hz": least_squares(performance, face, character)
+        - performance.truth,
+    }
