@@ -561,6 +561,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_neutral",
         "no neutral frames are named nor found; the first frame that shows the markers is taken",
     ),
+    "NEUTRAL_MOVES": (
+        "info",
+        "look_at_frames",
+        "the face moves in some of the neutral frames, which are left out",
+    ),
     "NEUTRAL_SHOWS": (
         "info",
         "look_at_frames",

@@ -5,7 +5,7 @@ import pytest
 from worlds import World, make_world
 
 from usdface.errors import InputError
-from usdface.retarget.usable_markers import check_bound_markers, usable_markers
+from usdface.retarget.usable_markers import check_bound_markers, neutral_frames, usable_markers
 from usdface.retarget_setup import Binding
 
 
@@ -39,3 +39,18 @@ def test_markers_that_are_not_seen_are_told_by_the_neutral_in_use(
     with pytest.raises(InputError, match="only 3 bound markers") as caught:
         usable_markers(replace(world.take, positions=positions), points, setup)
     assert ("other neutral frames" in str(caught.value)) is not rig_neutral
+
+
+def test_neutral_frames_in_which_the_face_moves_are_told(world: World) -> None:
+    take, mesh = world.take, world.rig.meshes[0]
+    rest = np.repeat(take.positions[:1], 20, axis=0)
+    rest[8:11] = take.positions[12]
+    still = replace(take, positions=rest, times=np.arange(20) / take.rate)
+    setup = world.setup(neutral=(2, 19))
+    points = mesh.points[setup.binding.points]
+    _, neutral, findings = usable_markers(still, points, setup)
+    np.testing.assert_allclose(neutral, take.positions[0], atol=1e-12)
+    (moves,) = (each for each in findings if each.code == "NEUTRAL_MOVES")
+    assert (moves.values["frame"], moves.values["moving_count"]) == (8, 3)
+    assert moves.values["frame_count"] == 18
+    assert neutral_frames(still.positions, setup).tolist() == [15] * len(take.names)

@@ -9,7 +9,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import IN_LINE
-from usdface.retarget.neutral import neutral_markers, on_plane
+from usdface.retarget.neutral import neutral_markers, on_plane, resting_frames
 from usdface.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
 
@@ -71,6 +71,7 @@ def usable_markers(
         neutral = points[known]
     else:
         neutral = neutral_markers(positions, setup.neutral)
+        findings += _restless_frames(positions, setup.neutral, take.source)
     ever = np.asarray(visible(positions).any(axis=0))
     resting = visible(neutral)
     for i, name in enumerate(binding.markers[k] for k in known):
@@ -93,12 +94,26 @@ def usable_markers(
     return used, neutral[keep], findings
 
 
+def _restless_frames(positions: FloatArray, frames: tuple[int, int], source: str) -> list[Finding]:
+    """Report neutral frames in which the face moves."""
+    moving = frames[0] + np.flatnonzero(~resting_frames(positions, frames))
+    if not len(moving):
+        return []
+    message = (
+        "the face moves in {moving_count} of {frame_count} neutral frames, the first of them frame "
+        "{frame}; they are left out"
+    )
+    count = frames[1] - frames[0] + 1
+    return [finding("NEUTRAL_MOVES", source, message, len(moving), count, int(moving[0]))]
+
+
 def neutral_frames(positions: FloatArray, setup: RetargetSetup) -> IntArray | None:
     """Return the frames that each marker's neutral is the mean of: (M,); None for the rig's own."""
     if setup.neutral is None:
         return None
     first, last = setup.neutral
-    return np.asarray(visible(positions[first : last + 1]).sum(axis=0))
+    resting = resting_frames(positions, setup.neutral)
+    return np.asarray(visible(positions[first : last + 1][resting]).sum(axis=0))
 
 
 def determined(
