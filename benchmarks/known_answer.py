@@ -27,6 +27,8 @@ from usdface.arrays import FloatArray
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
 
 NEUTRAL_FRAMES = (30, 5, 1)
+# What 30 further neutral frames show of ten blend shapes, drawn once.
+SHOWN = 0.05
 ONLY_SOLVED = usdface.ProcessOptions(express=False, closure=False)
 DATA = ROOT.parent / "shared" / "data"
 
@@ -113,14 +115,25 @@ def exact_error(face: Face, truth: FloatArray, jitter: FloatArray) -> float:
 
 
 def performance(
-    face: Face, truth: FloatArray, jitter: FloatArray, noise: float, count: int, *, moves: bool
+    face: Face,
+    truth: FloatArray,
+    jitter: FloatArray,
+    noise: float,
+    count: int,
+    *,
+    moves: bool,
+    shown: float = 0.0,
 ) -> FloatArray:
-    """Return markers (count + F, M, 3) [m], the first `count` of them noisy neutral frames."""
-    still = still_markers(face, truth)
-    whole = np.concatenate([np.repeat(face.neutral[None], count, axis=0), still])
-    rest = noise * np.random.default_rng(1).standard_normal((count, *face.neutral.shape))
+    """Return markers (count + F, M, 3) [m], the first `count` of them noisy neutral frames.
+
+    These show `shown` of ten blend shapes.
+    """
+    rest = np.zeros((count, truth.shape[1]))
+    rest[:, np.random.default_rng(2).choice(truth.shape[1], 10, replace=False)] = shown
+    whole = still_markers(face, np.concatenate([rest, truth]))
+    jolts = noise * np.random.default_rng(1).standard_normal((count, *face.neutral.shape))
     positions = moved(np.arange(len(whole)) / face.rate, whole) if moves else whole
-    return np.asarray(positions + np.concatenate([rest, jitter]))
+    return np.asarray(positions + np.concatenate([jolts, jitter]))
 
 
 def figures_of_takes(face: Face, truth: FloatArray, character: Path) -> dict[str, float]:
@@ -147,15 +160,16 @@ def measured(face: Face, truth: FloatArray, character: Path) -> Table:
     for noise in (0.0, 1e-4, 3e-4, 1e-3):
         jitter = noise * rng.standard_normal((len(truth), *face.neutral.shape))
         exact = exact_error(face, truth, jitter)
-        for moves, count in product((False, True), (0, *NEUTRAL_FRAMES) if noise else (0,)):
-            positions = performance(face, truth, jitter, noise, count, moves=moves)
+        neutrals = [(0, 0.0), *((n, 0.0) for n in NEUTRAL_FRAMES), (NEUTRAL_FRAMES[0], SHOWN)]
+        for moves, (count, shown) in product((False, True), neutrals if noise else neutrals[:1]):
+            positions = performance(face, truth, jitter, noise, count, moves=moves, shown=shown)
             begin = time.perf_counter()
             weights, found = solved_weights(positions, face, character, count, moving_head=moves)
             seconds = time.perf_counter() - begin
             ours = weights[count:]
             table.add_row(
                 f"{1000 * noise:g}",
-                str(count) if count else "given",
+                (f"{count}, not at rest" if shown else str(count)) if count else "given",
                 "found" if moves else "known",
                 f"{exact:.4f}" if noise else f"{exact:.0e}",
                 f"{rms(ours - truth):.4f}" if noise else f"{rms(ours - truth):.0e}",
