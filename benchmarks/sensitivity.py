@@ -162,7 +162,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.retarget.map_choice", "_AS_GOOD", SOLVED),
         *rows("usdface.retarget.confidence", "_MANY", SOLVED),
         *rows("usdface.retarget.neutral_weights", "_WINDOW _ERROR _SPREAD _SPARSITY", RESTED),
-        *rows("usdface.retarget.neutral_weights", "_COST _RELIEF _WORTH LARGEST", RESTED),
+        *rows("usdface.retarget.neutral_weights", "_COST _RELIEF LARGEST", RESTED),
         *rows("usdface.retarget.calibration", "_KNOWN _UNLIKE", CALIBRATED),
         *rows("usdface.retarget.wide_bounds", "_HELD AT_REST", CALIBRATED),
         *rows("usdface.retarget.amplitude_posterior", "_REACH _LEAST _LEAST_SPREAD", CALIBRATED),

@@ -11,7 +11,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 import usdface
-from usdface.options import ProcessOptions
+from usdface.options import ProcessOptions, SolveOptions
 from usdface.retarget.neutral_weights import LARGEST
 from usdface.shot import Shot
 from usdface.shot_report import report_of
@@ -93,6 +93,10 @@ def test_a_wrong_unit_is_to_be_looked_at(shot: Shot) -> None:
 def test_a_neutral_that_is_none_is_found(shot: Shot) -> None:
     peak = 97  # of the first expression
     verdict = verdict_on(replace(shot, setup=replace(shot.setup, neutral=(peak, peak))))
+    # The solve finds what it shows, as far as it takes it off.
+    assert verdict.level != "good" and "NEUTRAL_AT_LIMIT" in codes(verdict)
+    given = replace(shot.setup, neutral=(peak, peak), solve=SolveOptions(neutral="given"))
+    verdict = verdict_on(replace(shot, setup=given))
     assert verdict.level != "good" and "NEUTRAL_EXPRESSIVE" in codes(verdict)
 
 

@@ -21,8 +21,10 @@ from usdface.retarget.calibrated_shapes import as_large
 from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget.film.dot_radii import dot_radii
 from usdface.retarget.film.film_head import FilmedFace, film_head
+from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.views import Views
 from usdface.retarget.markers_beside import markers_beside
+from usdface.retarget.neutral_weights import neutral_weight_findings
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -124,7 +126,27 @@ def solve(
         weights, findings = recorded_weights(take, face, setup)
         return weights, None, findings
     take, setup, surface, findings = solver_input(take, face, setup, cleaned, progress)
-    filmed, camera_findings = _film(take, face, setup, surface, progress)
+    solution, new_findings = _solved(take, face, setup, surface, progress)
+    if solution.filmed and solution.neutral_weights:
+        # The head was solved from a neutral that shows these weights, its depths were found there.
+        own = replace(setup, neutral_weights=solution.neutral_weights)
+        solution, new_findings = _solved(take, face, own, surface, progress, solution.filmed)
+        if not setup.neutral_weights:
+            model = surface.skin.marker_evaluator
+            findings += neutral_weight_findings(own, model, face.shape_names, take.source)
+    return solution.weights, solution, findings + new_findings
+
+
+def _solved(
+    take: MarkerTake,
+    face: BoundFace,
+    setup: RetargetSetup,
+    surface: MarkerSurface,
+    progress: Progress | None,
+    before: FilmedHead | None = None,
+) -> tuple[Solution, list[Finding]]:
+    """Solve a take; `before` is a filmed head without the neutral weights of the setup."""
+    filmed, findings = _film(take, face, setup, surface, progress, before)
     projected, views = filmed.head.projected(take) if filmed else (take, None)
     skin = filmed.skin if filmed else surface.skin
     solution, new_findings = solve_take(
@@ -144,7 +166,7 @@ def solve(
         new_findings += markers_beside(shifts, skin.rest[own], solution.markers, take.source)
         head = filmed.head
         solution = replace(solution, filmed=head, pose=head.motion, shifts=shifts)
-    return solution.weights, solution, findings + camera_findings + new_findings
+    return solution, findings + new_findings
 
 
 @one_blas_thread()
@@ -215,8 +237,12 @@ def _film(
     setup: RetargetSetup,
     surface: MarkerSurface,
     progress: Progress | None,
+    before: FilmedHead | None = None,
 ) -> tuple[FilmedFace | None, list[Finding]]:
-    """Solve the head motion of a 2D take, if requested; None for other takes."""
+    """Solve the head motion of a 2D take, if requested; None for other takes.
+
+    `before` is the head, solved without the neutral weights of the setup.
+    """
     # The paper's map goes from the image to the character, the head's motion included.
     flat = take.dimension == 2 and setup.head == "solve" and setup.map.form != "paper"
     if not flat or setup.neutral is None:
@@ -225,17 +251,25 @@ def _film(
     def weights(
         skin: DotSkin, projected: MarkerTake, views: Views, neutral: tuple[int, int]
     ) -> FloatArray:
-        own = replace(setup, neutral=neutral, pins=())  # which are frames of the whole take
+        given = replace(setup.solve, neutral="given")  # weights of the neutral are found at last
+        # Pins are frames of the whole take.
+        own = replace(setup, neutral=neutral, pins=(), solve=given)
         solution, _ = solve_take(
             projected, skin.rest, skin.offsets, face.shape_names, own, skin.marker_evaluator,
             views=views, progress=progress,
         )  # fmt: skip
         return solution.weights.weights
 
-    found = setup.solve.places == "found"
+    shown: FloatArray | float = 0.0
+    if before is not None:
+        named = np.array([[setup.neutral_weights.get(name, 0.0) for name in face.shape_names]])
+        model = surface.skin.marker_evaluator
+        moved = model.displacements(model.combined(named)).reshape(-1, 3)
+        shown = before.shown(moved[[face.markers.index(name) for name in before.markers]])
     return film_head(
         take, setup.binding.markers, surface, setup.neutral, weights,
-        sized=lambda shapes: as_large(shapes, face.shape_names, setup), refined=found,
+        sized=lambda shapes: as_large(shapes, face.shape_names, setup),
+        refined=setup.solve.places == "found", shown=shown,
     )  # fmt: skip
 
 

@@ -264,7 +264,7 @@ def test_a_marker_seen_in_frames_without_a_say_on_places_only_is_no_obstacle(
 ) -> None:
     """Every other frame is looked at; the marker shows in three others."""
     monkeypatch.setattr(
-        importlib.import_module("usdface.retarget.fitted_take"), "_PLACE_FRAMES", 60
+        importlib.import_module("usdface.retarget.fitted_take"), "_TRIAL_FRAMES", 60
     )
     positions = other_person()
     positions[:, 7] = np.nan

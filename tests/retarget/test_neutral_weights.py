@@ -173,6 +173,16 @@ def test_a_performers_file_tells_the_size_of_the_shapes(world: World) -> None:
     assert found["jawOpen"] == pytest.approx(0.2, abs=0.04)
 
 
+def test_an_image_shows_weights_that_move_in_it(world: World) -> None:
+    take, truth = showing(world, SHOWN)
+    flat = replace(take, positions=1000.0 * take.positions[..., :2])
+    solution, _, weights = solved(world, flat)
+    for name, weight in SHOWN.items():
+        assert solution.neutral_weights[name] == pytest.approx(weight, abs=0.06)
+    as_given = solved(world, flat, solve=SolveOptions(neutral="given"))[2]
+    assert rms(weights - truth) < 0.5 * rms(as_given - truth)
+
+
 def test_what_is_taken_off_is_what_shows(world: World) -> None:
     """A neutral that shows weights, on a performer twice as large and turned."""
     _, points, offsets = parts(world)
@@ -227,6 +237,3 @@ def test_neutral_weights_that_cannot_be_are_one_line(world: World) -> None:
         solve_take(
             world.take, points, offsets, names, replace(setup, neutral_weights={"noShape": 0.5})
         )
-    flat = replace(world.take, positions=world.take.positions[..., :2])
-    with pytest.raises(InputError, match="2D take"):
-        solve_take(flat, points, offsets, names, replace(setup, neutral_weights={names[0]: 0.5}))

@@ -111,11 +111,13 @@ class _TakeSolver:
 
     def solve(self, fit: FaceFit, setup: RetargetSetup, pose: Pose | None = None) -> PoseAndWeights:
         """Solve the whole take; without a pose from the first guess."""
-        frames = slice(None)
-        return self._solved(fit, setup, pose or self.laid.pose, frames, neutral_frames=self.noisy)
+        return self._solved(
+            fit, setup, pose or self.laid.pose, slice(None), neutral_frames=self.noisy,
+            progress=self.progress,
+        )  # fmt: skip
 
     def trial(self, fit: FaceFit, setup: RetargetSetup, **settings: Any) -> PoseAndWeights:
-        """Solve some frames."""
+        """Solve some frames, without a word."""
         return self._solved(fit, setup, self.laid.pose, self.some, **settings)
 
     def _solved(
@@ -137,7 +139,7 @@ class _TakeSolver:
             )  # fmt: skip
         return solve_pose_and_weights(
             times, positions, fit.points, model, space, pose, setup, self.shape_names,
-            least_noise=noise, progress=self.progress, **settings,
+            least_noise=noise, **settings,
         )  # fmt: skip
 
 
@@ -189,13 +191,13 @@ def _shown(
     They refer to the character's blend shapes. {} where they are given, or not looked for.
     """
     named = setup.neutral is None or setup.neutral_weights or setup.solve.neutral == "given"
-    if named or take.dimension == 2:
+    if named:
         return {}
     names, times = solver.shape_names, take.times[solver.some]
     joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS)
     model, _ = as_performed(fit, names, setup)
     shown = estimate_neutral_weights(
-        times, joint, fit.points, model, head_moves=setup.head == "solve"
+        times, joint, fit.points, model, axes=take.dimension, head_moves=setup.head == "solve"
     )
     if setup.calibration is not None:
         # Offsets of a performer's file that have a weight in the neutral do not count.

@@ -120,7 +120,7 @@ def lay_markers(
     else:
         model = BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     model = without_shapes(model, unobservable)
-    neutral = _without_neutral_weights(neutral, points, model, shape_names, take, setup)
+    neutral = _without_neutral_weights(neutral, points, model, shape_names, setup)
     frames = neutral_frames(positions, setup)
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
     face, matched = setup.calibration.face if setup.calibration else None, None
@@ -169,13 +169,10 @@ def _without_neutral_weights(
     target: FloatArray,
     model: BlendShapeEvaluator,
     shape_names: tuple[str, ...],
-    take: MarkerTake,
     setup: RetargetSetup,
 ) -> FloatArray:
     if not setup.neutral_weights:
         return neutral
-    if take.dimension == 2:
-        raise InputError("a 2D take cannot have neutral weights", "TAKE_KIND_WRONG")
     check_neutral_weights(setup.neutral_weights, shape_names)
     weights = np.array([[setup.neutral_weights.get(name, 0.0) for name in shape_names]])
     shown = model.displacements(model.combined(weights)).reshape(target.shape)

@@ -17,6 +17,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.neutral import on_plane
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
 from usdface.retarget_setup import RetargetSetup
@@ -45,10 +46,11 @@ _SPARSITY = 1.0
 # finds nothing in those that show nothing.
 _COST = 12.0
 _RELIEF = 0.02
-# Neutral weights count if the mean cost of a window falls by this at least: 0.6 at most with
-# neutrals that were chosen by eye (AnimFace's Jaw and Eyebrows on three heads), 0.7 to 12 where the
-# neutral shows a mouth open by 0.1, or five or eight shapes at 0.05 to 0.15 (performers 1 to 4).
-_WORTH = 0.7
+# Neutral weights count if the mean cost of a window falls by this at least, in an image and in
+# space. With neutrals that were chosen by eye (AnimFace's Jaw and Eyebrows on three heads) it falls
+# by 0.9 and 0.6 at most, where the neutral shows a mouth open by 0.1, or seven to ten shapes at
+# 0.05 to 0.15, by 0.7 to 12 in space (performers 1 to 4 of python -m benchmarks.performers).
+_WORTH = {2: 1.1, 3: 0.7}
 LARGEST = 0.5  # more than half of a shape is no neutral
 _SOLVES = 2
 # Solved to far less than is saved, so that the order of markers decides nothing.
@@ -65,6 +67,7 @@ def estimate_neutral_weights(
     points: FloatArray,
     model: BlendShapeEvaluator,
     *,
+    axes: int,
     head_moves: bool,
 ) -> FloatArray:
     """Estimate the weights of the face in the neutral frames: (S,) in [0, 0.5].
@@ -82,17 +85,21 @@ def estimate_neutral_weights(
         The markers' places on the neutral character.
     model : BlendShapeEvaluator
         Of their displacements by the blend shapes: N = 3 M.
+    axes : int
+        Of a marker: 2 in an image, 3 in space.
     head_moves : bool
         The head's pose was solved with the weights.
     """
+    seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
     moved, frames = _windows(times, joint, model)
-    shapes, found = model.offsets[model.free], np.zeros(len(model.offsets))
+    moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
+    found = np.zeros(len(model.offsets))
     if len(moved) < _FEWEST_WINDOWS or not shapes.any():
         return found
     lasting = joint.regularisation.lasting_variance + (_ERROR * rms_radius(points)) ** 2
     error = np.sqrt(joint.regularisation.noise**2 / frames + lasting)
     if head_moves:
-        rigid = motion_basis(points, 3)
+        rigid = motion_basis(points, axes)
         moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
     moved, shapes = moved / error, shapes / error
     normal, right = shapes @ shapes.T, moved @ shapes.T - _SPARSITY / _SPREAD
@@ -108,7 +115,7 @@ def estimate_neutral_weights(
     rest = np.zeros(len(shapes))
     for _ in range(_SOLVES):
         rest = _minimised(unexplained, rest, _COST * _RELIEF / (rest + _RELIEF))
-    if unexplained(np.zeros(len(shapes)))[0] - unexplained(rest)[0] >= _WORTH:
+    if unexplained(np.zeros(len(shapes)))[0] - unexplained(rest)[0] >= _WORTH[axes]:
         found[model.free] = np.where(rest < _LEAST, 0.0, rest)
     return found
 
@@ -182,16 +189,17 @@ def neutral_weight_findings(
 
 
 def without_weights(neutral: FloatArray, points: FloatArray, shown: FloatArray) -> FloatArray:
-    """Return the performer's neutral (M, 3) without the displacements of its neutral weights.
+    """Return the performer's neutral (M, D) without the displacements of its neutral weights.
 
     Parameters
     ----------
-    neutral : (M, 3) float64
+    neutral : (M, D) float64
         The neutral in one head pose.
     points : (M, 3) float64 [m]
         The markers' places on the neutral character.
     shown : (M, 3) float64 [m]
         Displacements of the neutral weights on the character.
     """
-    linear, _ = similarity_fit(neutral, points)
-    return np.asarray(neutral - shown @ np.linalg.inv(linear))
+    axes = neutral.shape[1]
+    linear, _ = similarity_fit(on_plane(neutral), on_plane(points[:, :axes]))
+    return np.asarray(neutral - shown[:, :axes] @ np.linalg.inv(linear[:axes, :axes]))

@@ -79,6 +79,7 @@ def film_head(
     *,
     sized: Sized = as_they_are,
     refined: bool = True,
+    shown: FloatArray | float = 0.0,
 ) -> tuple[FilmedFace | None, list[Finding]]:
     """Find how a head moved before the camera that filmed it.
 
@@ -99,6 +100,8 @@ def film_head(
         Makes of the character's blend shapes those of a calibrated performer.
     refined : bool
         Markers may sit beside their vertices.
+    shown : (M, 2) float64 [px]
+        Displacements of the M markers of the film in its neutral frames, by weights that they show.
 
     Returns
     -------
@@ -119,7 +122,7 @@ def film_head(
     bound = np.array(known)[used]
     own = np.array([take.names.index(markers[k]) for k in bound.tolist()])
     skin, shifts = surface.skin, np.zeros((len(markers), 3))
-    film = FilmedTake(take.with_markers(own), skin.select(bound), neutral, sized)
+    film = FilmedTake(take.with_markers(own), skin.select(bound), neutral, sized, shown)
     camera, findings = film_camera(film, partial(solve, skin))
     solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS)
     if refined and len(bound) <= MOST_MARKERS:

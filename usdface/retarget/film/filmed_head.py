@@ -62,6 +62,12 @@ class FilmedHead:
         """Scale of the face in the image [px/m], the median over the take."""
         return self.camera.focal_length / -float(np.median(self.pose.to_take(self.rest)[..., 2]))
 
+    def shown(self, moved: FloatArray) -> FloatArray:
+        """Return displacements (M, 3) [m] from rest in the neutral image: (M, 2) [px]."""
+        both = self.rest_pose.to_take(np.stack([self.rest, self.rest + moved])[:, None])
+        before, after = (self.camera.image(each)[0] for each in both)
+        return np.asarray(after - before)
+
     def still(self, take: MarkerTake) -> MarkerTake:
         """Return a take as a frontal orthographic view of a head that does not move: (F, M, 2) [m].
 

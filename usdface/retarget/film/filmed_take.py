@@ -37,12 +37,15 @@ class FilmedTake:
         First and last neutral frame index, inclusive.
     sized : callable
         Makes of the skin's blend shapes those of a calibrated performer.
+    shown : (M, 2) float64 [px]
+        Displacements in the neutral frames by weights that they show.
     """
 
     take: MarkerTake
     skin: DotSkin
     neutral: tuple[int, int]
     sized: Sized = as_they_are
+    shown: FloatArray | float = 0.0
 
     @property
     def image(self) -> FloatArray:
@@ -57,7 +60,7 @@ class FilmedTake:
     @cached_property
     def rest(self) -> FloatArray:
         """Where they rest in the image: (M, 2) [px]."""
-        return neutral_markers(self.image, self.neutral)
+        return neutral_markers(self.image, self.neutral) - self.shown
 
     @cached_property
     def moving(self) -> DotSkin:

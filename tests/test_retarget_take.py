@@ -1,0 +1,60 @@
+"""A film whose neutral frames show something: the head is solved again without it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from worlds import NEUTRAL, World, filmed, make_world
+
+from usdface.face.bound_face import bound_face
+from usdface.options import SolveOptions
+from usdface.retarget.solution import Solution
+from usdface.retarget_take import solve
+
+WORLD = make_world(head_moves=False)
+SHOWN = {"jawOpen": 0.2, "browDownLeft": 0.2}
+
+
+def showing(shown: dict[str, float]) -> World:
+    """The world, twice as long, with neutral frames that show some weights."""
+    mesh = WORLD.rig.meshes[0]
+    weights = np.concatenate([WORLD.weights, WORLD.weights[NEUTRAL:][::-1]])
+    weights[:NEUTRAL] = [shown.get(name, 0.0) for name in mesh.shape_names]
+    vertices = list(WORLD.points.values())
+    positions = mesh.points[vertices] + np.tensordot(weights, mesh.offsets_at(vertices), axes=1)
+    times = np.arange(len(weights)) / WORLD.take.rate
+    take = replace(WORLD.take, positions=positions, times=times)
+    return replace(WORLD, take=take, weights=weights)
+
+
+def solved(world: World, **changes: object) -> tuple[Solution, list[str], float]:
+    """Return the solution of the film, the findings, and the RMS error of the weights."""
+    setup = replace(world.setup(neutral=(0, NEUTRAL - 1)), **changes)
+    take = replace(filmed(world.take), focal_length=1300.0)
+    face = bound_face(world.rig.meshes[0], setup)
+    weights, solution, findings = solve(take, face, setup, cleaned=None)
+    assert solution is not None
+    error = float(np.sqrt(np.mean((weights.weights - world.weights) ** 2)))
+    return solution, [each.code for each in findings], error
+
+
+def test_weights_of_the_neutral_frames_of_a_film_are_found() -> None:
+    world = showing(SHOWN)
+    solution, codes, error = solved(world)
+    assert codes.count("NEUTRAL_SHOWS") == 1 and solution.filmed is not None
+    for name, weight in SHOWN.items():
+        assert solution.neutral_weights[name] == pytest.approx(weight, abs=0.06)
+    given = solved(world, solve=SolveOptions(neutral="given"))
+    assert not given[0].neutral_weights and "NEUTRAL_SHOWS" not in given[1]
+    assert error < 0.4 * given[2]
+    # The resting face of the head before the camera is that of the character.
+    rest = WORLD.rig.meshes[0].points[list(WORLD.points.values())]
+    off = np.abs(solution.filmed.rest - rest).max()
+    assert off < 0.5 * np.abs(given[0].filmed.rest - rest).max()
+    named = solved(world, neutral_weights=SHOWN)
+    assert named[2] < 0.4 * given[2] and "NEUTRAL_SHOWS" not in named[1]
+
+
+def test_a_neutral_film_shows_nothing() -> None:
+    solution, codes, _ = solved(showing({}))
+    assert not solution.neutral_weights and "NEUTRAL_SHOWS" not in codes
