@@ -10,11 +10,11 @@ from usdface.geometry.rigid_fit import POSE_MARKERS, rigid_fit
 __all__ = ["neutral_markers", "on_plane", "resting_frames"]
 
 # The face moves in neutral frames that are so many times as far from their median as half of them,
-# and by this share of its size (0.3 mm on the ICT face). With 68 markers and 0.3 mm of noise lids
+# and by this share of its size (0.6 mm on the ICT face). With 68 markers and 0.3 mm of noise lids
 # are half closed there. A face that changes evenly is not as far, nor is noise, which differs more
 # with few markers, by so many standard deviations. Of fewer frames none is left out.
 _FAR, _DEVIATIONS = 2.0, 5.0
-_STILL = 0.005
+_STILL = 0.01
 _FEWEST = 5
 
 
