@@ -242,7 +242,7 @@ def neutral_figures() -> dict[str, float]:
 def rests() -> None:
     """What it costs to take a rest that shows something as neutral."""
     table = Table(title="weight RMS error where the rest shows some shapes")
-    for column in ("take", "shapes", "as neutral", "less its own", "less the true"):
+    for column in ("take", "shapes", "as neutral", "weights found", "less the true"):
         table.add_column(column, justify="right")
     for kind in KINDS:
         for seed, count in ((11, 0), (11, 8), (12, 12)):
@@ -389,7 +389,7 @@ def print_confidence(console: Console, said: FloatArray) -> None:
 def main() -> None:
     table = Table(title="proposed places, of the markers that are not given")
     heads = ("take", "given", "5 mm", "10 mm", "side", "lip", "confidence")
-    for column in (*heads, "weights: true", "proposed", "and neutral", "less its own"):
+    for column in (*heads, "weights: true", "proposed", "and neutral", "weights found"):
         table.add_column(column, justify="right")
     said: list[FloatArray] = []
     cases = [simulated(kind, seed) for kind in KINDS for seed in SEEDS]

@@ -1,6 +1,6 @@
 """Weights from the image of one camera before which the head turns.
 
-    python -m benchmarks.one_camera [--frames N] [--part end] [--beside | --unnamed]
+    python -m benchmarks.one_camera [--frames N] [--part end] [--beside | --unnamed | --neutrals]
 
 Recorded curves on the ICT face with 68 landmarks (without the real data: of the example head),
 seen through a perspective camera half a metre away with noise of 0.35 px. Columns: the head removed
@@ -13,22 +13,28 @@ vertices, their places found, and known.
 
 `--unnamed` has the rest in the middle of the film. Columns: the first frame taken as neutral,
 neutral frames found, and named.
+
+`--neutrals` has neutral frames that show some blend shapes. Columns: taken as they are, and with
+weights that are found.
 """
 
 import argparse
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from benchmarks.performers.shown_neutral import NEUTRALS, shown_weights
 from benchmarks.solve.faces import Face, bent, example, has_real_data, ict
 from usdface.arrays import FloatArray, IntArray
 from usdface.binding.bound_neutral import bound_neutral
 from usdface.face.bound_face import bound_face
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
-from usdface.options import SolveOptions, SolvePlaces
+from usdface.options import SolveNeutral, SolveOptions, SolvePlaces
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -62,6 +68,7 @@ def main() -> None:
     parser.add_argument("--part", choices=PARTS, default="built with")
     parser.add_argument("--beside", action="store_true")
     parser.add_argument("--unnamed", action="store_true")
+    parser.add_argument("--neutrals", action="store_true")
     parsed = parser.parse_args()
     part = PARTS[parsed.part]
     face = ict(DATA) if has_real_data(DATA) else example()
@@ -70,6 +77,8 @@ def main() -> None:
         return beside(face, part)
     if parsed.unnamed:
         return unnamed(face, part)
+    if parsed.neutrals:
+        return neutrals(face, part)
     print("| performer | head | first order | focal length given | unknown | pose [degrees] |")
     print("|---|---|---|---|---|---|")
     for who, performer in (("the character", face), ("another", bent(face, part.seed, BEND))):
@@ -122,6 +131,24 @@ def unnamed(face: Face, part: Part) -> None:
             print(f"| {who} | {head} | " + " | ".join(f"{each:.3f}" for each in errors) + " |")
 
 
+def neutrals(face: Face, part: Part) -> None:
+    """Print the errors of a film whose neutral frames show something."""
+    print("| performer | head | the neutral shows | as it is | weights found |")
+    print("|---|---|---|---|---|")
+    for who, performer in (("the character", face), ("another", bent(face, part.seed, BEND))):
+        for angle, name in product((0.0, 20.0), NEUTRALS):
+            shown = shown_weights(name, face.mesh.shape_names, part.seed)
+            take, _ = film(face, performer, angle, part, shown=shown)
+            take, errors = replace(take, focal_length=part.focal_length), []
+            for neutral in get_args(SolveNeutral):
+                setup = setup_of(face)
+                setup = replace(setup, solve=replace(setup.solve, neutral=neutral))
+                weights, _, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+                errors.append(off(face, weights.weights))
+            head = f"turns by {angle:g} degrees" if angle else "rests"
+            print(f"| {who} | {head} | {name} | {errors[1]:.3f} | {errors[0]:.3f} |")
+
+
 def vertices_beside(face: Face, away: float, seed: int) -> IntArray:
     """Return vertices (M,) around those of the markers, by 0.6 to 1.4 times `away` [m]."""
     rng, points = np.random.default_rng(seed), face.mesh.points
@@ -135,17 +162,25 @@ def vertices_beside(face: Face, away: float, seed: int) -> IntArray:
     return np.array(drawn)
 
 
-def played(face: Face, rest: int) -> FloatArray:
-    """Return the curves of a face as weights (F, S) that rest from a frame on."""
-    still = np.zeros((REST, face.curves.shape[1]))
+def played(face: Face, rest: int, shown: FloatArray | float = 0.0) -> FloatArray:
+    """Return the curves of a face as weights (F, S) that rest, or show (S,), from a frame on."""
+    still = np.zeros((REST, face.curves.shape[1])) + shown
     return np.concatenate([face.curves[:rest], still, face.curves[rest:]])
 
 
 def film(
-    face: Face, performer: Face, angle: float, part: Part, rest: int = 0
+    face: Face,
+    performer: Face,
+    angle: float,
+    part: Part,
+    rest: int = 0,
+    shown: FloatArray | float = 0.0,
 ) -> tuple[MarkerTake, Pose]:
-    """Return a take of curves on `performer` that rest from a frame on, and the head's motion."""
-    weights = played(face, rest)
+    """Return a take of curves on `performer` that rest from a frame on, and the head's motion.
+
+    At rest it shows weights (S,).
+    """
+    weights = played(face, rest, shown)
     moved = np.tensordot(weights, performer.offsets, 1)
     centre = performer.neutral.mean(axis=0)
     times = np.arange(len(weights)) / face.rate

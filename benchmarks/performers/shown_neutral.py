@@ -9,7 +9,7 @@ from benchmarks.performers.worlds import JUDGED_ON, ROWS, Performance, perform
 from benchmarks.solve.faces import Face
 from usdface.arrays import FloatArray
 
-__all__ = ["NEUTRALS", "errors_with_neutral", "with_neutral"]
+__all__ = ["NEUTRALS", "errors_with_neutral", "shown_weights", "with_neutral"]
 
 # Frames of the recorded curves, 20 s: what the estimate was built with, and what judges it.
 _BUILT_ON, _JUDGED_ON = slice(600, 1200), slice(2915, 3515)
@@ -35,15 +35,20 @@ NEUTRALS: dict[str, dict[str, float]] = {
 }
 
 
-def with_neutral(data: Path, number: int, name: str, shape_names: tuple[str, ...]) -> Performance:
-    """Return a take of performer `number` whose neutral frames show a neutral of `NEUTRALS`."""
+def shown_weights(name: str, shape_names: tuple[str, ...], seed: int) -> FloatArray:
+    """Return the weights (S,) of a neutral of `NEUTRALS`."""
     stems = [each.removesuffix("_L").removesuffix("_R") for each in shape_names]
     weights = NEUTRALS[name]
     if name == "drawn":
-        rng = np.random.default_rng(2000 + number)
+        rng = np.random.default_rng(2000 + seed)
         drawn = {stem: float(rng.uniform(0.03, 0.2)) for stem in sorted(set(stems))}
         weights = {stem: weight for stem, weight in drawn.items() if rng.random() < 0.2}
-    shown = np.array([weights.get(stem, 0.0) for stem in stems])
+    return np.array([weights.get(stem, 0.0) for stem in stems])
+
+
+def with_neutral(data: Path, number: int, name: str, shape_names: tuple[str, ...]) -> Performance:
+    """Return a take of performer `number` whose neutral frames show a neutral of `NEUTRALS`."""
+    shown = shown_weights(name, shape_names, number)
     part = _JUDGED_ON if number in JUDGED_ON else _BUILT_ON
     return perform(data, number, ROWS[0], part=part, shown=shown)
 
