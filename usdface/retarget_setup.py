@@ -253,7 +253,8 @@ class RetargetSetup:
         `neutral` is a default: the frames were neither named nor searched for.
     neutral_weights : mapping of str to float
         Blend shape weights of the character that the performer shows in the neutral frames, a
-        little open mouth say; those not named are 0, or as `calibration` says.
+        little open mouth say; those not named are 0, or as `calibration` says. With none the solve
+        finds them (`usdface.options.SolveOptions.neutral`).
     peaks : tuple of int
         Frame indices of strong expressions, by which places are proposed; () = not named.
     nose_tip : str

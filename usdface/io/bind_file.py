@@ -14,14 +14,14 @@ Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed
 are "unsure" are not bound. `head`
 is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
 take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; its
-"weights" are those of blend shapes that the performer shows in the neutral frames; `peaks`
-are frame indices of strong expressions, by which places are proposed; `map` and `solve` override
-`usdface.options`. A map whose kernel, radius or smoothing is named is not chosen, unless its
-`choice` says "auto"; a solve whose agility is named does not learn how weights move, unless its
-`prior` says "learned". `exaggeration` has factors on the solved weights, of the face and of its
-regions "brows", "eyes" and "mouth", or is one number for the face. `made_with`, written by usdface,
-tells the mesh and the take: another mesh is refused, neutral and peak frames are not carried to
-another take.
+"weights" are those of blend shapes that the performer shows in the neutral frames, which the solve
+finds where none are given; `peaks` are frame indices of strong expressions, by which places are
+proposed; `map` and `solve` override `usdface.options`. A map whose kernel, radius or smoothing is
+named is not chosen, unless its `choice` says "auto"; a solve whose agility is named does not learn
+how weights move, unless its `prior` says "learned". `exaggeration` has factors on the solved
+weights, of the face and of its regions "brows", "eyes" and "mouth", or is one number for the face.
+`made_with`, written by usdface, tells the mesh and the take: another mesh is refused, neutral and
+peak frames are not carried to another take.
 """
 
 import json
