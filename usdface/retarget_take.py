@@ -265,7 +265,9 @@ def _film(
         named = np.array([[setup.neutral_weights.get(name, 0.0) for name in face.shape_names]])
         model = surface.skin.marker_evaluator
         moved = model.displacements(model.combined(named)).reshape(-1, 3)
-        shown = before.shown(moved[[face.markers.index(name) for name in before.markers]])
+        shown = before.in_neutral_image(
+            moved[[face.markers.index(name) for name in before.markers]]
+        )
     return film_head(
         take, setup.binding.markers, surface, setup.neutral, weights,
         sized=lambda shapes: as_large(shapes, face.shape_names, setup),

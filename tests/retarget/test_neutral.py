@@ -76,3 +76,23 @@ def test_image_markers_stay_in_the_image() -> None:
 def test_neutral_frames_lie_in_the_take(frames: tuple[int, int]) -> None:
     with pytest.raises(InputError, match="frames 0 to 4"):
         neutral_markers(np.tile(FACE, (5, 1, 1)), frames)
+
+
+@pytest.mark.parametrize("start", [0, 8])
+def test_the_pose_of_the_neutral_is_that_of_a_resting_frame(start: int) -> None:
+    """Wherever the face moves, also in the frame that would be the reference of the pose."""
+    take = np.tile(FACE, (20, 1, 1))
+    take[start : start + 4, :6, 1] -= 0.3
+    np.testing.assert_allclose(neutral_markers(take, (0, 19)), FACE, atol=1e-9)
+
+
+def test_blank_frames_tell_nothing_of_the_others() -> None:
+    take = FACE + 0.03 * RNG.normal(size=(20, 10, 3))
+    take[4:15] = np.nan
+    assert resting_frames(take, (0, 19)).all()
+
+
+def test_a_marker_that_only_moving_frames_show_has_their_neutral() -> None:
+    take = blinking()
+    take[:10, 9], take[16:, 9] = np.nan, np.nan
+    np.testing.assert_allclose(neutral_markers(take, (0, 29)), FACE, atol=0.05)

@@ -5,11 +5,12 @@ import pytest
 from worlds import NEUTRAL, World, make_world
 
 from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import evaluator_of
 from usdface.blend_shapes import Inbetween
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
 from usdface.findings import Finding
-from usdface.options import SolveOptions
+from usdface.options import MapOptions, SolveOptions
 from usdface.retarget.neutral_weights import (
     LARGEST,
     neutral_weight_findings,
@@ -87,7 +88,6 @@ def test_weights_of_the_neutral_frames_are_found_and_taken_off(world: World, noi
     assert rms(weights - truth) < 0.5 * rms(as_given - truth)
     (shows,) = (each for each in findings if each.code == "NEUTRAL_SHOWS")
     assert shows.severity == "info" and "most: jawOpen 0." in shows.message
-    assert shows.values["first_frame"] == 0 and shows.values["last_frame"] == NEUTRAL - 1
     assert shows.values["shapes"][:2] == list(SHOWN)
 
 
@@ -171,6 +171,31 @@ def test_a_performers_file_tells_the_size_of_the_shapes(world: World) -> None:
     take, _ = showing(world, {"jawOpen": 0.2})
     found = solved(world, take, calibration=performer)[0].neutral_weights
     assert found["jawOpen"] == pytest.approx(0.2, abs=0.04)
+    wide = replace(performer, amplitudes=np.where(jaw, 1.5, 1.0))
+    take, _ = showing(world, {"jawOpen": 0.9})
+    solution, findings, _ = solved(world, take, calibration=wide)
+    assert solution.neutral_weights["jawOpen"] == LARGEST
+    assert "NEUTRAL_AT_LIMIT" in codes(findings)
+
+
+def test_an_inbetween_shows_at_the_weight_of_its_path(world: World) -> None:
+    """With an inbetween that is at 0.6 of it at weight 0.2, 0.3 shows at weight 0.1 already."""
+    mesh = world.rig.meshes[0]
+    vertices, points, offsets = parts(world)
+    jaw = mesh.shape_names.index("jawOpen")
+    early = Inbetween("early", 0.2, 0.6 * mesh.shapes[jaw].offsets)
+    shapes = list(mesh.shapes)
+    shapes[jaw] = replace(shapes[jaw], inbetweens=(early,))
+    model, _ = evaluator_of(replace(mesh, shapes=tuple(shapes)), vertices)
+    take, _ = showing(world, {"jawOpen": 0.3})
+    setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
+    solution, _ = solve_take(take, points, offsets, mesh.shape_names, setup, model)
+    assert solution.neutral_weights["jawOpen"] == pytest.approx(0.1, abs=0.02)
+
+
+def test_the_papers_map_keeps_the_neutral_frames(world: World) -> None:
+    take, _ = showing(world, SHOWN)
+    assert not solved(world, take, map=MapOptions(form="paper"))[0].neutral_weights
 
 
 def test_an_image_shows_weights_that_move_in_it(world: World) -> None:

@@ -91,7 +91,8 @@ def _jitter(rig: Rig, setup: RetargetSetup, system: ExpressionSystem) -> FloatAr
     first, frames = round(_RATE), round((1 + _SECONDS) * _RATE)
     # Neutral weights and calibration are those of a performer, not of the character.
     setup = replace(setup, neutral_weights={}, calibration=None, pins=())
-    setup = replace(setup, neutral=(0, first - 1), head="solve")
+    own = replace(setup.solve, neutral="given")
+    setup = replace(setup, neutral=(0, first - 1), head="solve", solve=own)
     face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
     jitter = np.random.default_rng(0).standard_normal((frames, *face.neutral.shape))
     positions = face.neutral + face.size * MARKER_NOISE * jitter

@@ -128,7 +128,9 @@ def calibrate_take(
             "TAKE_SHORT",
         )
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
-    setup = replace(setup, solve=replace(setup.solve, gains="given", shrinkage="kept"))
+    # What the neutral frames show is the file's offsets.
+    own = replace(setup.solve, gains="given", shrinkage="kept", neutral="given")
+    setup = replace(setup, solve=own)
     uncalibrated = replace(setup, calibration=None)
     solution, findings = solve_take(
         take,

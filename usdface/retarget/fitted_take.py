@@ -18,7 +18,11 @@ from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
 from usdface.retarget.markers_beside import markers_beside
-from usdface.retarget.neutral_weights import estimate_neutral_weights, neutral_weight_findings
+from usdface.retarget.neutral_weights import (
+    LARGEST,
+    estimate_neutral_weights,
+    neutral_weight_findings,
+)
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.refined_fit import best_fit, refine_places
 from usdface.retarget.shrinkage import restored_findings, restoring_factors
@@ -64,7 +68,7 @@ class FittedTake:
         return TakeEstimates(
             self.laid.names,
             self.laid.neutral,
-            self.setup.neutral_weights,
+            dict(self.setup.neutral_weights),
             self.fit.points,
             shapes,
             self.joint.space,
@@ -190,8 +194,8 @@ def _shown(
 
     They refer to the character's blend shapes. {} where they are given, or not looked for.
     """
-    named = setup.neutral is None or setup.neutral_weights or setup.solve.neutral == "given"
-    if named:
+    known = setup.neutral is None or setup.neutral_weights or setup.solve.neutral == "given"
+    if known or setup.map.form == "paper":
         return {}
     names, times = solver.shape_names, take.times[solver.some]
     joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS)
@@ -202,7 +206,8 @@ def _shown(
     if setup.calibration is not None:
         # Offsets of a performer's file that have a weight in the neutral do not count.
         amplitudes, offsets = setup.calibration.of(names)
-        shown = np.where(shown > 0.0, (amplitudes * shown + offsets).clip(0.0, 1.0), 0.0)
+        own = (amplitudes * shown + offsets).clip(0.0, LARGEST)
+        shown = np.where(shown > 0.0, own, 0.0)
     found = solver.laid.model.from_linear(shown[None])[0].round(3).tolist()
     free = {names[shape] for shape in model.free}
     return {n: w for n, w in zip(names, found, strict=True) if w > 0.0 and n in free}

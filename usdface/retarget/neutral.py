@@ -9,12 +9,13 @@ from usdface.geometry.rigid_fit import POSE_MARKERS, rigid_fit
 
 __all__ = ["neutral_markers", "on_plane", "resting_frames"]
 
-# The face moves in neutral frames that are so many times as far from their median as half of them,
-# and by this share of its size (0.6 mm on the ICT face). With 68 markers and 0.3 mm of noise lids
-# are half closed there. A face that changes evenly is not as far, nor is noise, which differs more
-# with few markers, by so many standard deviations. Of fewer frames none is left out.
+# The face moves in a neutral frame whose markers are so many times as far from their median places
+# as in half of the frames: lids are half closed, with 68 markers and 0.3 mm of noise. An even
+# change stays within it, and so does noise, which differs by so many deviations with few markers.
 _FAR, _DEVIATIONS = 2.0, 5.0
+# ... and by this share of the face's size, 0.6 mm on the ICT face: real rests drift by less.
 _STILL = 0.01
+# Of fewer frames none is left out: they have no typical distance.
 _FEWEST = 5
 
 
@@ -40,32 +41,28 @@ def neutral_markers(positions: FloatArray, frames: tuple[int, int]) -> FloatArra
     Returns
     -------
     (M, D) float64
-        In the head pose of the neutral frame that shows most markers, the first of several; NaN
-        for a marker that no neutral frame shows.
+        In the head pose of the resting frame that shows most markers, the first of several; NaN
+        for a marker that no neutral frame shows. One that no resting frame shows is averaged over
+        the others.
 
     Raises
     ------
     InputError
         If the range lies outside the take.
     """
-    space = _still(positions, frames)
-    resting = _resting(space, positions.shape[-1])[:, None, None]
-    count = (~np.isnan(space) & resting).sum(axis=0)
-    total = np.nansum(np.where(resting, space, 0.0), axis=0)
-    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    resting = resting_frames(positions, frames)
+    still = _still(positions[frames[0] : frames[1] + 1], resting)
+    mean = _mean(np.where(resting[:, None, None], still, np.nan))
+    mean = np.where(np.isnan(mean), _mean(still), mean)
     return np.asarray(mean[:, : positions.shape[-1]])
 
 
 def resting_frames(positions: FloatArray, frames: tuple[int, int]) -> BoolArray:
     """Return the neutral frames in which the face rests: (N,), False where it blinks, say.
 
+    Those that are as near to the median as most are; all in an image, where the head may turn.
     Parameters and errors are those of `neutral_markers`.
     """
-    return _resting(_still(positions, frames), positions.shape[-1])
-
-
-def _still(positions: FloatArray, frames: tuple[int, int]) -> FloatArray:
-    """Return the markers in the neutral frames without the head's motion: (N, M, 3)."""
     first, last = frames
     if not 0 <= first <= last < len(positions):
         raise InputError(
@@ -74,27 +71,32 @@ def _still(positions: FloatArray, frames: tuple[int, int]) -> FloatArray:
             "FRAMES_OUTSIDE",
         )
     window = positions[first : last + 1]
-    most = int(np.argmax((~np.isnan(window[..., 0])).sum(axis=1)))
+    resting = np.ones(len(window), dtype=bool)
+    seen = ~np.isnan(window[..., 0])
+    shown, known = seen.any(axis=1), seen.any(axis=0)
+    if positions.shape[-1] == 2 or shown.sum() < _FEWEST:
+        return resting
+    space = _still(window, resting)[shown][:, known]
+    median, seen = np.nanmedian(space, axis=0), seen[shown][:, known]
+    squares = np.where(seen, ((space - median) ** 2).sum(axis=2), 0.0).sum(axis=1)
+    away = np.sqrt(squares / seen.sum(axis=1))
+    times = max(_FAR, 1.0 + _DEVIATIONS / np.sqrt(2.0 * median.size))
+    resting[shown] = away <= max(times * np.median(away), _STILL * rms_radius(median))
+    return resting
+
+
+def _still(window: FloatArray, resting: BoolArray) -> FloatArray:
+    """Return markers (N, M, 3) in the head pose of the resting frame (N,) that shows most."""
+    seen = ~np.isnan(window[..., 0])
+    most = int(np.argmax(np.where(resting, seen.sum(axis=1), -1)))
     space = on_plane(window)
-    if (~np.isnan(window[most, :, 0])).sum() < POSE_MARKERS:
+    if seen[most].sum() < POSE_MARKERS:
         return space
     pose, _ = rigid_fit(space[most], space)
     return pose.to_head(space)
 
 
-def _resting(space: FloatArray, dimension: int) -> BoolArray:
-    """Return the frames (N,) that are as near to the median as most are; all, in an image.
-
-    There the head may turn.
-    """
-    resting = np.ones(len(space), dtype=bool)
-    known = ~np.isnan(space[..., 0]).all(axis=0)
-    if dimension == 2 or len(space) < _FEWEST or not known.any():
-        return resting
-    space = space[:, known]
-    median = np.nanmedian(space, axis=0)
-    seen = ~np.isnan(space[..., 0])
-    squares = np.where(seen, ((space - median) ** 2).sum(axis=2), 0.0).sum(axis=1)
-    away = np.sqrt(squares / np.maximum(seen.sum(axis=1), 1))
-    times = max(_FAR, 1.0 + _DEVIATIONS / np.sqrt(2.0 * median.size))
-    return np.asarray(away <= max(times * np.median(away), _STILL * rms_radius(median)))
+def _mean(values: FloatArray) -> FloatArray:
+    """Return the mean (M, 3) of the frames (N, M, 3) that are not NaN; NaN where all are."""
+    count = (~np.isnan(values)).sum(axis=0)
+    return np.where(count > 0, np.nansum(values, axis=0) / np.maximum(count, 1), np.nan)

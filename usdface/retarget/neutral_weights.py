@@ -30,10 +30,10 @@ __all__ = [
     "without_weights",
 ]
 
-# Frames are averaged over so long [s], in takes that are shorter than so many windows less: noise
+# Frames are averaged over windows of this length [s]; a short take is divided into so many. Noise
 # lifts bounded weights off 0 in short windows, in long ones the face moves.
 _WINDOW, _WINDOWS = 0.4, 20
-_FEWEST_WINDOWS = 10
+_FEWEST_WINDOWS = 10  # of fewer a mean says little
 # As a share of the face's size, the RMS radius of its markers: how far performer and rig differ in
 # the mean of a window, beside the misfit that the take shows (0.2 mm on the ICT face).
 _ERROR = 0.0033
@@ -90,18 +90,10 @@ def estimate_neutral_weights(
     head_moves : bool
         The head's pose was solved with the weights.
     """
-    seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
-    moved, frames = _windows(times, joint, model)
-    moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
+    moved, shapes = _in_errors(times, joint, points, model, axes, head_moves)
     found = np.zeros(len(model.offsets))
     if len(moved) < _FEWEST_WINDOWS or not shapes.any():
         return found
-    lasting = joint.regularisation.lasting_variance + (_ERROR * rms_radius(points)) ** 2
-    error = np.sqrt(joint.regularisation.noise**2 / frames + lasting)
-    if head_moves:
-        rigid = motion_basis(points, axes)
-        moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
-    moved, shapes = moved / error, shapes / error
     normal, right = shapes @ shapes.T, moved @ shapes.T - _SPARSITY / _SPREAD
     held = normal + np.eye(len(normal)) / _SPREAD**2
 
@@ -118,6 +110,29 @@ def estimate_neutral_weights(
     if unexplained(np.zeros(len(shapes)))[0] - unexplained(rest)[0] >= _WORTH[axes]:
         found[model.free] = np.where(rest < _LEAST, 0.0, rest)
     return found
+
+
+def _in_errors(
+    times: FloatArray,
+    joint: PoseAndWeights,
+    points: FloatArray,
+    model: BlendShapeEvaluator,
+    axes: int,
+    head_moves: bool,
+) -> tuple[FloatArray, FloatArray]:
+    """Return displacements (W, axes * M), offsets of free shapes (P, axes * M) in a window's error.
+
+    Without the head's motion, if it moves.
+    """
+    moved, frames = _windows(times, joint, model)
+    seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
+    moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
+    lasting = joint.regularisation.lasting_variance + (_ERROR * rms_radius(points)) ** 2
+    error = np.sqrt(joint.regularisation.noise**2 / frames + lasting)
+    if head_moves:
+        rigid = motion_basis(points, axes)
+        moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
+    return moved / error, shapes / error
 
 
 def _minimised(
@@ -169,23 +184,23 @@ def neutral_weight_findings(
     setup: RetargetSetup, model: BlendShapeEvaluator, shape_names: tuple[str, ...], source: str
 ) -> list[Finding]:
     """Report the weights that the neutral frames of a take were found to show."""
-    weights, frames = setup.neutral_weights, setup.neutral or (0, 0)
+    weights = setup.neutral_weights
     shown = sorted(weights, key=lambda name: -weights[name])
     message = (
-        "the neutral frames {first_frame} to {last_frame} show {shape_count} blend shapes (most: "
-        "{most}), which are taken off them and stay there as weights; usdface:solve:neutral = "
-        '"given" takes the frames as they are'
+        "the neutral frames show {shape_count} blend shapes (most: {most}), which are taken off "
+        'them and stay there as weights; usdface:solve:neutral = "given" takes the frames as they '
+        "are"
     )
     most = Prose(", ".join(f"{name} {weights[name]:.2f}" for name in shown[:_NAMED]))
-    found = finding("NEUTRAL_SHOWS", source, message, *frames, len(shown), most, shapes=shown)
+    found = finding("NEUTRAL_SHOWS", source, message, len(shown), most, shapes=shown)
     cut = weights_at_limit(weights, model, shape_names)
     if not cut:
         return [found]
     message = (
-        "frames {first_frame} to {last_frame}, taken as neutral, show an expression ({shapes}): "
-        "more than is taken off; name frames in which the face rests"
+        "the neutral frames show an expression ({shapes}), more of it than is taken off; name "
+        "frames in which the face rests"
     )
-    return [found, finding("NEUTRAL_AT_LIMIT", source, message, *frames, [*cut[:_NAMED]])]
+    return [found, finding("NEUTRAL_AT_LIMIT", source, message, [*cut[:_NAMED]])]
 
 
 def without_weights(neutral: FloatArray, points: FloatArray, shown: FloatArray) -> FloatArray:

@@ -96,15 +96,12 @@ def usable_markers(
 
 def _restless_frames(positions: FloatArray, frames: tuple[int, int], source: str) -> list[Finding]:
     """Report neutral frames in which the face moves."""
-    moving = frames[0] + np.flatnonzero(~resting_frames(positions, frames))
-    if not len(moving):
+    resting = resting_frames(positions, frames)
+    if resting.all():
         return []
-    message = (
-        "the face moves in {moving_count} of {frame_count} neutral frames, the first of them frame "
-        "{frame}; they are left out"
-    )
-    count = frames[1] - frames[0] + 1
-    return [finding("NEUTRAL_MOVES", source, message, len(moving), count, int(moving[0]))]
+    message = "the face moves in {moving_count} of {frame_count} neutral frames; they are left out"
+    moving = int((~resting).sum())
+    return [finding("NEUTRAL_MOVES", source, message, moving, len(resting))]
 
 
 def neutral_frames(positions: FloatArray, setup: RetargetSetup) -> IntArray | None:

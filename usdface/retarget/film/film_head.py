@@ -100,7 +100,7 @@ def film_head(
         Makes of the character's blend shapes those of a calibrated performer.
     refined : bool
         Markers may sit beside their vertices.
-    shown : (M, 2) float64 [px]
+    shown : (M, 2) float64 [px], or 0
         Displacements of the M markers of the film in its neutral frames, by weights that they show.
 
     Returns

@@ -62,7 +62,7 @@ class FilmedHead:
         """Scale of the face in the image [px/m], the median over the take."""
         return self.camera.focal_length / -float(np.median(self.pose.to_take(self.rest)[..., 2]))
 
-    def shown(self, moved: FloatArray) -> FloatArray:
+    def in_neutral_image(self, moved: FloatArray) -> FloatArray:
         """Return displacements (M, 3) [m] from rest in the neutral image: (M, 2) [px]."""
         both = self.rest_pose.to_take(np.stack([self.rest, self.rest + moved])[:, None])
         before, after = (self.camera.image(each)[0] for each in both)

@@ -37,7 +37,7 @@ class FilmedTake:
         First and last neutral frame index, inclusive.
     sized : callable
         Makes of the skin's blend shapes those of a calibrated performer.
-    shown : (M, 2) float64 [px]
+    shown : (M, 2) float64 [px], or 0
         Displacements in the neutral frames by weights that they show.
     """
 
