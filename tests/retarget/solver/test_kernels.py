@@ -1,7 +1,12 @@
 """The compiled loops against those in numpy, which the other tests judge."""
 
+import os
+from pathlib import Path
+
 import numpy as np
 import pytest
+
+import usdface
 
 pytest.importorskip("numba", reason="numba is not installed")
 
@@ -120,3 +125,11 @@ def test_the_factor_of_an_even_take_is_short_and_that_of_an_uneven_one_whole() -
     times = np.cumsum(np.random.default_rng(0).uniform(0.01, 0.05, 300))
     uneven, rows = compiled.factorise(curvature_bands(times) * 1e-6, values)
     assert len(uneven) == 300 and (rows == np.arange(300)).all()
+
+
+def test_machine_code_is_kept_outside_the_package_and_numba_as_it_was() -> None:
+    """Inside, it would outlive an uninstall by pip and hide an editable install."""
+    package = Path(usdface.__file__).parent
+    kept = Path(compiled.pivot.stats.cache_path)
+    assert kept.is_dir() and not kept.is_relative_to(package)
+    assert os.environ.get("NUMBA_CACHE_DIR", "") == compiled.numba.config.CACHE_DIR

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.errors import InputError
+from usdface.user_cache import user_cache_folder
 
 __all__ = ["RefusedError", "try_to_open"]
 
@@ -119,8 +120,9 @@ def _places() -> str:
 
 def _memory_of(path: Path) -> Path | None:
     """Return the file that remembers a path; None where there is no place for such."""
-    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    folder = Path(home, "usdface", "opened")
+    folder = user_cache_folder("opened")
+    if folder is None:
+        return None
     key = hashlib.sha256(os.fsencode(path.resolve())).hexdigest()[:32]
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)

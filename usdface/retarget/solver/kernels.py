@@ -1,18 +1,21 @@
 """The inner loops of the solve, compiled by numba: the arithmetic of the numpy forms, fused.
 
 Imported by `usdface.retarget.solver.backend` only, where numba is installed. Machine code is kept
-in numba's cache beside this file, or in the user's own cache where that is not writable
-(``NUMBA_CACHE_DIR`` names another place). It is made once, in five seconds, when a take that is
-long enough is solved for the first time, or by
+in the user's cache, ``~/.cache/usdface/compiled`` (``NUMBA_CACHE_DIR`` names another place). It is
+made once, in five seconds, when a take that is long enough is solved for the first time, or by
 ``python -c "import usdface.retarget.solver.kernels"``.
 
 One long file: numba does not notice when a function changes that compiled code calls in another.
 """
 
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numba
 import numpy as np
-from numba import njit
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.user_cache import user_cache_folder
 
 __all__ = ["alternate", "factorise", "pivot"]
 
@@ -31,8 +34,38 @@ _BLOCK = 8
 _MATRIX, _CUBE, _VECTOR = "float64[:,::1]", "float64[:,:,::1]", "float64[::1]"
 _FLAGS = "boolean[::1]"
 
+_Function = TypeVar("_Function", bound=Callable[..., object])
 
-@njit(f"void({_MATRIX}, int64, {_VECTOR})", cache=True, nogil=True, fastmath={"contract"})
+
+def _compiled(signature: str, *, contract: bool = True) -> Callable[[_Function], _Function]:
+    """Return the decorator that compiles a function, or takes it from the user's cache.
+
+    numba's own choice is the folder of this file, where pip leaves machine code behind when it
+    uninstalls: a folder without modules that hides an editable install.
+
+    Parameters
+    ----------
+    signature : str
+        Types of the result and the arguments.
+    contract : bool
+        Multiplications and additions may be fused.
+    """
+    fused = {"contract"} if contract else False
+    config: Any = numba.config
+
+    def decorate(function: _Function) -> _Function:
+        before = config.CACHE_DIR
+        config.CACHE_DIR = before or str(user_cache_folder("compiled") or "")
+        try:
+            compiled = numba.njit(signature, cache=True, nogil=True, fastmath=fused)(function)
+        finally:
+            config.CACHE_DIR = before
+        return cast(_Function, compiled)
+
+    return decorate
+
+
+@_compiled(f"void({_MATRIX}, int64, {_VECTOR})")
 def _exchange(tableau: FloatArray, p: int, row: FloatArray) -> None:
     """Exchange unknown p with its equation in ``y = x T`` (principal pivot, Tucker 1960)."""
     inverse = 1.0 / tableau[p, p]
@@ -50,11 +83,8 @@ def _exchange(tableau: FloatArray, p: int, row: FloatArray) -> None:
         tableau[p, j] = row[j]
 
 
-@njit(
+@_compiled(
     f"void({_MATRIX}, int64, int64, {_VECTOR}, {_VECTOR})",
-    cache=True,
-    nogil=True,
-    fastmath={"contract"},
 )
 def _exchange_two(
     tableau: FloatArray, p: int, q: int, first: FloatArray, second: FloatArray
@@ -90,7 +120,7 @@ def _exchange_two(
         tableau[q, j] = second[j]
 
 
-@njit(f"void({_VECTOR}, {_MATRIX}, {_VECTOR})", cache=True, nogil=True, fastmath={"contract"})
+@_compiled(f"void({_VECTOR}, {_MATRIX}, {_VECTOR})")
 def _multiply(vector: FloatArray, matrix: FloatArray, result: FloatArray) -> None:
     for j in range(len(matrix)):
         result[j] = 0.0
@@ -101,10 +131,9 @@ def _multiply(vector: FloatArray, matrix: FloatArray, result: FloatArray) -> Non
                 result[j] += value * matrix[i, j]
 
 
-@njit(
+@_compiled(
     f"float64({_FLAGS}, {_FLAGS}, {_MATRIX}, {_MATRIX}, float64, {_MATRIX})",
-    cache=True,
-    nogil=True,
+    contract=False,
 )
 def _disagreement(
     free: BoolArray,
@@ -131,11 +160,8 @@ def _disagreement(
     return worst
 
 
-@njit(
+@_compiled(
     f"void({_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX}, {_FLAGS})",
-    cache=True,
-    nogil=True,
-    fastmath={"contract"},
 )
 def pivot(
     matrix: FloatArray,
@@ -228,7 +254,7 @@ def pivot(
             solution[t, i] = state[0, i]
 
 
-@njit(f"Tuple(({_CUBE}, int64[::1]))({_MATRIX}, {_VECTOR})", cache=True, nogil=True)
+@_compiled(f"Tuple(({_CUBE}, int64[::1]))({_MATRIX}, {_VECTOR})", contract=False)
 def factorise(bands: FloatArray, values: FloatArray) -> tuple[FloatArray, IntArray]:
     """Return L D L' of the pentadiagonal matrix plus each of `values`: (N, 3, S), (F,).
 
@@ -273,11 +299,8 @@ def factorise(bands: FloatArray, values: FloatArray) -> tuple[FloatArray, IntArr
     return factor[:used], rows
 
 
-@njit(
+@_compiled(
     f"void({_MATRIX}, {_MATRIX}, {_MATRIX}, int64, int64)",
-    cache=True,
-    nogil=True,
-    fastmath={"contract"},
 )
 def _add_product(
     left: FloatArray, matrix: FloatArray, result: FloatArray, first: int, count: int
@@ -306,12 +329,9 @@ def _add_product(
                 result[t + 3, k] += d0 * m0 + d1 * m1 + d2 * m2 + d3 * m3
 
 
-@njit(
+@_compiled(
     f"int64({_CUBE}, int64[::1], {_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX}, {_MATRIX},"
     f" {_MATRIX}, int64, float64, float64)",
-    cache=True,
-    nogil=True,
-    fastmath={"contract"},
 )
 def alternate(
     factor: FloatArray,
