@@ -63,6 +63,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "markers sit beside the vertices that they are bound to, as rest and motion show",
     ),
+    "MARKER_INACCURATE": (
+        "info",
+        "place_markers",
+        "markers move unlike the blend shapes of their places and count less",
+    ),
     "MARKER_UNKNOWN": (
         "warning",
         "correct_labels",

@@ -49,6 +49,7 @@ __all__ = [
     "ProcessOptions",
     "RigOptions",
     "Setting",
+    "SolveErrors",
     "SolveGains",
     "SolveLimits",
     "SolveMode",
@@ -74,6 +75,7 @@ SolveLimits = Literal["declared", "known"]
 SolvePlaces = Literal["found", "bound"]
 SolveGains = Literal["found", "given"]
 SolveNeutral = Literal["found", "given"]
+SolveErrors = Literal["found", "alike"]
 SolveShrinkage = Literal["restored", "kept"]
 SolvePrior = Literal["learned", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
@@ -367,6 +369,9 @@ class SolveOptions:
     neutral : {"found", "given"}
         "found": blend shapes that the neutral frames show, as the take tells, are taken off them,
         unless weights are given with the frames. "given": the frames are neutral.
+    errors : {"found", "alike"}
+        "found": markers count the less, the more they move unlike the blend shapes of their places.
+        "alike": all count alike.
     shrinkage : {"restored", "kept"}
         "restored": brows that the solve made smaller, since the rig's blend shapes explain their
         motion badly, are as large as fits the markers best, up to twice. "kept": as solved.
@@ -472,6 +477,14 @@ class SolveOptions:
             "found: blend shapes that the neutral frames show, as the take tells, are taken off. "
             "given: the frames are neutral.",
             choices=SolveNeutral,
+        ),
+    )
+    errors: SolveErrors = field(
+        default="found",
+        metadata=_row(
+            "found: markers count the less, the more they move unlike the blend shapes of their "
+            "places. alike: all count alike.",
+            choices=SolveErrors,
         ),
     )
     shrinkage: SolveShrinkage = field(

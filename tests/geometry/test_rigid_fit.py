@@ -34,6 +34,16 @@ def test_a_hidden_marker_does_not_move_the_fit() -> None:
     np.testing.assert_allclose(fitted.rotations, pose.rotations, atol=1e-12)
 
 
+def test_a_marker_of_twice_the_weight_counts_as_two() -> None:
+    face, target = RNG.normal(size=(9, 3)), RNG.normal(size=(6, 9, 3))
+    target[2, 4] = np.nan
+    counts = RNG.integers(1, 4, 9)
+    fitted, _ = rigid_fit(face, target, counts.astype(float))
+    repeated, _ = rigid_fit(np.repeat(face, counts, axis=0), np.repeat(target, counts, axis=1))
+    np.testing.assert_allclose(fitted.rotations, repeated.rotations, atol=1e-12)
+    np.testing.assert_allclose(fitted.translations, repeated.translations, atol=1e-12)
+
+
 def test_rotations_are_proper_even_for_a_flat_face() -> None:
     face = RNG.normal(size=(7, 3)) * [1, 1, 0]
     fitted, _ = rigid_fit(face, RNG.normal(size=(30, 7, 3)))

@@ -65,7 +65,9 @@ class Pose:
         return Pose(self.rotations[nearest], self.translations[nearest])
 
 
-def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
+def rigid_fit(
+    source: FloatArray, target: FloatArray, weights: FloatArray | None = None
+) -> tuple[Pose, BoolArray]:
     """Fit `target` = pose(`source`) by least squares in every frame (Kabsch; Umeyama 1991).
 
     Parameters
@@ -73,6 +75,8 @@ def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
     source : (M, 3) or (F, M, 3) float64
     target : (F, M, 3) float64
         NaN where a marker is occluded.
+    weights : (M,) float64, optional
+        Of the squared distances, above 0; equal, if left out.
 
     Returns
     -------
@@ -93,15 +97,17 @@ def rigid_fit(source: FloatArray, target: FloatArray) -> tuple[Pose, BoolArray]:
     usable: BoolArray = np.asarray(seen.sum(axis=1) >= POSE_MARKERS)
     if not usable.any():
         raise SolveError("no frame shows three head markers at once; the head pose is unknown")
-    weight = (seen / np.maximum(seen.sum(axis=1, keepdims=True), 1))[:, None]
+    counted = seen if weights is None else seen * weights
+    whole = counted.sum(axis=1, keepdims=True)
+    weight = (counted / np.where(whole > 0.0, whole, 1.0))[:, None]
     a, b = source, target
     if not seen.all():
         a, b = np.where(seen[..., None], source, 0.0), np.where(seen[..., None], target, 0.0)
     centre_a, centre_b = (weight @ a)[:, 0], (weight @ b)[:, 0]
     # Hidden markers are zero in both, so one centred side is enough.
     b = b - centre_b[:, None]
-    if not seen.all():
-        b *= seen[..., None]
+    if weights is not None or not seen.all():
+        b *= counted[..., None]
     rotations, extents = _rotation(b.transpose(0, 2, 1) @ a)
     spread = usable & (extents[:, 1] > IN_LINE**2 * extents[:, 0])
     usable = spread if spread.any() else usable

@@ -81,6 +81,7 @@ def confidence_of(
     regularisation: Regularisation,
     wanted: int = NEXT_MARKERS,
     room: float = 0.0,
+    errors: FloatArray | None = None,
 ) -> Confidence:
     """Compute the confidence of a solve.
 
@@ -103,6 +104,8 @@ def confidence_of(
         How many places for more markers to look for.
     room : float [m]
         Least distance between places for more markers; fewer are found where there is no room.
+    errors : (M,) float64 [1], optional
+        Of the markers, by that of the typical one, as more markers would have; equal, if left out.
     """
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
@@ -111,7 +114,8 @@ def confidence_of(
     regularisation = replace(regularisation, noise=max(regularisation.noise, _FINEST))
     variance, expected = regularisation.variance, regularisation.precision(count)
     prior = block_diag(expected, np.eye(len(motions)) / _HEAD**2)
-    seen = rows[bound].reshape(-1, rows.shape[2])
+    seen = rows[bound] if errors is None else rows[bound] / errors[:, None, None]
+    seen = seen.reshape(-1, rows.shape[2])
     spread = np.linalg.inv(seen.T @ seen / variance + prior)
     # The normal matrix of the weights alone, with the head's pose marginalised.
     normal = variance * (np.linalg.inv(spread[:count, :count]) - expected)

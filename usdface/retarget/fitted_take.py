@@ -17,6 +17,7 @@ from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
+from usdface.retarget.marker_errors import estimate_marker_errors, marker_error_findings
 from usdface.retarget.markers_beside import markers_beside
 from usdface.retarget.neutral_weights import (
     LARGEST,
@@ -54,6 +55,8 @@ class FittedTake:
         weights that the take shows.
     factors : (S,) float64 [1]
         On the weights, of brows that the solve shrank.
+    errors : (M,) float64 [1] or None
+        Of the markers, by the typical one's; None = alike.
     """
 
     laid: LaidMarkers
@@ -61,6 +64,7 @@ class FittedTake:
     joint: PoseAndWeights
     setup: RetargetSetup
     factors: FloatArray
+    errors: FloatArray | None
 
     def estimates(self, shapes: BlendShapeEvaluator) -> TakeEstimates:
         """Return the estimates that hold for all frames; `shapes` are those of the performer."""
@@ -82,6 +86,7 @@ class FittedTake:
             found.covariance,
             self.joint.rounds,
             self.factors,
+            self.errors,
         )
 
 
@@ -113,11 +118,17 @@ class _TakeSolver:
     def __post_init__(self) -> None:
         object.__setattr__(self, "some", _some_frames(visible(self.laid.positions)))
 
-    def solve(self, fit: FaceFit, setup: RetargetSetup, pose: Pose | None = None) -> PoseAndWeights:
+    def solve(
+        self,
+        fit: FaceFit,
+        setup: RetargetSetup,
+        errors: FloatArray | None,
+        pose: Pose | None = None,
+    ) -> PoseAndWeights:
         """Solve the whole take; without a pose from the first guess."""
         return self._solved(
-            fit, setup, pose or self.laid.pose, slice(None), neutral_frames=self.noisy,
-            progress=self.progress,
+            fit, setup, pose or self.laid.pose, slice(None), errors=errors,
+            neutral_frames=self.noisy, progress=self.progress,
         )  # fmt: skip
 
     def trial(self, fit: FaceFit, setup: RetargetSetup, **settings: Any) -> PoseAndWeights:
@@ -173,24 +184,51 @@ def fit_take(
         return solver, fit, own, notes + found
 
     solver, fit, own, findings = begun(setup)
-    shown = _shown(take, solver, fit, own) if correct_neutral else {}
+    rough = solver.trial(fit, own, rounds=_TRIAL_ROUNDS)
+    shown = _shown(take, solver, fit, own, rough) if correct_neutral else {}
     if shown:
         solver, fit, own, findings = begun(replace(setup, neutral_weights=shown))
         findings += neutral_weight_findings(own, solver.laid.model, shape_names, take.source)
-    joint = solver.solve(fit, own)
+        rough = solver.trial(fit, own, rounds=_TRIAL_ROUNDS)
+    errors, notes = _errors(take, solver, fit, own, rough)
+    findings += notes
+    joint = solver.solve(fit, own, errors)
     larger, notes = with_found_gains(own, fit, joint, shape_names, take)
     if notes:
-        joint = solver.solve(fit, larger, joint.pose)
+        joint = solver.solve(fit, larger, errors, joint.pose)
     factors = restoring_factors(larger, fit, joint, shape_names, take, surface)
     findings += notes + markers_beside(fit.shifts, fit.points, solver.laid.names, take.source)
     findings += restored_findings(factors)
-    return FittedTake(solver.laid, fit, joint, larger, factors), findings
+    return FittedTake(solver.laid, fit, joint, larger, factors, errors), findings
+
+
+def _errors(
+    take: MarkerTake,
+    solver: _TakeSolver,
+    fit: FaceFit,
+    setup: RetargetSetup,
+    rough: PoseAndWeights,
+) -> tuple[FloatArray | None, list[Finding]]:
+    """Return the markers' errors (M,) [1] by a trial of the take; None where they are alike."""
+    alike = setup.solve.errors == "alike" or setup.map.form == "paper"
+    if alike or take.dimension == 2 or len(take.times) < FEWEST_FRAMES:
+        return None, []
+    model, _ = as_performed(fit, solver.shape_names, setup)
+    deviations = estimate_marker_errors(
+        take.times[solver.some], rough, fit.points, model, head_moves=setup.head == "solve"
+    )
+    notes = marker_error_findings(deviations, fit.points, solver.laid.names, take.source)
+    return deviations / np.median(deviations), notes
 
 
 def _shown(
-    take: MarkerTake, solver: _TakeSolver, fit: FaceFit, setup: RetargetSetup
+    take: MarkerTake,
+    solver: _TakeSolver,
+    fit: FaceFit,
+    setup: RetargetSetup,
+    rough: PoseAndWeights,
 ) -> dict[str, float]:
-    """Return the blend shape weights that the neutral frames show, by some frames of the take.
+    """Return the blend shape weights that the neutral frames show, by a trial of the take.
 
     They refer to the character's blend shapes. {} where they are given, or not looked for.
     """
@@ -198,10 +236,9 @@ def _shown(
     if known or setup.map.form == "paper":
         return {}
     names, times = solver.shape_names, take.times[solver.some]
-    joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS)
     model, _ = as_performed(fit, names, setup)
     shown = estimate_neutral_weights(
-        times, joint, fit.points, model, axes=take.dimension, head_moves=setup.head == "solve"
+        times, rough, fit.points, model, axes=take.dimension, head_moves=setup.head == "solve"
     )
     if setup.calibration is not None:
         # Offsets of a performer's file that have a weight in the neutral do not count.

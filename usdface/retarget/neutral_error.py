@@ -46,6 +46,7 @@ def bootstrap_residual(
     noise = np.empty_like(drawn)
     noise[:, np.lexsort(points.T)] = drawn
     noise = np.where(seen[..., None], regularisation.noise * noise, 0.0).reshape(len(seen), -1)
+    noise *= rows.errors
 
     def solved_again(weights: FloatArray) -> tuple[FloatArray, FloatArray]:
         simulated = rows.displacements(weights) + noise

@@ -75,6 +75,7 @@ def solve_pose_and_weights(
     setup: RetargetSetup,
     names: tuple[str, ...] = (),
     *,
+    errors: FloatArray | None = None,
     neutral_frames: IntArray | None = None,
     rounds: int = _ROUNDS,
     least_noise: float = 0.0,
@@ -100,6 +101,8 @@ def solve_pose_and_weights(
     setup : RetargetSetup
     names : tuple of str, length S
         The blend shapes; needed for pins, symmetry and gaze.
+    errors : (M,) float64 [1], optional
+        Of the markers, by the typical one's (`usdface.retarget.marker_errors`); equal, if left out.
     neutral_frames : (M,) int64, optional
         Number of frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int
@@ -115,7 +118,7 @@ def solve_pose_and_weights(
         Announces each round of the step "solve".
     """
     free = tuple(names[shape] for shape in model.free) if names else ()
-    rows = TakeRows.of(target, model, positions.shape[2], setup.head == "solve")
+    rows = TakeRows.of(target, model, positions.shape[2], setup.head == "solve", errors)
     take = _recording(times, positions, target, rows, space, least_noise, known is None)
     state = Round(
         0,
@@ -138,7 +141,7 @@ def solve_pose_and_weights(
     if rows.axes == 2:
         # The head motion of a 2D take cannot be undone in depth: small motions are projected out of
         # the markers on the character instead.
-        leftover = (observed - rows.displacements(weights)) @ rows.rigid @ rows.rigid.T
+        leftover = rows.head_motion(observed - rows.displacements(weights))
         displaced[..., :2] -= leftover.reshape(*take.seen.shape, 2)
     return PoseAndWeights(
         model.complete(weights), state.pose, displaced, regularisation, state.number, state.space
@@ -160,7 +163,7 @@ def _recording(
     if is_measured:
         coordinates, apart = np.repeat(seen, rows.axes, axis=1), frames_apart(times)
         unexplained = Unexplained.beside_head(
-            rows.model.directions, rows.rigid, target, coordinates, apart
+            rows.weighted.directions, rows.weighted_rigid, target, coordinates, apart
         )
     fit_pose = rows.axes == 3 and rows.rigid.shape[1] > 0
     over = similarity_fit(space.centres, target)[0] if fit_pose else None
@@ -262,6 +265,7 @@ def reach_of_ends(
     moving_head: bool,
     known: Regularisation,
     rounds: int,
+    errors: FloatArray | None = None,
 ) -> int:
     """Return after how many frames the end of a take has no effect, in a linear solve.
 
@@ -276,7 +280,9 @@ def reach_of_ends(
     moving_head : bool
     known : Regularisation
     rounds : int
+    errors : (M,) float64 [1], optional
+        As of `solve_pose_and_weights`.
     """
-    rows = TakeRows.of(target, model, axes, moving_head)
+    rows = TakeRows.of(target, model, axes, moving_head, errors)
     normal, _ = rows.equations(np.zeros((1, rows.model.offsets.shape[1])))
     return reach(normal, times, known, rounds, rows.model.limit_rows)

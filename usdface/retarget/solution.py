@@ -38,10 +38,10 @@ class Solution:
     neutral : (M, D) float64
         Where they rest, in take space.
     noise : float [m]
-        Estimated standard deviation of a marker coordinate, on the character.
+        Estimated standard deviation of a coordinate of the typical marker, on the character.
     misfit : float [m]
-        Difference of face and rig: estimated RMS error of a marker coordinate beyond the
-        noise, in an expressive frame.
+        Difference of face and rig: estimated RMS error of a coordinate of the typical marker beyond
+        the noise, in an expressive frame.
     rounds : int
         Rounds of the pose and occlusion loop.
     choice : MapChoice
@@ -66,6 +66,8 @@ class Solution:
         character, in metres, and `neutral` is the face from far in front.
     neutral_weights : mapping of str to float
         Blend shape weights that the neutral frames show, which `neutral` is without.
+    errors : (M,) float64 [1] or None
+        Of the markers, by the typical one's; None = alike.
     """
 
     weights: WeightsTake
@@ -88,6 +90,7 @@ class Solution:
     head: HeadMode = "solve"
     filmed: FilmedHead | None = None
     neutral_weights: Mapping[str, float] = field(default_factory=dict)
+    errors: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "residual", frozen(self.residual))

@@ -81,7 +81,7 @@ def _solved(
         known = replace(known, options=setup.solve)
     return solve_pose_and_weights(
         take.times, positions, estimates.points, estimates.shapes, estimates.space, pose, setup,
-        shape_names, rounds=estimates.rounds, known=known, exactly=exactly,
+        shape_names, rounds=estimates.rounds, errors=estimates.errors, known=known, exactly=exactly,
     )  # fmt: skip
 
 
@@ -105,4 +105,5 @@ def overlap_frames(
         estimates.head == "solve",
         estimates.regularisation(setup.solve, shape_names),
         solves,
+        estimates.errors,
     )

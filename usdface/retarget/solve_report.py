@@ -161,6 +161,7 @@ def _confidence(
         step,
         held,
         room=room,
+        errors=solution.errors,
     )
 
 

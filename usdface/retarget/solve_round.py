@@ -49,7 +49,7 @@ class Recording:
         The similarity from the take to the character, without its offset, where the head's pose is
         solved; None where it is known.
     unexplained : Unexplained or None
-        Noise and misfit are measured on it; None where they are known.
+        Noise and misfit of the typical marker are measured on it; None where they are known.
     least_noise : float [m]
     hidden : (F, M * axes) bool
         Coordinates of the rows that are occluded.
@@ -139,12 +139,13 @@ def measured(take: Recording, before: Round) -> Round:
     if take.unexplained is None:
         return found
     noise, least_misfit = before.regularisation.noise, before.least_misfit
+    weighted = observed / take.rows.errors
     if number <= _NOISE_ROUNDS:
-        own = take.unexplained.noise(observed)
+        own = take.unexplained.noise(weighted)
         noise = max(own, take.least_noise)
-        least_misfit = take.unexplained.least_misfit(observed, own)
+        least_misfit = take.unexplained.least_misfit(weighted, own)
     # An error of the pose in the first rounds resembles misfit.
-    misfit = max(take.unexplained.misfit(observed, noise), least_misfit)
+    misfit = max(take.unexplained.misfit(weighted, noise), least_misfit)
     regularisation = replace(before.regularisation, noise=noise, misfit=misfit)
     return replace(found, regularisation=regularisation, least_misfit=least_misfit)
 
@@ -179,7 +180,7 @@ def _posed(take: Recording, found: Round, over: FloatArray) -> Round:
     there = np.where(seen, here, found.space.centres + found.observed.reshape(shape) @ back)
     kept = np.where(posed[:, None, None], found.pose.to_take(there), np.nan)
     rested = there - found.residual.reshape(shape) @ back
-    pose = rigid_fit(rested, np.where(seen, take.markers, kept))[0]
+    pose = rigid_fit(rested, np.where(seen, take.markers, kept), take.rows.marker_weights)[0]
     now = pose.to_head(take.markers)
     moved = max(found.moved, _rms((now - here)[take.seen] @ over))
     return replace(found, pose=pose, here=now, moved=moved)

@@ -136,4 +136,5 @@ def solution_of(
         carried=learned.carried,
         head=learned.head,
         neutral_weights=learned.neutral_weights,
+        errors=learned.errors,
     )

@@ -44,13 +44,15 @@ class TakeEstimates:
     head_neutral : (H, D) float64
         Where the head markers rest, in take space.
     noise, misfit : float [m]
-        Of a marker coordinate, on the character.
+        Of a coordinate of the typical marker, on the character.
     covariance : (S, S) float64 or None
         How weights move together.
     rounds : int
         Of head pose and occluded markers, until they settled.
     factors : (S,) float64 [1]
         On the weights, of brows that the solve shrank.
+    errors : (M,) float64 [1] or None
+        Of the markers, by the typical one's; None = alike.
     """
 
     markers: tuple[str, ...]
@@ -69,6 +71,7 @@ class TakeEstimates:
     covariance: FloatArray | None
     rounds: int
     factors: FloatArray
+    errors: FloatArray | None
 
     def regularisation(self, options: SolveOptions, names: tuple[str, ...]) -> Regularisation:
         """Return that of every piece of the take, solved without tolerance.

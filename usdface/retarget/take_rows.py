@@ -1,6 +1,7 @@
 """The least-squares rows of a take: displacements of the markers by blend shapes and by the head.
 
-Small head motions are projected out of them, so that one normal matrix serves the whole take.
+Small head motions are projected out of them, so that one normal matrix serves the whole take. The
+rows of each marker are divided by its error (generalised least squares).
 """
 
 from dataclasses import dataclass
@@ -33,20 +34,53 @@ class TakeRows:
         Of M * axes coordinates, P of its shapes with a weight of their own.
     rigid : (M * axes, K) float64
         Orthonormal small head motions, K = 6 or 0.
+    errors : (M * axes,) float64 [1]
+        Of a coordinate, by the typical marker's.
+    weighted : BlendShapeEvaluator
+        `model` by the errors.
+    weighted_rigid : (M * axes, K) float64
+        Orthonormal basis of `rigid` by the errors.
     """
 
     axes: int
     model: BlendShapeEvaluator
     rigid: FloatArray
+    errors: FloatArray
+    weighted: BlendShapeEvaluator
+    weighted_rigid: FloatArray
 
     @classmethod
     def of(
-        cls, target: FloatArray, model: BlendShapeEvaluator, axes: int, moving_head: bool
+        cls,
+        target: FloatArray,
+        model: BlendShapeEvaluator,
+        axes: int,
+        moving_head: bool,
+        errors: FloatArray | None = None,
     ) -> "TakeRows":
-        """Return the rows of markers that rest at `target` (M, 3) [m], moved by `model`."""
+        """Return the rows of markers that rest at `target` (M, 3) [m], moved by `model`.
+
+        The `errors` (M,) [1] of the markers are equal, if left out.
+        """
         seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
         rigid = motion_basis(target, axes) if moving_head else np.zeros((axes * len(target), 0))
-        return cls(axes, model.select(seen), rigid)
+        model = model.select(seen)
+        if errors is None:
+            return cls(axes, model, rigid, np.ones(len(seen)), model, rigid)
+        each = np.repeat(errors, axes)
+        still = np.linalg.qr(rigid / each[:, None])[0]
+        return cls(axes, model, rigid, each, model.mapped(lambda values: values / each), still)
+
+    @property
+    def marker_weights(self) -> FloatArray | None:
+        """Weights (M,) of the markers' squared distances; None where they are equal."""
+        each = self.errors[:: self.axes]
+        return None if (each == 1.0).all() else 1.0 / each**2
+
+    def head_motion(self, displacements: FloatArray) -> FloatArray:
+        """Return the part of displacements (F, M * axes) that small head motions explain."""
+        along = (displacements / self.errors) @ self.weighted_rigid
+        return np.asarray(along @ self.weighted_rigid.T * self.errors)
 
     def displacements(self, weights: FloatArray) -> FloatArray:
         """Return the markers' displacements by free weights (F, P): (F, M * axes)."""
@@ -54,8 +88,9 @@ class TakeRows:
 
     def equations(self, observed: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return normal matrix (S, S), right-hand sides (F, S) of displacements (F, M * axes)."""
-        shapes = self.model.offsets - (self.model.offsets @ self.rigid) @ self.rigid.T
-        return shapes @ shapes.T, observed @ shapes.T
+        offsets, rigid = self.weighted.offsets, self.weighted_rigid
+        shapes = offsets - (offsets @ rigid) @ rigid.T
+        return shapes @ shapes.T, (observed / self.errors) @ shapes.T
 
     def solve(
         self,
@@ -69,11 +104,12 @@ class TakeRows:
 
         Without `final` bounds a few steps are taken only.
         """
-        model, rigid, rough = self.model, self.rigid, final is None
+        model, rigid, rough = self.weighted, self.weighted_rigid, final is None
         bounds = final or Bounds(rows=model.limit_rows)
         if model.linear:
             normal, right = self.equations(observed)
             return solve_weights(normal, right, times, regularisation, start, rough, bounds)
+        observed = observed / self.errors
         start = start or first_guess(model, rigid, observed, times, regularisation)
         steps = {"steps": _ROUGH} if rough else {}
         return solve_nonlinear(

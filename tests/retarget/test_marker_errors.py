@@ -1,0 +1,171 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from worlds import NEUTRAL, World, make_world
+
+from usdface.arrays import FloatArray
+from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.findings import Finding
+from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import Pose
+from usdface.options import MapOptions, SolveOptions
+from usdface.retarget.marker_errors import estimate_marker_errors, marker_error_findings
+from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.retarget.rbf import fit_map
+from usdface.retarget.solution import Solution
+from usdface.retarget.solve_take import solve_take
+from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.solve import FEWEST_FRAMES
+from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.takes import MarkerTake
+
+RNG = np.random.default_rng(5)
+MARKERS, FRAMES, SHAPES = 40, 1200, 6
+POINTS = 0.06 * RNG.normal(size=(MARKERS, 3))
+MODEL = BlendShapeEvaluator(0.004 * RNG.normal(size=(SHAPES, 3 * MARKERS)))
+TIMES = np.arange(FRAMES) / 30.0
+WEIGHTS = RNG.uniform(0.0, 1.0, (FRAMES, SHAPES))
+USUAL = 3e-4
+
+
+def performed(
+    errors: FloatArray | float, model: BlendShapeEvaluator = MODEL, noise: float = USUAL
+) -> PoseAndWeights:
+    """A take whose weights are known; each marker is off by its share of the usual error."""
+    drawn = np.random.default_rng(0).normal(size=(FRAMES, model.offsets.shape[1] // 3, 3))
+    displaced = model.displacements(WEIGHTS[:, : len(model.offsets)]).reshape(drawn.shape)
+    displaced = displaced + noise * np.broadcast_to(errors, drawn.shape[1])[:, None] * drawn
+    points = POINTS[: drawn.shape[1]]
+    return PoseAndWeights(
+        WEIGHTS[:, : len(model.offsets)], Pose.identity(FRAMES), displaced,
+        Regularisation(noise, 0.0, SolveOptions()), 1, fit_map(points, points, MapOptions()),
+    )  # fmt: skip
+
+
+def estimated(joint: PoseAndWeights, *, head_moves: bool = True) -> FloatArray:
+    return estimate_marker_errors(TIMES, joint, POINTS, MODEL, head_moves=head_moves)
+
+
+@pytest.mark.parametrize("head_moves", [False, True])
+def test_errors_that_are_known_are_found(head_moves: bool) -> None:
+    errors = np.ones(MARKERS)
+    errors[[3, 17]] = [5.0, 20.0]
+    found = estimated(performed(errors), head_moves=head_moves)
+    np.testing.assert_allclose(found, USUAL * errors, rtol=0.12)
+
+
+def test_what_few_markers_show_is_not_taken_for_their_accuracy() -> None:
+    """Its weight follows the one marker that shows a blend shape, and leaves no residual there."""
+    offsets = MODEL.offsets.copy()
+    offsets[0] = 0.0
+    offsets[0, 6:9] = 0.01
+    model = replace(MODEL, offsets=offsets)
+    joint = performed(1.0, model)
+    left = joint.displaced - model.displacements(WEIGHTS).reshape(joint.displaced.shape)
+    along = left[:, 2] @ np.ones(3) / 0.03
+    fitted = replace(joint, weights=WEIGHTS + np.outer(along, np.eye(SHAPES)[0]))
+    found = estimate_marker_errors(TIMES, fitted, POINTS, model, head_moves=False)
+    np.testing.assert_allclose(found, USUAL, rtol=0.12)
+
+
+def test_an_occluded_marker_tells_its_error_where_it_is_seen() -> None:
+    errors = np.ones(MARKERS)
+    errors[4] = 10.0
+    joint = performed(errors)
+    joint.displaced[::3, 4] = np.nan
+    joint.displaced[100:700, 5] = np.nan
+    np.testing.assert_allclose(estimated(joint), USUAL * errors, rtol=0.15)
+
+
+def test_the_order_of_markers_does_not_count() -> None:
+    errors = np.linspace(0.5, 3.0, MARKERS)
+    joint, turned = performed(errors), RNG.permutation(MARKERS)
+    model = MODEL.select((3 * turned[:, None] + np.arange(3)).ravel())
+    moved = replace(joint, displaced=joint.displaced[:, turned])
+    found = estimate_marker_errors(TIMES, moved, POINTS[turned], model, head_moves=True)
+    np.testing.assert_allclose(found, estimated(joint)[turned], rtol=1e-8)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-9])
+def test_clean_markers_are_alike(noise: float) -> None:
+    found = estimated(performed(np.linspace(0.1, 10.0, MARKERS), noise=noise))
+    np.testing.assert_allclose(found, found[0], rtol=1e-6)
+
+
+def test_a_short_take_says_little() -> None:
+    errors = np.ones(MARKERS)
+    errors[3] = 5.0
+    joint = performed(errors)
+    brief = replace(joint, weights=WEIGHTS[:9], displaced=joint.displaced[:9])
+    found = estimate_marker_errors(TIMES[:9], brief, POINTS, MODEL, head_moves=True)
+    assert 1.1 * USUAL < found[3] < 3.0 * USUAL
+
+
+def test_the_worst_marker_is_named() -> None:
+    names = tuple(f"m{k}" for k in range(MARKERS))
+    deviations = np.full(MARKERS, USUAL)
+    assert not marker_error_findings(1.9 * deviations, POINTS, names, "take.c3d")
+    deviations[[3, 8]] = [2e-3, 4e-3]
+    (found,) = marker_error_findings(deviations, POINTS, names, "take.c3d")
+    assert (found.code, found.where) == ("MARKER_INACCURATE", "take.c3d")
+    assert "m8, by 4.0 mm (0.3 mm is typical)" in found.message
+    assert found.values["markers"] == ["m3", "m8"]
+
+
+def test_errors_that_are_small_on_the_face_are_not_worth_a_word() -> None:
+    names = tuple(f"m{k}" for k in range(MARKERS))
+    deviations = np.full(MARKERS, 1e-5)
+    deviations[3] = 0.005 * rms_radius(POINTS)
+    assert not marker_error_findings(deviations, POINTS, names, "take.c3d")
+
+
+# Whole solves of a marker that slips.
+
+
+@pytest.fixture(scope="module")
+def world() -> World:
+    return make_world()
+
+
+def slipped(world: World) -> tuple[MarkerTake, str]:
+    """The take, twice as long, with noise; from the middle on a marker sits 5 mm aside."""
+    positions = np.concatenate([world.take.positions, world.take.positions[NEUTRAL:][::-1]])
+    positions = positions + 2e-4 * np.random.default_rng(1).normal(size=positions.shape)
+    slips = world.take.names.index("cheek_l")
+    positions[len(positions) // 2 :, slips] += [0.003, -0.004, 0.0]
+    times = np.arange(len(positions)) / world.take.rate
+    return replace(world.take, positions=positions, times=times), "cheek_l"
+
+
+def solved(world: World, take: MarkerTake, options: SolveOptions) -> tuple[Solution, list[Finding]]:
+    mesh = world.rig.meshes[0]
+    vertices = np.array([world.points[name] for name in take.names])
+    setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1), solve=options)
+    return solve_take(
+        take, mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names, setup
+    )
+
+
+def off(world: World, solution: Solution) -> float:
+    truth = np.concatenate([world.weights, world.weights[NEUTRAL:][::-1]])
+    return float(np.sqrt(np.mean((solution.weights.weights - truth) ** 2)))
+
+
+def test_a_marker_that_slips_counts_less(world: World) -> None:
+    take, name = slipped(world)
+    found, findings = solved(world, take, SolveOptions())
+    alike, silent = solved(world, take, SolveOptions(errors="alike"))
+    assert off(world, found) < 0.7 * off(world, alike)
+    assert found.errors is not None and alike.errors is None
+    assert found.errors.argmax() == found.markers.index(name) and found.errors.max() > 3.0
+    (told,) = (each for each in findings if each.code == "MARKER_INACCURATE")
+    assert told.values["markers"] == [name]
+    assert "MARKER_INACCURATE" not in [each.code for each in silent]
+
+
+def test_few_frames_say_nothing_of_the_markers(world: World) -> None:
+    take, _ = slipped(world)
+    few = FEWEST_FRAMES - 1
+    short = replace(take, positions=take.positions[:few], times=take.times[:few])
+    assert solved(world, short, SolveOptions())[0].errors is None
