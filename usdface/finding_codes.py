@@ -66,7 +66,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "MARKER_INACCURATE": (
         "info",
         "place_markers",
-        "markers move unlike the blend shapes of their places and count less",
+        "markers move unlike the face around them and count less",
     ),
     "MARKER_UNKNOWN": (
         "warning",

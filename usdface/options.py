@@ -370,7 +370,7 @@ class SolveOptions:
         "found": blend shapes that the neutral frames show, as the take tells, are taken off them,
         unless weights are given with the frames. "given": the frames are neutral.
     errors : {"found", "alike"}
-        "found": markers count the less, the more they move unlike the blend shapes of their places.
+        "found": markers that move unlike the face around them count less.
         "alike": all count alike.
     shrinkage : {"restored", "kept"}
         "restored": brows that the solve made smaller, since the rig's blend shapes explain their
@@ -482,8 +482,8 @@ class SolveOptions:
     errors: SolveErrors = field(
         default="found",
         metadata=_row(
-            "found: markers count the less, the more they move unlike the blend shapes of their "
-            "places. alike: all count alike.",
+            "found: markers that move unlike the face around them count less. alike: all count "
+            "alike.",
             choices=SolveErrors,
         ),
     )

@@ -214,11 +214,10 @@ def _errors(
     if alike or take.dimension == 2 or len(take.times) < FEWEST_FRAMES:
         return None, []
     model, _ = as_performed(fit, solver.shape_names, setup)
-    deviations = estimate_marker_errors(
+    errors = estimate_marker_errors(
         take.times[solver.some], rough, fit.points, model, head_moves=setup.head == "solve"
     )
-    notes = marker_error_findings(deviations, fit.points, solver.laid.names, take.source)
-    return deviations / np.median(deviations), notes
+    return errors, marker_error_findings(errors, solver.laid.names, take.source)
 
 
 def _shown(

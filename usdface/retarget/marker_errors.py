@@ -1,8 +1,9 @@
-"""The error of each marker of a take.
+"""The error of each marker of a take, by that of the markers around it.
 
-One marker is noisy, another slipped or is bound to a wrong vertex, and on another person's face
-some move unlike the character's. Squares that are weighted by the inverse variances of their errors
-give the best linear estimate (Aitken 1936).
+One marker is noisy, another slips or is bound to a wrong vertex. Squares that are weighted by the
+inverse variances of their errors give the best linear estimate (Aitken 1936). Where a region moves
+as the character's blend shapes cannot, all its markers are off: that is misfit of two faces, which
+the solve has terms for, and no reason to ignore the region.
 """
 
 import numpy as np
@@ -30,8 +31,10 @@ _STILL = 1e-6
 # Error that every marker has, as a share of the face's size (the RMS radius of its markers): below
 # it none is more accurate than another. 0.06 mm on the ICT face.
 _FINEST = 0.001
-# Errors that are so many times the typical one are reported, from this share of the size on.
-_REPORTED, _COUNTS = 2.0, 0.01
+# Nearest markers whose median error is the usual one of a place.
+_AROUND = 6
+# Errors that are so many times the usual one are reported.
+_REPORTED = 2.0
 
 
 def estimate_marker_errors(
@@ -42,13 +45,13 @@ def estimate_marker_errors(
     *,
     head_moves: bool,
 ) -> FloatArray:
-    """Estimate the standard deviation of each marker's coordinates: (M,) [m].
+    """Estimate the markers' errors by those of the markers around them: (M,) [1], at least 1.
 
-    The most probable variances of displacements that are the sum of weights, which move together as
-    solved, the head's motion and independent errors: factor analysis with known loadings by
+    Of the most probable variances of displacements that are the sum of weights, which move together
+    as solved, the head's motion and independent errors: factor analysis with known loadings by
     expectation maximisation (D. Rubin, D. Thayer, "EM algorithms for ML factor analysis",
     Psychometrika 47, 1982). What only few markers show is not taken for their accuracy: the
-    uncertainty of the weights counts. All equal where nothing is left unexplained.
+    uncertainty of the weights counts. All 1 where nothing is left unexplained.
 
     Parameters
     ----------
@@ -64,8 +67,8 @@ def estimate_marker_errors(
     """
     variance = joint.regularisation.variance
     seen = visible(joint.displaced)
-    if variance == 0.0 or not seen.any():
-        return np.full(len(points), _FINEST * rms_radius(points))
+    if variance == 0.0 or not seen.any() or len(points) <= _AROUND:
+        return np.ones(len(points))
     predicted = model.displacements(joint.weights)
     left = np.where(
         seen[..., None], joint.displaced - predicted.reshape(joint.displaced.shape), 0.0
@@ -84,7 +87,15 @@ def estimate_marker_errors(
         variances = found
         if settled:
             break
-    return np.asarray(np.sqrt(variances + (_FINEST * rms_radius(points)) ** 2))
+    variances += (_FINEST * rms_radius(points)) ** 2
+    return np.sqrt(variances / _usual(variances, points)).clip(min=1.0)
+
+
+def _usual(variances: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the median variance of the markers around each of those at `points` (M, 3): (M,)."""
+    apart = ((points[:, None] - points) ** 2).sum(axis=2)
+    nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : _AROUND + 1]
+    return np.asarray(np.median(variances[nearest], axis=1))
 
 
 def _loadings(
@@ -114,34 +125,29 @@ def _expected_errors(
     return errors, ((loadings @ spread) * loadings).sum(axis=1)
 
 
-def marker_error_findings(
-    deviations: FloatArray, points: FloatArray, names: tuple[str, ...], source: str
-) -> list[Finding]:
+def marker_error_findings(errors: FloatArray, names: tuple[str, ...], source: str) -> list[Finding]:
     """Return the finding that markers count less, if the error of one is much larger than usual.
 
     Parameters
     ----------
-    deviations : (M,) float64 [m]
+    errors : (M,) float64 [1]
         As estimated.
-    points : (M, 3) float64 [m]
-        The markers' places on the neutral character.
     names : tuple of str, length M
     source : str
         The take.
     """
-    typical = float(np.median(deviations))
-    large = np.flatnonzero(deviations > max(_REPORTED * typical, _COUNTS * rms_radius(points)))
+    large = np.flatnonzero(errors > _REPORTED)
     if not len(large):
         return []
-    worst = int(deviations.argmax())
+    worst = int(errors.argmax())
     message = (
-        "{marker_count} of the markers move unlike the blend shapes of their places, most of all "
-        "{marker}, by {error_mm:.1f} mm ({typical_mm:.1f} mm is typical): they count less. Noise, "
-        "a marker that slipped, or a wrong vertex can be the cause"
+        "{marker_count} of the markers move unlike the face around them, most of all {marker}, "
+        "whose error is {error_ratio:.1f} times the usual one there: they count less. Noise, a marker "
+        "that slipped, or a wrong vertex can be the cause"
     )
     return [
         finding(
-            "MARKER_INACCURATE", source, message, len(large), names[worst],
-            1000 * deviations[worst], 1000 * typical, markers=[names[marker] for marker in large],
+            "MARKER_INACCURATE", source, message, len(large), names[worst], errors[worst],
+            markers=[names[marker] for marker in large],
         )
     ]  # fmt: skip
