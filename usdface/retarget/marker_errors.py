@@ -142,8 +142,8 @@ def marker_error_findings(errors: FloatArray, names: tuple[str, ...], source: st
     worst = int(errors.argmax())
     message = (
         "{marker_count} of the markers move unlike the face around them, most of all {marker}, "
-        "whose error is {error_ratio:.1f} times the usual one there: they count less. Noise, a marker "
-        "that slipped, or a wrong vertex can be the cause"
+        "whose error is {error_ratio:.1f} times the usual one there: they count less. The cause "
+        "can be noise, a marker that slipped, or a wrong vertex"
     )
     return [
         finding(
