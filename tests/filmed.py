@@ -81,8 +81,11 @@ def found(
     surface: MarkerSurface = SURFACE,
     solve: SolveOnSkin = true_weights,
     refined: bool = False,
+    weighted: bool = True,
 ) -> tuple[FilmedHead, list[str]]:
     """The head of a take, and the codes of the findings."""
-    face, findings = film_head(take, WORLD.take.names, surface, NEUTRAL, solve, refined=refined)
+    face, findings = film_head(
+        take, WORLD.take.names, surface, NEUTRAL, solve, refined=refined, weighted=weighted
+    )
     assert face is not None
     return face.head, [f.code for f in findings]

@@ -165,7 +165,10 @@ def _solved(
         shifts = filmed.shifts[own]
         new_findings += markers_beside(shifts, skin.rest[own], solution.markers, take.source)
         head = filmed.head
-        solution = replace(solution, filmed=head, pose=head.motion, shifts=shifts)
+        solution = replace(
+            solution, filmed=head, pose=head.motion, shifts=shifts,
+            errors=head.errors[[head.markers.index(name) for name in solution.markers]],
+        )  # fmt: skip
     return solution, findings + new_findings
 
 
@@ -251,7 +254,8 @@ def _film(
     def weights(
         skin: DotSkin, projected: MarkerTake, views: Views, neutral: tuple[int, int]
     ) -> FloatArray:
-        given = replace(setup.solve, neutral="given")  # weights of the neutral are found at last
+        # Weights of the neutral and errors of the markers are found at last.
+        given = replace(setup.solve, neutral="given", errors="alike")
         # Pins are frames of the whole take.
         own = replace(setup, neutral=neutral, pins=(), solve=given)
         solution, _ = solve_take(
@@ -271,7 +275,7 @@ def _film(
     return film_head(
         take, setup.binding.markers, surface, setup.neutral, weights,
         sized=lambda shapes: as_large(shapes, face.shape_names, setup),
-        refined=setup.solve.places == "found", shown=shown,
+        refined=setup.solve.places == "found", weighted=setup.solve.errors == "found", shown=shown,
     )  # fmt: skip
 
 

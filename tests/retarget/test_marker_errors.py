@@ -42,15 +42,26 @@ def performed(
     )  # fmt: skip
 
 
-def estimated(joint: PoseAndWeights, *, head_moves: bool = True) -> FloatArray:
-    return estimate_marker_errors(TIMES, joint, POINTS, MODEL, head_moves=head_moves)
+def estimated(
+    joint: PoseAndWeights,
+    points: FloatArray = POINTS,
+    model: BlendShapeEvaluator = MODEL,
+    *,
+    axes: int = 3,
+    head_moves: bool = True,
+) -> FloatArray:
+    return estimate_marker_errors(
+        TIMES[: len(joint.weights)], joint.weights, joint.displaced, points, model,
+        variance=joint.regularisation.variance, axes=axes, head_moves=head_moves,
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("head_moves", [False, True])
-def test_errors_that_are_known_are_found(head_moves: bool) -> None:
+@pytest.mark.parametrize("axes", [2, 3])
+def test_errors_that_are_known_are_found(axes: int, head_moves: bool) -> None:
     errors = np.ones(MARKERS)
     errors[[3, 17]] = [5.0, 20.0]
-    found = estimated(performed(errors), head_moves=head_moves)
+    found = estimated(performed(errors), axes=axes, head_moves=head_moves)
     np.testing.assert_allclose(found, errors, rtol=0.12)
 
 
@@ -64,7 +75,7 @@ def test_what_few_markers_show_is_not_taken_for_their_accuracy() -> None:
     left = joint.displaced - model.displacements(WEIGHTS).reshape(joint.displaced.shape)
     along = left[:, 2] @ np.ones(3) / 0.03
     fitted = replace(joint, weights=WEIGHTS + np.outer(along, np.eye(SHAPES)[0]))
-    found = estimate_marker_errors(TIMES, fitted, POINTS, model, head_moves=False)
+    found = estimated(fitted, model=model, head_moves=False)
     np.testing.assert_allclose(found, 1.0, rtol=0.12)
 
 
@@ -82,7 +93,7 @@ def test_the_order_of_markers_does_not_count() -> None:
     joint, turned = performed(errors), RNG.permutation(MARKERS)
     model = MODEL.select((3 * turned[:, None] + np.arange(3)).ravel())
     moved = replace(joint, displaced=joint.displaced[:, turned])
-    found = estimate_marker_errors(TIMES, moved, POINTS[turned], model, head_moves=True)
+    found = estimated(moved, POINTS[turned], model)
     np.testing.assert_allclose(found, estimated(joint)[turned], rtol=1e-8)
 
 
@@ -97,7 +108,7 @@ def test_a_short_take_says_little() -> None:
     errors[3] = 5.0
     joint = performed(errors)
     brief = replace(joint, weights=WEIGHTS[:9], displaced=joint.displaced[:9])
-    found = estimate_marker_errors(TIMES[:9], brief, POINTS, MODEL, head_moves=True)
+    found = estimated(brief)
     assert 1.1 < found[3] < 3.0
 
 
@@ -115,7 +126,7 @@ def test_a_region_that_moves_otherwise_counts_like_the_rest() -> None:
 def test_few_markers_have_no_usual_error() -> None:
     model = MODEL.select(np.arange(18))
     joint = performed(np.array([1.0, 1.0, 1.0, 1.0, 1.0, 9.0]), model)
-    found = estimate_marker_errors(TIMES, joint, POINTS[:6], model, head_moves=True)
+    found = estimated(joint, POINTS[:6], model)
     np.testing.assert_array_equal(found, 1.0)
 
 

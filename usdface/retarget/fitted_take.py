@@ -141,6 +141,7 @@ class _TakeSolver:
         setup: RetargetSetup,
         pose: Pose,
         frames: IntArray | slice,
+        errors: FloatArray | None = None,
         **settings: Any,
     ) -> PoseAndWeights:
         model, space = as_performed(fit, self.shape_names, setup)
@@ -154,7 +155,7 @@ class _TakeSolver:
             )  # fmt: skip
         return solve_pose_and_weights(
             times, positions, fit.points, model, space, pose, setup, self.shape_names,
-            least_noise=noise, **settings,
+            errors=errors, least_noise=noise, **settings,
         )  # fmt: skip
 
 
@@ -184,14 +185,12 @@ def fit_take(
         return solver, fit, own, notes + found
 
     solver, fit, own, findings = begun(setup)
-    rough = solver.trial(fit, own, rounds=_TRIAL_ROUNDS)
-    shown = _shown(take, solver, fit, own, rough) if correct_neutral else {}
-    if shown:
+    shown, errors = _shown_and_errors(take, solver, fit, own)
+    if shown and correct_neutral:
         solver, fit, own, findings = begun(replace(setup, neutral_weights=shown))
         findings += neutral_weight_findings(own, solver.laid.model, shape_names, take.source)
-        rough = solver.trial(fit, own, rounds=_TRIAL_ROUNDS)
-    errors, notes = _errors(take, solver, fit, own, rough)
-    findings += notes
+        _, errors = _shown_and_errors(take, solver, fit, own)
+    findings += marker_error_findings(errors, solver.laid.names, take.source)
     joint = solver.solve(fit, own, errors)
     larger, notes = with_found_gains(own, fit, joint, shape_names, take)
     if notes:
@@ -202,49 +201,45 @@ def fit_take(
     return FittedTake(solver.laid, fit, joint, larger, factors, errors), findings
 
 
-def _errors(
-    take: MarkerTake,
-    solver: _TakeSolver,
-    fit: FaceFit,
-    setup: RetargetSetup,
-    rough: PoseAndWeights,
-) -> tuple[FloatArray | None, list[Finding]]:
-    """Return the markers' errors (M,) [1] by a trial of the take; None where they are alike."""
-    alike = setup.solve.errors == "alike" or setup.map.form == "paper"
-    if alike or take.dimension == 2 or len(take.times) < FEWEST_FRAMES:
-        return None, []
-    model, _ = as_performed(fit, solver.shape_names, setup)
-    errors = estimate_marker_errors(
-        take.times[solver.some], rough, fit.points, model, head_moves=setup.head == "solve"
-    )
-    return errors, marker_error_findings(errors, solver.laid.names, take.source)
+def _shown_and_errors(
+    take: MarkerTake, solver: _TakeSolver, fit: FaceFit, setup: RetargetSetup
+) -> tuple[dict[str, float], FloatArray | None]:
+    """Return neutral weights by name and the markers' errors (M,) [1], by a trial of some frames.
 
-
-def _shown(
-    take: MarkerTake,
-    solver: _TakeSolver,
-    fit: FaceFit,
-    setup: RetargetSetup,
-    rough: PoseAndWeights,
-) -> dict[str, float]:
-    """Return the blend shape weights that the neutral frames show, by a trial of the take.
-
-    They refer to the character's blend shapes. {} where they are given, or not looked for.
+    {} and None where they are given, alike, or not looked for.
     """
-    known = setup.neutral is None or setup.neutral_weights or setup.solve.neutral == "given"
-    if known or setup.map.form == "paper":
-        return {}
-    names, times = solver.shape_names, take.times[solver.some]
+    options, names, is_paper = setup.solve, solver.shape_names, setup.map.form == "paper"
+    known = setup.neutral is None or setup.neutral_weights or options.neutral == "given"
+    alike = options.errors == "alike" or len(take.times) < FEWEST_FRAMES
+    alike = alike or solver.views is not None  # which have the errors of a film
+    if is_paper or (known and alike):
+        return {}, None
+    joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS)
     model, _ = as_performed(fit, names, setup)
-    shown = estimate_neutral_weights(
-        times, rough, fit.points, model, axes=take.dimension, head_moves=setup.head == "solve"
-    )
+    times, axes, head_moves = take.times[solver.some], take.dimension, setup.head == "solve"
+    errors, shown = None, {}
+    if not alike:
+        errors = estimate_marker_errors(
+            times, joint.weights, joint.displaced, fit.points, model,
+            variance=joint.regularisation.variance, axes=axes, head_moves=head_moves,
+        )  # fmt: skip
+    if not known:
+        found = estimate_neutral_weights(
+            times, joint, fit.points, model, axes=axes, head_moves=head_moves
+        )
+        shown = _on_character(found, solver, setup)
+    return shown, errors
+
+
+def _on_character(shown: FloatArray, solver: _TakeSolver, setup: RetargetSetup) -> dict[str, float]:
+    """Return neutral weights (S,) of the performer's blend shapes as those of the character's."""
+    names, model = solver.shape_names, solver.laid.model
     if setup.calibration is not None:
         # Offsets of a performer's file that have a weight in the neutral do not count.
         amplitudes, offsets = setup.calibration.of(names)
         own = (amplitudes * shown + offsets).clip(0.0, LARGEST)
         shown = np.where(shown > 0.0, own, 0.0)
-    found = solver.laid.model.from_linear(shown[None])[0].round(3).tolist()
+    found = model.from_linear(shown[None])[0].round(3).tolist()
     free = {names[shape] for shape in model.free}
     return {n: w for n, w in zip(names, found, strict=True) if w > 0.0 and n in free}
 

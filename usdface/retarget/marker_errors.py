@@ -7,13 +7,13 @@ the solve has terms for, and no reason to ignore the region.
 """
 
 import numpy as np
+from scipy.spatial import cKDTree
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.takes import visible
 
 __all__ = ["estimate_marker_errors", "marker_error_findings"]
@@ -31,6 +31,8 @@ _STILL = 1e-6
 # Error that every marker has, as a share of the face's size (the RMS radius of its markers): below
 # it none is more accurate than another. 0.06 mm on the ICT face.
 _FINEST = 0.001
+# Displacements that are used: a bound on time.
+_NUMBERS = 1_000_000
 # Nearest markers whose median error is the usual one of a place.
 _AROUND = 6
 # Errors that are so many times the usual one are reported.
@@ -39,10 +41,13 @@ _REPORTED = 2.0
 
 def estimate_marker_errors(
     times: FloatArray,
-    joint: PoseAndWeights,
+    weights: FloatArray,
+    displaced: FloatArray,
     points: FloatArray,
     model: BlendShapeEvaluator,
     *,
+    variance: float,
+    axes: int,
     head_moves: bool,
 ) -> FloatArray:
     """Estimate the markers' errors by those of the markers around them: (M,) [1], at least 1.
@@ -56,60 +61,78 @@ def estimate_marker_errors(
     Parameters
     ----------
     times : (F,) float64 [s]
-    joint : PoseAndWeights
-        The take, solved with equal errors.
+    weights : (F, S) float64
+        As solved with equal errors.
+    displaced : (F, M, 3) float64 [m]
+        Displacements of the markers on the character; NaN where occluded.
     points : (M, 3) float64 [m]
         The markers' places on the neutral character.
     model : BlendShapeEvaluator
         Of their displacements by the blend shapes: N = 3 M.
+    variance : float [m^2]
+        Of the error of a coordinate, a first guess.
+    axes : int
+        Of a marker: 2 in an image, 3 in space.
     head_moves : bool
         The head's pose was solved with the weights.
     """
-    variance = joint.regularisation.variance
-    seen = visible(joint.displaced)
-    if variance == 0.0 or not seen.any() or len(points) <= _AROUND:
+    if variance == 0.0 or len(points) <= _AROUND or not visible(displaced).any():
         return np.ones(len(points))
-    predicted = model.displacements(joint.weights)
-    left = np.where(
-        seen[..., None], joint.displaced - predicted.reshape(joint.displaced.shape), 0.0
-    )
-    moved = predicted + left.reshape(predicted.shape)
-    loadings = _loadings(joint.weights, points, model, np.sqrt(variance) if head_moves else 0.0)
-    share = seen.mean(axis=0)
-    counts = share * min(len(times), float(times[-1] - times[0]) / _ALIKE)
-    variances = np.full(len(points), variance)
+    some = slice(None, None, -(-displaced.size // _NUMBERS))
+    weights, displaced = weights[some], displaced[some]
+    seen = visible(displaced)
+    predicted = model.displacements(weights).reshape(displaced.shape)
+    moved = np.where(seen[..., None], displaced, predicted)[..., :axes]
+    shown = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
+    loadings = _face_loadings(weights, model.offsets[:, shown])
+    if head_moves:
+        loadings = np.hstack([loadings, _FREE * np.sqrt(variance) * motion_basis(points, axes)])
+    duration = float(times[-1] - times[0])
+    counts = seen.mean(axis=0) * min(len(times), duration / _ALIKE)
+    variances = _most_probable_variances(moved, seen, loadings, variance, counts)
+    variances += (_FINEST * rms_radius(points)) ** 2
+    return np.sqrt(variances / _usual(variances, points)).clip(min=1.0)
+
+
+def _face_loadings(weights: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Return displacements (N, S) [m] by independent causes of variance 1.
+
+    They make weights (F, S) move together as they do.
+    """
+    together = weights.T @ weights / len(weights) + _STILL * np.eye(weights.shape[1])
+    return np.asarray(offsets.T @ np.linalg.cholesky(together))
+
+
+def _most_probable_variances(
+    moved: FloatArray, seen: BoolArray, loadings: FloatArray, start: float, counts: FloatArray
+) -> FloatArray:
+    """Return the variance (M,) [m^2] of each marker's independent errors.
+
+    Parameters
+    ----------
+    moved : (F, M, axes) float64 [m]
+        Displacements; as predicted where they were not seen.
+    seen : (F, M) bool
+    loadings : (M * axes, K) float64 [m]
+    start : float [m^2]
+        A first guess.
+    counts : (M,) float64
+        Independent frames of each marker.
+    """
+    flat, axes = moved.reshape(len(moved), -1), moved.shape[2]
+    share = np.maximum(seen.mean(axis=0), 1e-12)
+    variances = np.full(seen.shape[1], start)
     for _ in range(_ITERATIONS):
-        errors, spread = _expected_errors(moved, loadings, np.repeat(variances, 3))
-        squares = np.where(seen, (errors.reshape(left.shape) ** 2).mean(axis=2), 0.0).mean(axis=0)
-        own = squares / np.maximum(share, 1e-12) + spread.reshape(-1, 3).mean(axis=1)
+        errors, spread = _expected_errors(flat, loadings, np.repeat(variances, axes))
+        squares = (errors.reshape(moved.shape) ** 2).mean(axis=2)
+        own = np.where(seen, squares, 0.0).mean(axis=0) / share
+        own += spread.reshape(-1, axes).mean(axis=1)
         found = (counts * own + _PRIOR * float(np.median(own))) / (counts + _PRIOR)
         settled = np.abs(np.log(found / variances)).max() < _SETTLED
         variances = found
         if settled:
             break
-    variances += (_FINEST * rms_radius(points)) ** 2
-    return np.sqrt(variances / _usual(variances, points)).clip(min=1.0)
-
-
-def _usual(variances: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the median variance of the markers around each of those at `points` (M, 3): (M,)."""
-    apart = ((points[:, None] - points) ** 2).sum(axis=2)
-    nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : _AROUND + 1]
-    return np.asarray(np.median(variances[nearest], axis=1))
-
-
-def _loadings(
-    weights: FloatArray, points: FloatArray, model: BlendShapeEvaluator, free: float
-) -> FloatArray:
-    """Return displacements (N, K) [m] by independent causes of variance 1, those of the face first.
-
-    Weights (F, S) move together as they are; the head moves `free` times `_FREE` [m], if at all.
-    """
-    together = weights.T @ weights / len(weights) + _STILL * np.eye(weights.shape[1])
-    causes = model.offsets.T @ np.linalg.cholesky(together)
-    if free == 0.0:
-        return causes
-    return np.hstack([causes, _FREE * free * motion_basis(points, 3)])
+    return variances
 
 
 def _expected_errors(
@@ -125,21 +148,28 @@ def _expected_errors(
     return errors, ((loadings @ spread) * loadings).sum(axis=1)
 
 
-def marker_error_findings(errors: FloatArray, names: tuple[str, ...], source: str) -> list[Finding]:
+def _usual(variances: FloatArray, points: FloatArray) -> FloatArray:
+    """Return the median variance of the markers around each of those at `points` (M, 3): (M,)."""
+    nearest = cKDTree(points).query(points, _AROUND + 1)[1]
+    return np.asarray(np.median(variances[nearest[:, 1:]], axis=1))
+
+
+def marker_error_findings(
+    errors: FloatArray | None, names: tuple[str, ...], source: str
+) -> list[Finding]:
     """Return the finding that markers count less, if the error of one is much larger than usual.
 
     Parameters
     ----------
-    errors : (M,) float64 [1]
-        As estimated.
+    errors : (M,) float64 [1] or None
+        As estimated; None = alike.
     names : tuple of str, length M
     source : str
         The take.
     """
-    large = np.flatnonzero(errors > _REPORTED)
-    if not len(large):
+    if errors is None or errors.max() <= _REPORTED:
         return []
-    worst = int(errors.argmax())
+    large, worst = np.flatnonzero(errors > _REPORTED), int(errors.argmax())
     message = (
         "{marker_count} of the markers move unlike the face around them, most of all {marker}, "
         "whose error is {error_ratio:.1f} times the usual one there: they count less. The cause "

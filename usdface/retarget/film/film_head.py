@@ -17,12 +17,15 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.face.dot_skin import DotSkin
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
+from usdface.retarget.film.filmed_errors import filmed_marker_errors
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.filmed_places import refined_shifts
 from usdface.retarget.film.filmed_take import FilmedTake, Sized, as_they_are
 from usdface.retarget.film.focal_length import film_camera
+from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.film.solved_film import SolvedFilm, solve_film
 from usdface.retarget.film.views import Views
+from usdface.retarget.marker_errors import marker_error_findings
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.places import MOST_MARKERS, guess_in_image
 from usdface.takes import MarkerTake, visible
@@ -44,6 +47,8 @@ _PLACE_ROUNDS = 3
 # steps, with a search for single markers, may lead too far; then come such shares of steps without.
 _LOWER = 0.01
 _SHARE = 0.25
+# The head is solved anew where the error of a marker is so many times the usual one. Set by hand.
+_WORTH = 2.0
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
 
@@ -79,6 +84,7 @@ def film_head(
     *,
     sized: Sized = as_they_are,
     refined: bool = True,
+    weighted: bool = True,
     shown: FloatArray | float = 0.0,
 ) -> tuple[FilmedFace | None, list[Finding]]:
     """Find how a head moved before the camera that filmed it.
@@ -100,6 +106,8 @@ def film_head(
         Makes of the character's blend shapes those of a calibrated performer.
     refined : bool
         Markers may sit beside their vertices.
+    weighted : bool
+        Markers that move unlike the face around them count less.
     shown : (M, 2) float64 [px], or 0
         Displacements of the M markers of the film in its neutral frames, by weights that they show.
 
@@ -121,18 +129,48 @@ def film_head(
         return None, [finding("HEAD_IN_PLANE", take.source, message, len(used), FEWEST_FILMED)]
     bound = np.array(known)[used]
     own = np.array([take.names.index(markers[k]) for k in bound.tolist()])
-    skin, shifts = surface.skin, np.zeros((len(markers), 3))
+    skin = surface.skin
     film = FilmedTake(take.with_markers(own), skin.select(bound), neutral, sized, shown)
     camera, findings = film_camera(film, partial(solve, skin))
-    solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS)
-    if refined and len(bound) <= MOST_MARKERS:
-        solved, skin, shifts = _with_places(solved, surface, bound, solve)
+    errors = np.ones(len(bound))
+    solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
+    if weighted:
+        errors = filmed_marker_errors(solved)
+    if (errors > _WORTH).any():
+        solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
+        # A part of the errors was hidden by what these markers did to the places of all.
+        errors = filmed_marker_errors(solved)
+        solved = solve_film(
+            solved.film, camera, partial(solve, skin), _LAST_ROUNDS, solved.depths, solved.weights,
+            errors=errors,
+        )  # fmt: skip
     if len(solved.weights) < len(film.image):
         solved = solve_film(
             replace(film, skin=skin.select(bound)), camera, partial(solve, skin), _LAST_ROUNDS,
-            solved.depths, solved.weights_at(film.take.times), refined=False,
+            solved.depths, solved.weights_at(film.take.times), errors=errors, refined=False,
         )  # fmt: skip
+    findings += marker_error_findings(errors, film.take.names, take.source)
     return FilmedFace(solved.head, skin, shifts), findings
+
+
+def _on_skin(
+    film: FilmedTake,
+    camera: PinholeCamera,
+    surface: MarkerSurface,
+    bound: IntArray,
+    solve: SolveOnSkin,
+    errors: FloatArray,
+    refined: bool,
+) -> tuple[SolvedFilm, DotSkin, FloatArray]:
+    """Solve some frames of a film; return them, the skin under its markers, and their shifts.
+
+    Parameters are those of `film_head`, `_with_places` and `solve_film`.
+    """
+    skin, shifts = surface.skin, np.zeros((len(surface.vertices), 3))
+    solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS, errors=errors)
+    if refined and len(bound) <= MOST_MARKERS:
+        return _with_places(solved, surface, bound, solve)
+    return solved, skin, shifts
 
 
 def _with_places(
@@ -163,6 +201,7 @@ def _with_places(
         again = solve_film(
             replace(solved.film, skin=moved.select(bound)), solved.head.camera,
             partial(solve, moved), _PLACE_ROUNDS, solved.depths, solved.weights,
+            errors=solved.head.errors,
         )  # fmt: skip
         before = solved.left
         if again.left < before:

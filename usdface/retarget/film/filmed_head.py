@@ -40,6 +40,8 @@ class FilmedHead:
         From the mean of the skin under each dot to the dot's centre in the image.
     facing : (F, M) float64
         Foreshortening of each dot's area in the image.
+    errors : (M,) float64 [1]
+        Of the markers, by the usual one (`usdface.retarget.film.filmed_errors`).
     """
 
     markers: tuple[str, ...]
@@ -50,6 +52,7 @@ class FilmedHead:
     rest_pose: Pose
     beside: FloatArray
     facing: FloatArray
+    errors: FloatArray
 
     @property
     def motion(self) -> Pose:
@@ -95,7 +98,7 @@ class FilmedHead:
         result = self.still(take)
         positions = result.positions.copy()
         positions[:, own] = self.rest[:, :2] + projected
-        views = Views(self.markers, slopes, certainty(self.facing, visible(left)))
+        views = Views(self.markers, slopes, certainty(self.facing, visible(left)) / self.errors)
         return replace(result, positions=positions), views
 
     def _columns(self, take: MarkerTake) -> list[int]:

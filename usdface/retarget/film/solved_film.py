@@ -39,7 +39,7 @@ class SolvedFilm:
     head : FilmedHead
     weights : (F, S) float64
     left : float [px]
-        RMS residual in the image.
+        RMS residual in the image, by the errors of the markers.
     """
 
     film: FilmedTake
@@ -66,6 +66,7 @@ def solve_film(
     depths: FloatArray | None = None,
     weights: FloatArray | None = None,
     *,
+    errors: FloatArray | None = None,
     refined: bool = True,
 ) -> SolvedFilm:
     """Solve poses and weights alternately.
@@ -81,6 +82,8 @@ def solve_film(
         Of the resting markers, a first guess; else those of the character.
     weights : (F, S) float64, optional
         A first guess.
+    errors : (M,) float64 [1], optional
+        Of the markers, by the usual one; equal, if left out.
     refined : bool
         Depths are refined where weights are known.
     """
@@ -88,6 +91,7 @@ def solve_film(
     look = start_pose(film.face, film.rest[None], camera)
     look, _ = fit_pose(film.face, film.rest[None], camera, look)
     deep = film.face[:, 2] if depths is None else depths
+    errors = np.ones(len(deep)) if errors is None else errors
     guessed = weights is not None
     if weights is None:
         weights = np.zeros((count, len(skin.evaluator.offsets)))
@@ -97,7 +101,7 @@ def solve_film(
         moved = film.moved(weights)
         beside = dot_centre_offsets(skin, weights, pose, camera)
         facing = foreshortening(skin, weights, pose, camera)
-        sure = certainty(facing, visible(film.image))
+        sure = certainty(facing, visible(film.image)) / errors
         film = filmed.without(beside)
         look, _ = fit_pose(film.face, film.rest[None], camera, look)
         rest = camera.at_depths(film.rest[None], look, deep)[0]
@@ -106,8 +110,8 @@ def solve_film(
             deep = refined_depths(film, camera, look, pose, rest, moved, sure)
             rest = camera.at_depths(film.rest[None], look, deep)[0]
             pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
-        head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing)
-        left = _rms(film.image - camera.image(pose.to_take(rest + moved)))
+        head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing, errors)
+        left = _rms((film.image - camera.image(pose.to_take(rest + moved))) / errors[:, None])
         still = head.still(filmed.take).positions
         if done > 1 and _rms(still - before) < _SETTLED * left / head.metre:
             break
