@@ -1,6 +1,7 @@
 """Weights from the image of one camera before which the head turns.
 
-    python -m benchmarks.one_camera [--frames N] [--part end] [--beside | --unnamed | --neutrals]
+    python -m benchmarks.one_camera [--frames N] [--part end]
+        [--beside | --unnamed | --neutrals | --tracks]
 
 Recorded curves on the ICT face with 68 landmarks (without the real data: of the example head),
 seen through a perspective camera half a metre away with noise of 0.35 px. Columns: the head removed
@@ -16,6 +17,9 @@ neutral frames found, and named.
 
 `--neutrals` has neutral frames that show some blend shapes. Columns: taken as they are, and with
 weights that are found.
+
+`--tracks` has dots whose tracks jump to another spot (3 % of the face's width), drift (2 %) or
+tremble (1 %). Columns: all dots count alike, and by their errors.
 """
 
 import argparse
@@ -34,7 +38,7 @@ from usdface.binding.bound_neutral import bound_neutral
 from usdface.face.bound_face import bound_face
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
-from usdface.options import SolveNeutral, SolveOptions, SolvePlaces
+from usdface.options import SolveErrors, SolveNeutral, SolveOptions, SolvePlaces
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -46,6 +50,7 @@ SIZE, NOISE, REST = (1280, 960), 0.35, 15
 ANGLES = (0.0, 8.0, 20.0, 35.0)
 BEND = 0.004  # of another performer [m]
 BESIDE = 0.004  # m
+FAULTS = {"no fault": 0, "two jump": 2, "four drift": 4, "four tremble": 4}
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +74,7 @@ def main() -> None:
     parser.add_argument("--beside", action="store_true")
     parser.add_argument("--unnamed", action="store_true")
     parser.add_argument("--neutrals", action="store_true")
+    parser.add_argument("--tracks", action="store_true")
     parsed = parser.parse_args()
     part = PARTS[parsed.part]
     face = ict(DATA) if has_real_data(DATA) else example()
@@ -79,6 +85,8 @@ def main() -> None:
         return unnamed(face, part)
     if parsed.neutrals:
         return neutrals(face, part)
+    if parsed.tracks:
+        return tracks(face, part)
     print("| performer | head | first order | focal length given | unknown | pose [degrees] |")
     print("|---|---|---|---|---|---|")
     for who, performer in (("the character", face), ("another", bent(face, part.seed, BEND))):
@@ -147,6 +155,41 @@ def neutrals(face: Face, part: Part) -> None:
                 errors.append(off(face, weights.weights))
             head = f"turns by {angle:g} degrees" if angle else "rests"
             print(f"| {who} | {head} | {name} | {errors[1]:.3f} | {errors[0]:.3f} |")
+
+
+def tracks(face: Face, part: Part) -> None:
+    """Print the errors of a film in which the tracks of some dots are off."""
+    print("| performer | head | tracks | all count alike | errors found |")
+    print("|---|---|---|---|---|")
+    for who, performer in (("the character", face), ("another", bent(face, part.seed, BEND))):
+        for angle, fault in product((0.0, 20.0), FAULTS):
+            take, _ = film(face, performer, angle, part)
+            take = with_fault(replace(take, focal_length=part.focal_length), fault, part.seed)
+            errors = []
+            for counted in get_args(SolveErrors):
+                setup = setup_of(face)
+                setup = replace(setup, solve=replace(setup.solve, errors=counted))
+                weights, _, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+                errors.append(off(face, weights.weights))
+            head = f"turns by {angle:g} degrees" if angle else "rests"
+            print(f"| {who} | {head} | {fault} | {errors[1]:.3f} | {errors[0]:.3f} |")
+
+
+def with_fault(take: MarkerTake, fault: str, seed: int) -> MarkerTake:
+    """Return a take in which the tracks of some dots are off by a share of the face's width."""
+    rng, positions = np.random.default_rng([3000, seed]), take.positions.copy()
+    count, markers, _ = positions.shape
+    width = float(np.ptp(positions[0, :, 0]))
+    some = rng.choice(markers, FAULTS[fault], replace=False)
+    ways = rng.normal(size=(len(some), 2))
+    ways *= width / np.linalg.norm(ways, axis=1, keepdims=True)
+    if fault == "two jump":
+        positions[count // 2 :, some] += 0.03 * ways
+    if fault == "four drift":
+        positions[:, some] += np.linspace(0.0, 0.02, count)[:, None, None] * ways
+    if fault == "four tremble":
+        positions[:, some] += 0.01 * width * rng.normal(size=(count, len(some), 2))
+    return replace(take, positions=positions)
 
 
 def vertices_beside(face: Face, away: float, seed: int) -> IntArray:

@@ -16,6 +16,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
+from benchmarks.performers.bad_tracks import TRACKS, errors_with_tracks, with_tracks
 from benchmarks.performers.given_values import errors_with_given_values
 from benchmarks.performers.shown_neutral import NEUTRALS, errors_with_neutral, with_neutral
 from benchmarks.performers.solvers import SOLVERS, write_character
@@ -45,6 +46,9 @@ def main() -> None:
     parser.add_argument(
         "--neutrals", action="store_true", help="takes whose neutral frames show something; 20 s"
     )
+    parser.add_argument(
+        "--tracks", action="store_true", help="takes in which some markers are off; 20 s"
+    )
     parser.add_argument("--data", type=Path, default=DATA, metavar="DIR")
     parsed = parser.parse_args()
     if not has_real_data(parsed.data):
@@ -56,6 +60,9 @@ def main() -> None:
         return
     if parsed.neutrals:
         print_neutrals(parsed.data, face, numbers)
+        return
+    if parsed.tracks:
+        print_tracks(parsed.data, face, numbers)
         return
     if parsed.given:
         print_given(parsed.data, face)
@@ -125,6 +132,22 @@ def print_neutrals(data: Path, face: Face, numbers: Sequence[int]) -> None:
                 for column in ("the neutral shows", *found[0]):
                     table.add_column(column, justify="right")
             table.add_row(neutral, *mean_cells(face, found))
+    Console(width=160).print(table)
+
+
+def print_tracks(data: Path, face: Face, numbers: Sequence[int]) -> None:
+    """Print errors of takes in which some markers are off, in the mean of performers."""
+    names = ", ".join(str(number) for number in numbers)
+    table = Table(title=f"weight RMS error / skin \\[mm], performers {names}")
+    with tempfile.TemporaryDirectory() as folder:
+        character = write_character(face, Path(folder))
+        for fault in TRACKS:
+            takes = [with_tracks(data, n, fault, face) for n in numbers]
+            found = [errors_with_tracks(take, face, character) for take in takes]
+            if not table.columns:
+                for column in ("markers that are off", *found[0]):
+                    table.add_column(column, justify="right")
+            table.add_row(fault, *mean_cells(face, found))
     Console(width=160).print(table)
 
 

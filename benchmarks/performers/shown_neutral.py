@@ -9,10 +9,17 @@ from benchmarks.performers.worlds import JUDGED_ON, ROWS, Performance, perform
 from benchmarks.solve.faces import Face
 from usdface.arrays import FloatArray
 
-__all__ = ["NEUTRALS", "errors_with_neutral", "shown_weights", "with_neutral"]
+__all__ = [
+    "BUILT_ON_20_S",
+    "JUDGED_ON_20_S",
+    "NEUTRALS",
+    "errors_with_neutral",
+    "shown_weights",
+    "with_neutral",
+]
 
 # Frames of the recorded curves, 20 s: what the estimate was built with, and what judges it.
-_BUILT_ON, _JUDGED_ON = slice(600, 1200), slice(2915, 3515)
+BUILT_ON_20_S, JUDGED_ON_20_S = slice(600, 1200), slice(2915, 3515)
 # Weights of blend shapes by the beginning of their name, both sides.
 NEUTRALS: dict[str, dict[str, float]] = {
     "nothing": {},
@@ -49,7 +56,7 @@ def shown_weights(name: str, shape_names: tuple[str, ...], seed: int) -> FloatAr
 def with_neutral(data: Path, number: int, name: str, shape_names: tuple[str, ...]) -> Performance:
     """Return a take of performer `number` whose neutral frames show a neutral of `NEUTRALS`."""
     shown = shown_weights(name, shape_names, number)
-    part = _JUDGED_ON if number in JUDGED_ON else _BUILT_ON
+    part = JUDGED_ON_20_S if number in JUDGED_ON else BUILT_ON_20_S
     return perform(data, number, ROWS[0], part=part, shown=shown)
 
 
