@@ -12,6 +12,8 @@ def test_the_folder_lies_in_the_users_cache(
     assert user_cache_folder("x") == Path.home() / ".cache" / "usdface" / "x"
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert user_cache_folder("x") == tmp_path / "usdface" / "x"
+    monkeypatch.setenv("XDG_CACHE_HOME", "not/absolute")
+    assert user_cache_folder("x") == Path.home() / ".cache" / "usdface" / "x"
     assert not list(tmp_path.iterdir())
 
 

@@ -75,7 +75,8 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     away = _rms_distances(solution)
     motion = _rms_motion(solution)
     noise = np.sqrt(3.0) * solution.noise
-    unexplained = float(np.sqrt(max(np.nanmean(away**2) - noise**2, 0.0)))
+    by_errors = away if solution.errors is None else away / solution.errors
+    unexplained = float(np.sqrt(max(np.nanmean(by_errors**2) - noise**2, 0.0)))
     seen = visible(take.positions)[:, [take.names.index(name) for name in markers]]
     hidden = 1.0 - seen.mean(axis=0)
     found = {

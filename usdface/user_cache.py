@@ -13,7 +13,8 @@ def user_cache_folder(name: str) -> Path | None:
     None for a user who has no home.
     """
     try:
-        home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+        named = Path(os.environ.get("XDG_CACHE_HOME", ""))
+        home = named if named.is_absolute() else Path.home() / ".cache"
     except RuntimeError:
         return None
-    return Path(home, "usdface", name)
+    return home / "usdface" / name

@@ -1,3 +1,4 @@
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -5,10 +6,11 @@ import pytest
 from worlds import NEUTRAL, World, make_world
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import MapOptions, SolveOptions
+from usdface.retarget.calibration import calibrate_take
 from usdface.retarget.marker_errors import estimate_marker_errors, marker_error_findings
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import fit_map
@@ -26,6 +28,7 @@ MODEL = BlendShapeEvaluator(0.004 * RNG.normal(size=(SHAPES, 3 * MARKERS)))
 TIMES = np.arange(FRAMES) / 30.0
 WEIGHTS = RNG.uniform(0.0, 1.0, (FRAMES, SHAPES))
 USUAL = 3e-4
+ASIDE = (0.003, -0.004, 0.0)
 
 
 def performed(
@@ -149,14 +152,13 @@ def world() -> World:
     return make_world()
 
 
-def slipped(world: World) -> tuple[MarkerTake, str]:
+def slipped(world: World, name: str = "cheek_l", aside: Sequence[float] = ASIDE) -> MarkerTake:
     """The take, twice as long, with noise; from the middle on a marker sits 5 mm aside."""
     positions = np.concatenate([world.take.positions, world.take.positions[NEUTRAL:][::-1]])
     positions = positions + 2e-4 * np.random.default_rng(1).normal(size=positions.shape)
-    slips = world.take.names.index("cheek_l")
-    positions[len(positions) // 2 :, slips] += [0.003, -0.004, 0.0]
+    positions[len(positions) // 2 :, world.take.names.index(name)] += aside
     times = np.arange(len(positions)) / world.take.rate
-    return replace(world.take, positions=positions, times=times), "cheek_l"
+    return replace(world.take, positions=positions, times=times)
 
 
 def solved(world: World, take: MarkerTake, options: SolveOptions) -> tuple[Solution, list[Finding]]:
@@ -174,7 +176,7 @@ def off(world: World, solution: Solution) -> float:
 
 
 def test_a_marker_that_slips_counts_less(world: World) -> None:
-    take, name = slipped(world)
+    take, name = slipped(world), "cheek_l"
     found, findings = solved(world, take, SolveOptions())
     alike, silent = solved(world, take, SolveOptions(errors="alike"))
     assert off(world, found) < 0.7 * off(world, alike)
@@ -185,8 +187,32 @@ def test_a_marker_that_slips_counts_less(world: World) -> None:
     assert "MARKER_INACCURATE" not in [each.code for each in silent]
 
 
+def test_a_marker_that_slips_is_no_expression(world: World) -> None:
+    """Neither one that the neutral frames show, nor a gain, nor an offset of a performer's file."""
+    take = slipped(world, "brow_mid_r", [0.0, 0.006, 0.0])
+    found, findings = solved(world, take, SolveOptions())
+    codes = [each.code for each in findings]
+    assert "NEUTRAL_SHOWS" not in codes and "MARKER_INACCURATE" in codes
+    assert off(world, found) < 0.5 * off(
+        world, solved(world, take, SolveOptions(errors="alike"))[0]
+    )
+    take = slipped(world, "corner_r", [0.003, -0.004, 0.0])
+    assert "GAIN_FOUND" not in [each.code for each in solved(world, take, SolveOptions())[1]]
+
+
+def test_calibration_learns_no_slip(world: World) -> None:
+    mesh, take = world.rig.meshes[0], slipped(world, "corner_r", [0.0, 0.0, 0.006])
+    vertices = np.array([world.points[name] for name in take.names])
+    setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
+    found, _ = calibrate_take(
+        take, mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names, setup,
+        evaluator_of(mesh, vertices)[0], False, None,
+    )  # fmt: skip
+    assert found.calibration.offsets.max() < 0.02
+
+
 def test_few_frames_say_nothing_of_the_markers(world: World) -> None:
-    take, _ = slipped(world)
+    take = slipped(world)
     few = FEWEST_FRAMES - 1
     short = replace(take, positions=take.positions[:few], times=take.times[:few])
     assert solved(world, short, SolveOptions())[0].errors is None

@@ -129,7 +129,7 @@ def calibrate_take(
         )
     model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
     # What the neutral frames show is the file's offsets.
-    own = replace(setup.solve, gains="given", shrinkage="kept", neutral="given")
+    own = replace(setup.solve, gains="given", shrinkage="kept", neutral="given", errors="alike")
     setup = replace(setup, solve=own)
     uncalibrated = replace(setup, calibration=None)
     solution, findings = solve_take(

@@ -105,7 +105,7 @@ def confidence_of(
     room : float [m]
         Least distance between places for more markers; fewer are found where there is no room.
     errors : (M,) float64 [1], optional
-        Of the markers, by that of the typical one, as more markers would have; equal, if left out.
+        Of the markers (`usdface.retarget.marker_errors`), 1 for more of them; equal, if left out.
     """
     count = len(offsets)
     motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))

@@ -39,6 +39,9 @@ __all__ = ["FittedTake", "fit_take"]
 # rounds errors of the performers that the solve was built with are the same.
 _TRIAL_FRAMES = 1000
 _TRIAL_ROUNDS = 8
+# The trial is solved anew, for what the neutral frames show, where the error of a marker is so many
+# times the usual one: its slip would be taken for an expression.
+_WORTH = 2.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,7 +59,7 @@ class FittedTake:
     factors : (S,) float64 [1]
         On the weights, of brows that the solve shrank.
     errors : (M,) float64 [1] or None
-        Of the markers, by the typical one's; None = alike.
+        Of the markers, by those around them; None = alike.
     """
 
     laid: LaidMarkers
@@ -192,7 +195,7 @@ def fit_take(
         _, errors = _shown_and_errors(take, solver, fit, own)
     findings += marker_error_findings(errors, solver.laid.names, take.source)
     joint = solver.solve(fit, own, errors)
-    larger, notes = with_found_gains(own, fit, joint, shape_names, take)
+    larger, notes = with_found_gains(own, fit, joint, shape_names, take, errors)
     if notes:
         joint = solver.solve(fit, larger, errors, joint.pose)
     factors = restoring_factors(larger, fit, joint, shape_names, take, surface)
@@ -224,8 +227,10 @@ def _shown_and_errors(
             variance=joint.regularisation.variance, axes=axes, head_moves=head_moves,
         )  # fmt: skip
     if not known:
+        if errors is not None and (errors > _WORTH).any():
+            joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS, errors=errors)
         found = estimate_neutral_weights(
-            times, joint, fit.points, model, axes=axes, head_moves=head_moves
+            times, joint, fit.points, model, errors, axes=axes, head_moves=head_moves
         )
         shown = _on_character(found, solver, setup)
     return shown, errors

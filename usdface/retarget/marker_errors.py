@@ -62,7 +62,7 @@ def estimate_marker_errors(
     ----------
     times : (F,) float64 [s]
     weights : (F, S) float64
-        As solved with equal errors.
+        As solved.
     displaced : (F, M, 3) float64 [m]
         Displacements of the markers on the character; NaN where occluded.
     points : (M, 3) float64 [m]
@@ -88,7 +88,7 @@ def estimate_marker_errors(
     if head_moves:
         loadings = np.hstack([loadings, _FREE * np.sqrt(variance) * motion_basis(points, axes)])
     duration = float(times[-1] - times[0])
-    counts = seen.mean(axis=0) * min(len(times), duration / _ALIKE)
+    counts = seen.mean(axis=0) * min(len(displaced), duration / _ALIKE)
     variances = _most_probable_variances(moved, seen, loadings, variance, counts)
     variances += (_FINEST * rms_radius(points)) ** 2
     return np.sqrt(variances / _usual(variances, points)).clip(min=1.0)
@@ -151,7 +151,9 @@ def _expected_errors(
 def _usual(variances: FloatArray, points: FloatArray) -> FloatArray:
     """Return the median variance of the markers around each of those at `points` (M, 3): (M,)."""
     nearest = cKDTree(points).query(points, _AROUND + 1)[1]
-    return np.asarray(np.median(variances[nearest[:, 1:]], axis=1))
+    own = nearest == np.arange(len(points))[:, None]
+    others = np.take_along_axis(nearest, np.argsort(own, axis=1, kind="stable"), axis=1)
+    return np.asarray(np.median(variances[others[:, :-1]], axis=1))
 
 
 def marker_error_findings(

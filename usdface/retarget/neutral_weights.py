@@ -66,6 +66,7 @@ def estimate_neutral_weights(
     joint: PoseAndWeights,
     points: FloatArray,
     model: BlendShapeEvaluator,
+    errors: FloatArray | None = None,
     *,
     axes: int,
     head_moves: bool,
@@ -85,12 +86,14 @@ def estimate_neutral_weights(
         The markers' places on the neutral character.
     model : BlendShapeEvaluator
         Of their displacements by the blend shapes: N = 3 M.
+    errors : (M,) float64 [1], optional
+        Of the markers (`usdface.retarget.marker_errors`); equal, if left out.
     axes : int
         Of a marker: 2 in an image, 3 in space.
     head_moves : bool
         The head's pose was solved with the weights.
     """
-    moved, shapes = _in_errors(times, joint, points, model, axes, head_moves)
+    moved, shapes = _in_errors(times, joint, points, model, errors, axes, head_moves)
     found = np.zeros(len(model.offsets))
     if len(moved) < _FEWEST_WINDOWS or not shapes.any():
         return found
@@ -117,6 +120,7 @@ def _in_errors(
     joint: PoseAndWeights,
     points: FloatArray,
     model: BlendShapeEvaluator,
+    errors: FloatArray | None,
     axes: int,
     head_moves: bool,
 ) -> tuple[FloatArray, FloatArray]:
@@ -128,9 +132,11 @@ def _in_errors(
     seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
     moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
     lasting = joint.regularisation.lasting_variance + (_ERROR * rms_radius(points)) ** 2
+    each = np.ones(len(seen)) if errors is None else np.repeat(errors, axes)
+    moved, shapes = moved / each, shapes / each
     error = np.sqrt(joint.regularisation.noise**2 / frames + lasting)
     if head_moves:
-        rigid = motion_basis(points, axes)
+        rigid = np.linalg.qr(motion_basis(points, axes) / each[:, None])[0]
         moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
     return moved / error, shapes / error
 

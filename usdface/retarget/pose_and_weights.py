@@ -102,7 +102,7 @@ def solve_pose_and_weights(
     names : tuple of str, length S
         The blend shapes; needed for pins, symmetry and gaze.
     errors : (M,) float64 [1], optional
-        Of the markers, by the typical one's (`usdface.retarget.marker_errors`); equal, if left out.
+        Of the markers (`usdface.retarget.marker_errors`); equal, if left out.
     neutral_frames : (M,) int64, optional
         Number of frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int

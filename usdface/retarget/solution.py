@@ -67,7 +67,7 @@ class Solution:
     neutral_weights : mapping of str to float
         Blend shape weights that the neutral frames show, which `neutral` is without.
     errors : (M,) float64 [1] or None
-        Of the markers, by the typical one's; None = alike.
+        Of the markers, by those around them; None = alike.
     """
 
     weights: WeightsTake

@@ -64,6 +64,7 @@ def with_found_gains(
     joint: PoseAndWeights,
     shape_names: tuple[str, ...],
     take: MarkerTake,
+    errors: FloatArray | None = None,
 ) -> tuple[RetargetSetup, list[Finding]]:
     """Return the setup with the gains of movements that exceed the character's; itself if none do.
 
@@ -75,6 +76,8 @@ def with_found_gains(
         The take solved without them.
     shape_names : tuple of str, length S
     take : MarkerTake
+    errors : (M,) float64 [1], optional
+        Of the markers (`usdface.retarget.marker_errors`); equal, if left out.
     """
     model, _ = as_performed(fit, shape_names, setup)
     wanted = setup.solve.gains == "found" and setup.map.form != "paper"
@@ -90,6 +93,7 @@ def with_found_gains(
         joint.regularisation,
         moving_head=setup.head == "solve",
         within=(0.0, AMPLITUDE_RANGE[1]),
+        errors=errors,
     )
     gains = take_amplitudes(held_peaks(weights, take.times), deviations)
     beyond = np.flatnonzero(gains > 1.0)

@@ -52,7 +52,7 @@ class TakeEstimates:
     factors : (S,) float64 [1]
         On the weights, of brows that the solve shrank.
     errors : (M,) float64 [1] or None
-        Of the markers, by the typical one's; None = alike.
+        Of the markers, by those around them; None = alike.
     """
 
     markers: tuple[str, ...]

@@ -35,7 +35,7 @@ class TakeRows:
     rigid : (M * axes, K) float64
         Orthonormal small head motions, K = 6 or 0.
     errors : (M * axes,) float64 [1]
-        Of a coordinate, by the typical marker's.
+        Of a coordinate, by those of the markers around it.
     weighted : BlendShapeEvaluator
         `model` by the errors.
     weighted_rigid : (M * axes, K) float64

@@ -27,6 +27,7 @@ def weights_in_wide_bounds(
     *,
     moving_head: bool,
     within: tuple[float, float],
+    errors: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Solve displacements with weights in wider bounds than 0 to 1.
 
@@ -45,6 +46,8 @@ def weights_in_wide_bounds(
         The head's motion is unknown.
     within : (float, float)
         Least and largest weight.
+    errors : (M,) float64 [1], optional
+        Of the markers (`usdface.retarget.marker_errors`); equal, if left out.
 
     Returns
     -------
@@ -52,11 +55,13 @@ def weights_in_wide_bounds(
     deviations : (S,) float64
         Standard deviation of each weight, by noise and misfit.
     """
-    shapes = offsets.reshape(len(offsets), -1)
+    axes = displacements.shape[2]
+    each = np.ones(rest.shape[0] * axes) if errors is None else np.repeat(errors, axes)
+    shapes = offsets.reshape(len(offsets), -1) / each
     if moving_head:
-        rigid = motion_basis(rest, displacements.shape[2])
+        rigid = np.linalg.qr(motion_basis(rest, axes) / each[:, None])[0]
         shapes = shapes - (shapes @ rigid) @ rigid.T
-    observed = displacements.reshape(len(displacements), -1)
+    observed = displacements.reshape(len(displacements), -1) / each
     normal, right = shapes @ shapes.T, observed @ shapes.T
     plain = regularisation.unlearned()
     learned = with_learned_covariance(normal, right, times, plain)

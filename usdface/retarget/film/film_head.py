@@ -134,9 +134,9 @@ def film_head(
     camera, findings = film_camera(film, partial(solve, skin))
     errors = np.ones(len(bound))
     solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
-    if weighted:
-        errors = filmed_marker_errors(solved)
-    if (errors > _WORTH).any():
+    found = filmed_marker_errors(solved) if weighted else errors
+    if (found > _WORTH).any():
+        errors = found
         solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
         # A part of the errors was hidden by what these markers did to the places of all.
         errors = filmed_marker_errors(solved)

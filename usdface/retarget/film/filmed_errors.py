@@ -14,7 +14,7 @@ __all__ = ["filmed_marker_errors"]
 
 
 def filmed_marker_errors(solved: SolvedFilm) -> FloatArray:
-    """Return the errors of the markers of a film that was solved with equal ones: (M,) [1]."""
+    """Return the errors of the markers of a solved film, by those around them: (M,) [1]."""
     film, head = solved.film, solved.head
     take, views = head.projected(film.take)
     # What the image shows beside the solved place, in head space.

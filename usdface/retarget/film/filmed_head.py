@@ -41,7 +41,7 @@ class FilmedHead:
     facing : (F, M) float64
         Foreshortening of each dot's area in the image.
     errors : (M,) float64 [1]
-        Of the markers, by the usual one (`usdface.retarget.film.filmed_errors`).
+        Of the markers (`usdface.retarget.film.filmed_errors`).
     """
 
     markers: tuple[str, ...]

@@ -83,7 +83,7 @@ def solve_film(
     weights : (F, S) float64, optional
         A first guess.
     errors : (M,) float64 [1], optional
-        Of the markers, by the usual one; equal, if left out.
+        Of the markers; equal, if left out.
     refined : bool
         Depths are refined where weights are known.
     """

@@ -20,7 +20,7 @@ class Views:
         Derivative of a marker's image position by its position in head space. For a frontal face it
         is the first two axes.
     certainty : (F, M) float64
-        The deviation of the take over that of the sample: 1 in the quadratic mean, 0 = no
+        The deviation of the take over that of the sample, by the errors of the markers; 0 = no
         information.
     """
 
