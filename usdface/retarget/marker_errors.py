@@ -35,6 +35,8 @@ _FINEST = 0.001
 _NUMBERS = 1_000_000
 # Nearest markers whose median error is the usual one of a place.
 _AROUND = 6
+# Errors up to the first number are chance, from the second on they are as found.
+_CHANCE = (1.25, 2.0)
 # Errors that are so many times the usual one are reported.
 _REPORTED = 2.0
 
@@ -91,7 +93,9 @@ def estimate_marker_errors(
     counts = seen.mean(axis=0) * min(len(displaced), duration / _ALIKE)
     variances = _most_probable_variances(moved, seen, loadings, variance, counts)
     variances += (_FINEST * rms_radius(points)) ** 2
-    return np.sqrt(variances / _usual(variances, points)).clip(min=1.0)
+    found = np.sqrt(variances / _usual(variances, points))
+    chance, sure = _CHANCE
+    return np.minimum(found, 1.0 + (found - chance) * (sure - 1.0) / (sure - chance)).clip(min=1.0)
 
 
 def _face_loadings(weights: FloatArray, offsets: FloatArray) -> FloatArray:
