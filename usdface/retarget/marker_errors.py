@@ -33,6 +33,8 @@ _STILL = 1e-6
 _FINEST = 0.001
 # Displacements that are used: a bound on time.
 _NUMBERS = 1_000_000
+# Least variance, by the first guess.
+_ROUNDING = 1e-6
 # Nearest markers whose median error is the usual one of a place.
 _AROUND = 6
 # Errors up to the first number are chance, from the second on they are as found.
@@ -91,8 +93,9 @@ def estimate_marker_errors(
         loadings = np.hstack([loadings, _FREE * np.sqrt(variance) * motion_basis(points, axes)])
     duration = float(times[-1] - times[0])
     counts = seen.mean(axis=0) * min(len(displaced), duration / _ALIKE)
-    variances = _most_probable_variances(moved, seen, loadings, variance, counts)
-    variances += (_FINEST * rms_radius(points)) ** 2
+    finest = (_FINEST * rms_radius(points)) ** 2
+    variances = _most_probable_variances(moved, seen, loadings, max(variance, finest), counts)
+    variances += finest
     found = np.sqrt(variances / _usual(variances, points))
     chance, sure = _CHANCE
     return np.minimum(found, 1.0 + (found - chance) * (sure - 1.0) / (sure - chance)).clip(min=1.0)
@@ -125,6 +128,7 @@ def _most_probable_variances(
     """
     flat, axes = moved.reshape(len(moved), -1), moved.shape[2]
     share = np.maximum(seen.mean(axis=0), 1e-12)
+    least = _ROUNDING * start  # else a marker without an error would have no inverse
     variances = np.full(seen.shape[1], start)
     for _ in range(_ITERATIONS):
         errors, spread = _expected_errors(flat, loadings, np.repeat(variances, axes))
@@ -132,6 +136,7 @@ def _most_probable_variances(
         own = np.where(seen, squares, 0.0).mean(axis=0) / share
         own += spread.reshape(-1, axes).mean(axis=1)
         found = (counts * own + _PRIOR * float(np.median(own))) / (counts + _PRIOR)
+        found = np.maximum(found, least)
         settled = np.abs(np.log(found / variances)).max() < _SETTLED
         variances = found
         if settled:
