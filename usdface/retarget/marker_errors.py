@@ -37,8 +37,8 @@ _NUMBERS = 1_000_000
 _ROUNDING = 1e-6
 # Nearest markers whose median error is the usual one of a place.
 _AROUND = 6
-# Errors up to the first number are chance, from the second on they are as found.
-_CHANCE = (1.25, 2.0)
+# Errors up to the first number are chance or misfit, from the second on they are as found.
+_CHANCE = (2.0, 3.5)
 # Errors that are so many times the usual one are reported.
 _REPORTED = 2.0
 
