@@ -26,7 +26,6 @@ import argparse
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -38,7 +37,7 @@ from usdface.binding.bound_neutral import bound_neutral
 from usdface.face.bound_face import bound_face
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
-from usdface.options import SolveErrors, SolveNeutral, SolveOptions, SolvePlaces
+from usdface.options import SolveOptions, SolvePlaces
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_setup import Binding, RetargetSetup
@@ -95,8 +94,8 @@ def main() -> None:
             given, turned = error(face, replace(take, focal_length=part.focal_length), motion)
             found, _ = error(face, take, motion)
             flat = first_order(face, take)
-            head = f"turns by {angle:g} degrees" if angle else "rests"
-            print(f"| {who} | {head} | {flat:.3f} | {given:.3f} | {found:.3f} | {turned:.2f} |")
+            row = f"{who} | {head_of(angle)} | {flat:.3f} | {given:.3f} | {found:.3f}"
+            print(f"| {row} | {turned:.2f} |")
 
 
 def beside(face: Face, part: Part) -> None:
@@ -114,8 +113,11 @@ def beside(face: Face, part: Part) -> None:
                 error(bound, take, motion)[0],
                 error(face, take, motion)[0],
             ]
-            head = f"turns by {angle:g} degrees" if angle else "rests"
-            print(f"| {who} | {head} | " + " | ".join(f"{each:.3f}" for each in errors) + " |")
+            print(
+                f"| {who} | {head_of(angle)} | "
+                + " | ".join(f"{each:.3f}" for each in errors)
+                + " |"
+            )
 
 
 def unnamed(face: Face, part: Part) -> None:
@@ -135,8 +137,11 @@ def unnamed(face: Face, part: Part) -> None:
                 errors.append(
                     float(np.sqrt(np.mean((weights.weights - played(face, middle)) ** 2)))
                 )
-            head = f"turns by {angle:g} degrees" if angle else "rests"
-            print(f"| {who} | {head} | " + " | ".join(f"{each:.3f}" for each in errors) + " |")
+            print(
+                f"| {who} | {head_of(angle)} | "
+                + " | ".join(f"{each:.3f}" for each in errors)
+                + " |"
+            )
 
 
 def neutrals(face: Face, part: Part) -> None:
@@ -147,14 +152,8 @@ def neutrals(face: Face, part: Part) -> None:
         for angle, name in product((0.0, 20.0), NEUTRALS):
             shown = shown_weights(name, face.mesh.shape_names, part.seed)
             take, _ = film(face, performer, angle, part, shown=shown)
-            take, errors = replace(take, focal_length=part.focal_length), []
-            for neutral in get_args(SolveNeutral):
-                setup = setup_of(face)
-                setup = replace(setup, solve=replace(setup.solve, neutral=neutral))
-                weights, _, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
-                errors.append(off(face, weights.weights))
-            head = f"turns by {angle:g} degrees" if angle else "rests"
-            print(f"| {who} | {head} | {name} | {errors[1]:.3f} | {errors[0]:.3f} |")
+            take = replace(take, focal_length=part.focal_length)
+            print_by_setting(f"{who} | {head_of(angle)} | {name}", face, take, "neutral", "given")
 
 
 def tracks(face: Face, part: Part) -> None:
@@ -165,14 +164,23 @@ def tracks(face: Face, part: Part) -> None:
         for angle, fault in product((0.0, 20.0), FAULTS):
             take, _ = film(face, performer, angle, part)
             take = with_fault(replace(take, focal_length=part.focal_length), fault, part.seed)
-            errors = []
-            for counted in get_args(SolveErrors):
-                setup = setup_of(face)
-                setup = replace(setup, solve=replace(setup.solve, errors=counted))
-                weights, _, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
-                errors.append(off(face, weights.weights))
-            head = f"turns by {angle:g} degrees" if angle else "rests"
-            print(f"| {who} | {head} | {fault} | {errors[1]:.3f} | {errors[0]:.3f} |")
+            print_by_setting(f"{who} | {head_of(angle)} | {fault}", face, take, "errors", "alike")
+
+
+def print_by_setting(row: str, face: Face, take: MarkerTake, name: str, plain: str) -> None:
+    """Print the error of a take where a setting of the solve is `plain`, and where it is found."""
+    errors = []
+    for value in (plain, "found"):
+        setup = setup_of(face)
+        setup = replace(setup, solve=replace(setup.solve, **{name: value}))
+        weights, _, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+        errors.append(off(face, weights.weights))
+    print(f"| {row} | {errors[0]:.3f} | {errors[1]:.3f} |")
+
+
+def head_of(angle: float) -> str:
+    """Return what the head does."""
+    return f"turns by {angle:g} degrees" if angle else "rests"
 
 
 def with_fault(take: MarkerTake, fault: str, seed: int) -> MarkerTake:

@@ -16,12 +16,26 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from benchmarks.performers.bad_tracks import TRACKS, errors_with_tracks, with_tracks
+from benchmarks.performers.bad_tracks import TRACKS, with_tracks
 from benchmarks.performers.given_values import errors_with_given_values
-from benchmarks.performers.shown_neutral import NEUTRALS, errors_with_neutral, with_neutral
-from benchmarks.performers.solvers import SOLVERS, write_character
+from benchmarks.performers.shown_neutral import NEUTRALS, with_neutral
+from benchmarks.performers.solvers import (
+    FILTERED,
+    SOLVERS,
+    make_shot,
+    processed,
+    write_character,
+)
 from benchmarks.performers.unknown_strengths import errors_by_strength
-from benchmarks.performers.worlds import BUILT_WITH, JUDGED_ON, ROWS, SKIN, perform, strengths_of
+from benchmarks.performers.worlds import (
+    BUILT_WITH,
+    JUDGED_ON,
+    ROWS,
+    SKIN,
+    Performance,
+    perform,
+    strengths_of,
+)
 from benchmarks.solve.faces import ROOT, Face, has_real_data, ict
 from usdface.arrays import FloatArray
 
@@ -121,33 +135,46 @@ def print_given(data: Path, face: Face) -> None:
 
 def print_neutrals(data: Path, face: Face, numbers: Sequence[int]) -> None:
     """Print errors of takes whose neutral frames show something, in the mean of performers."""
-    names = ", ".join(str(number) for number in numbers)
-    table = Table(title=f"weight RMS error / skin \\[mm], performers {names}")
-    with tempfile.TemporaryDirectory() as folder:
-        character = write_character(face, Path(folder))
-        for neutral in NEUTRALS:
-            takes = [with_neutral(data, n, neutral, face.mesh.shape_names) for n in numbers]
-            found = [errors_with_neutral(take, face, character) for take in takes]
-            if not table.columns:
-                for column in ("the neutral shows", *found[0]):
-                    table.add_column(column, justify="right")
-            table.add_row(neutral, *mean_cells(face, found))
-    Console(width=160).print(table)
+    takes = {
+        name: [with_neutral(data, number, name, face.mesh.shape_names) for number in numbers]
+        for name in NEUTRALS
+    }
+    settings = {"as they are": {"neutral": "given"}, "weights found": {}}
+    print_settings("the neutral shows", face, numbers, takes, settings)
 
 
 def print_tracks(data: Path, face: Face, numbers: Sequence[int]) -> None:
     """Print errors of takes in which some markers are off, in the mean of performers."""
+    takes = {name: [with_tracks(data, number, name, face) for number in numbers] for name in TRACKS}
+    settings = {"all count alike": {"errors": "alike"}, "errors found": {}}
+    print_settings("markers that are off", face, numbers, takes, settings)
+
+
+def print_settings(
+    what: str,
+    face: Face,
+    numbers: Sequence[int],
+    takes: dict[str, list[Performance]],
+    settings: dict[str, dict[str, str]],
+) -> None:
+    """Print the errors of takes by settings of the solve, and of least squares."""
     names = ", ".join(str(number) for number in numbers)
     table = Table(title=f"weight RMS error / skin \\[mm], performers {names}")
+    for column in (what, *settings, FILTERED):
+        table.add_column(column, justify="right")
     with tempfile.TemporaryDirectory() as folder:
         character = write_character(face, Path(folder))
-        for fault in TRACKS:
-            takes = [with_tracks(data, n, fault, face) for n in numbers]
-            found = [errors_with_tracks(take, face, character) for take in takes]
-            if not table.columns:
-                for column in ("markers that are off", *found[0]):
-                    table.add_column(column, justify="right")
-            table.add_row(fault, *mean_cells(face, found))
+        for name, performances in takes.items():
+            found = [
+                {
+                    column: processed(make_shot(take, face, character, solve=solve), take, face)
+                    - take.truth
+                    for column, solve in settings.items()
+                }
+                | {FILTERED: SOLVERS[FILTERED](take, face, character) - take.truth}
+                for take in performances
+            ]
+            table.add_row(name, *mean_cells(face, found))
     Console(width=160).print(table)
 
 

@@ -6,13 +6,12 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.performers.shown_neutral import BUILT_ON_20_S, JUDGED_ON_20_S
-from benchmarks.performers.solvers import least_squares, make_shot, processed
 from benchmarks.performers.worlds import JUDGED_ON, ROWS, Performance, perform
 from benchmarks.solve.faces import Face
 from benchmarks.solve.worlds import nodding
 from usdface.arrays import FloatArray
 
-__all__ = ["TRACKS", "errors_with_tracks", "with_tracks"]
+__all__ = ["TRACKS", "with_tracks"]
 
 # Markers, and how far they are off [m].
 _SLIPS, _SLIP = 2, 0.004
@@ -65,18 +64,3 @@ def _faults(name: str, rng: np.random.Generator, shape: tuple[int, ...]) -> Floa
 def _way(rng: np.random.Generator, length: float) -> FloatArray:
     way = rng.normal(size=3)
     return np.asarray(length * way / np.linalg.norm(way))
-
-
-def errors_with_tracks(
-    performance: Performance, face: Face, character: Path
-) -> dict[str, FloatArray]:
-    """Return errors (F, S) where all markers count alike, and where their errors are found."""
-    alike = make_shot(performance, face, character, solve={"errors": "alike"})
-    counted_alike = processed(alike, performance, face) - performance.truth
-    found = processed(make_shot(performance, face, character), performance, face)
-    return {
-        "all count alike": counted_alike,
-        "errors found": found - performance.truth,
-        "least squares, similarity, Butterworth 6 Hz": least_squares(performance, face, character)
-        - performance.truth,
-    }

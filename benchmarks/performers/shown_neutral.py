@@ -4,16 +4,13 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.performers.solvers import least_squares, make_shot, processed
 from benchmarks.performers.worlds import JUDGED_ON, ROWS, Performance, perform
-from benchmarks.solve.faces import Face
 from usdface.arrays import FloatArray
 
 __all__ = [
     "BUILT_ON_20_S",
     "JUDGED_ON_20_S",
     "NEUTRALS",
-    "errors_with_neutral",
     "shown_weights",
     "with_neutral",
 ]
@@ -58,18 +55,3 @@ def with_neutral(data: Path, number: int, name: str, shape_names: tuple[str, ...
     shown = shown_weights(name, shape_names, number)
     part = JUDGED_ON_20_S if number in JUDGED_ON else BUILT_ON_20_S
     return perform(data, number, ROWS[0], part=part, shown=shown)
-
-
-def errors_with_neutral(
-    performance: Performance, face: Face, character: Path
-) -> dict[str, FloatArray]:
-    """Return errors (F, S) where the neutral is taken as it is, and where its weights are found."""
-    given = make_shot(performance, face, character, solve={"neutral": "given"})
-    as_given = processed(given, performance, face) - performance.truth
-    found = processed(make_shot(performance, face, character), performance, face)
-    return {
-        "as they are": as_given,
-        "weights found": found - performance.truth,
-        "least squares, similarity, Butterworth 6 Hz": least_squares(performance, face, character)
-        - performance.truth,
-    }

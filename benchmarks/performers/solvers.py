@@ -14,9 +14,10 @@ from usdface.geometry.rigid_fit import similarity_fit
 from usdface.io.usd.rig_write import write_rig
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
 
-__all__ = ["OURS", "SOLVERS", "write_character"]
+__all__ = ["FILTERED", "OURS", "SOLVERS", "make_shot", "processed", "write_character"]
 
 OURS = "ours"
+FILTERED = "least squares, similarity, Butterworth 6 Hz"
 # Hz, second order, forwards and backwards: what is usual for marker curves.
 _CUT_OFF = 6.0
 
@@ -156,6 +157,6 @@ SOLVERS = {
     "the same, neutral found": with_found_neutral,
     "the same, performer's file": with_file,
     "the same, from a range of motion": with_range_of_motion,
-    "least squares, similarity, Butterworth 6 Hz": least_squares,
+    FILTERED: least_squares,
     "the same, best linear maps (given)": best_linear,
 }

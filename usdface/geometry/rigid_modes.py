@@ -30,10 +30,13 @@ def small_motions(points: FloatArray, image: bool) -> FloatArray:
     return motions
 
 
-def motion_basis(points: FloatArray, axes: int) -> FloatArray:
+def motion_basis(points: FloatArray, axes: int, errors: FloatArray | None = None) -> FloatArray:
     """Return an orthonormal basis of the small motions of `points` (M, 3): (M * axes, 6).
 
-    Of 2 `axes`, those of an image, else of 3.
+    Of 2 `axes`, those of an image, else of 3. With the `errors` (M,) of the points: of the motions
+    divided by them.
     """
     motions = small_motions(points, axes == 2)[..., :axes]
+    if errors is not None:
+        motions = motions / errors[:, None]
     return np.asarray(np.linalg.qr(motions.reshape(6, axes * len(points)).T)[0])

@@ -17,7 +17,11 @@ from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
-from usdface.retarget.marker_errors import estimate_marker_errors, marker_error_findings
+from usdface.retarget.marker_errors import (
+    LARGE_ERROR,
+    estimate_marker_errors,
+    marker_error_findings,
+)
 from usdface.retarget.markers_beside import markers_beside
 from usdface.retarget.neutral_weights import (
     LARGEST,
@@ -39,9 +43,6 @@ __all__ = ["FittedTake", "fit_take"]
 # rounds errors of the performers that the solve was built with are the same.
 _TRIAL_FRAMES = 1000
 _TRIAL_ROUNDS = 8
-# The trial is solved anew, for what the neutral frames show, where the error of a marker is so many
-# times the usual one: its slip would be taken for an expression.
-_WORTH = 2.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -188,11 +189,11 @@ def fit_take(
         return solver, fit, own, notes + found
 
     solver, fit, own, findings = begun(setup)
-    shown, errors = _shown_and_errors(take, solver, fit, own)
-    if shown and correct_neutral:
+    shown, errors = _shown_and_errors(take, solver, fit, own, wanted=correct_neutral)
+    if shown:
         solver, fit, own, findings = begun(replace(setup, neutral_weights=shown))
         findings += neutral_weight_findings(own, solver.laid.model, shape_names, take.source)
-        _, errors = _shown_and_errors(take, solver, fit, own)
+        _, errors = _shown_and_errors(take, solver, fit, own, wanted=False)
     findings += marker_error_findings(errors, solver.laid.names, take.source)
     joint = solver.solve(fit, own, errors)
     larger, notes = with_found_gains(own, fit, joint, shape_names, take, errors)
@@ -205,14 +206,15 @@ def fit_take(
 
 
 def _shown_and_errors(
-    take: MarkerTake, solver: _TakeSolver, fit: FaceFit, setup: RetargetSetup
+    take: MarkerTake, solver: _TakeSolver, fit: FaceFit, setup: RetargetSetup, *, wanted: bool
 ) -> tuple[dict[str, float], FloatArray | None]:
     """Return neutral weights by name and the markers' errors (M,) [1], by a trial of some frames.
 
-    {} and None where they are given, alike, or not looked for.
+    {} where neutral weights are not `wanted` or are given, None where the markers are alike.
     """
     options, names, is_paper = setup.solve, solver.shape_names, setup.map.form == "paper"
-    known = setup.neutral is None or setup.neutral_weights or options.neutral == "given"
+    given = setup.neutral is None or setup.neutral_weights or options.neutral == "given"
+    known = given or not wanted
     alike = options.errors == "alike" or len(take.times) < FEWEST_FRAMES
     alike = alike or solver.views is not None  # which have the errors of a film
     if is_paper or (known and alike):
@@ -227,7 +229,8 @@ def _shown_and_errors(
             variance=joint.regularisation.variance, axes=axes, head_moves=head_moves,
         )  # fmt: skip
     if not known:
-        if errors is not None and (errors > _WORTH).any():
+        if errors is not None and (errors > LARGE_ERROR).any():
+            # A slip would be taken for an expression of the neutral.
             joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS, errors=errors)
         found = estimate_neutral_weights(
             times, joint, fit.points, model, errors, axes=axes, head_moves=head_moves

@@ -16,7 +16,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.takes import visible
 
-__all__ = ["estimate_marker_errors", "marker_error_findings"]
+__all__ = ["LARGE_ERROR", "estimate_marker_errors", "marker_error_findings"]
 
 # Errors of a face are correlated in time: frames within this time [s] count as one.
 _ALIKE = 1.0
@@ -39,8 +39,9 @@ _ROUNDING = 1e-6
 _AROUND = 6
 # Errors up to the first number are chance or misfit, from the second on they are as found.
 _CHANCE = (2.0, 3.5)
-# Errors that are so many times the usual one are reported.
-_REPORTED = 2.0
+# Errors that are so many times the usual one are reported, and what was estimated with all markers
+# alike is estimated anew. Set by hand.
+LARGE_ERROR = 2.0
 
 
 def estimate_marker_errors(
@@ -178,13 +179,13 @@ def marker_error_findings(
     source : str
         The take.
     """
-    if errors is None or errors.max() <= _REPORTED:
+    if errors is None or errors.max() <= LARGE_ERROR:
         return []
-    large, worst = np.flatnonzero(errors > _REPORTED), int(errors.argmax())
+    large, worst = np.flatnonzero(errors > LARGE_ERROR), int(errors.argmax())
     message = (
-        "{marker_count} of the markers move unlike the face around them, most of all {marker}, "
-        "whose error is {error_ratio:.1f} times the usual one there: they count less. The cause "
-        "can be noise, a marker that slipped, or a wrong vertex"
+        "markers that move unlike the face around them count less: {marker_count}, most of all "
+        "{marker}, whose error is {error_ratio:.1f} times the usual one there; the cause can be "
+        "noise, a marker that slipped, or a wrong vertex"
     )
     return [
         finding(

@@ -132,11 +132,11 @@ def _in_errors(
     seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
     moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
     lasting = joint.regularisation.lasting_variance + (_ERROR * rms_radius(points)) ** 2
-    each = np.ones(len(seen)) if errors is None else np.repeat(errors, axes)
+    each = 1.0 if errors is None else np.repeat(errors, axes)
     moved, shapes = moved / each, shapes / each
     error = np.sqrt(joint.regularisation.noise**2 / frames + lasting)
     if head_moves:
-        rigid = np.linalg.qr(motion_basis(points, axes) / each[:, None])[0]
+        rigid = motion_basis(points, axes, errors)
         moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
     return moved / error, shapes / error
 

@@ -68,7 +68,7 @@ class TakeRows:
         if errors is None:
             return cls(axes, model, rigid, np.ones(len(seen)), model, rigid)
         each = np.repeat(errors, axes)
-        still = np.linalg.qr(rigid / each[:, None])[0]
+        still = motion_basis(target, axes, errors) if moving_head else rigid
         return cls(axes, model, rigid, each, model.mapped(lambda values: values / each), still)
 
     @property

@@ -56,10 +56,10 @@ def weights_in_wide_bounds(
         Standard deviation of each weight, by noise and misfit.
     """
     axes = displacements.shape[2]
-    each = np.ones(rest.shape[0] * axes) if errors is None else np.repeat(errors, axes)
+    each = 1.0 if errors is None else np.repeat(errors, axes)
     shapes = offsets.reshape(len(offsets), -1) / each
     if moving_head:
-        rigid = np.linalg.qr(motion_basis(rest, axes) / each[:, None])[0]
+        rigid = motion_basis(rest, axes, errors)
         shapes = shapes - (shapes @ rigid) @ rigid.T
     observed = displacements.reshape(len(displacements), -1) / each
     normal, right = shapes @ shapes.T, observed @ shapes.T

@@ -59,7 +59,7 @@ def test_slanted_dots_are_less_certain_and_the_take_as_certain_as_it_says() -> N
     head, _ = found(replace(take, focal_length=FOCAL), dots)
     visible = np.ones(head.facing.shape, dtype=bool)
     visible[:, 2] = False
-    sure = certainty(head.facing, visible)
+    sure = certainty(head.facing, visible, head.errors)
     assert np.mean(sure[visible] ** -2.0) == pytest.approx(1.0)
     ratio = sure / head.facing
     np.testing.assert_allclose(ratio, ratio[0, 0])

@@ -25,7 +25,7 @@ from usdface.retarget.film.focal_length import film_camera
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.film.solved_film import SolvedFilm, solve_film
 from usdface.retarget.film.views import Views
-from usdface.retarget.marker_errors import marker_error_findings
+from usdface.retarget.marker_errors import LARGE_ERROR, marker_error_findings
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.places import MOST_MARKERS, guess_in_image
 from usdface.takes import MarkerTake, visible
@@ -47,8 +47,6 @@ _PLACE_ROUNDS = 3
 # steps, with a search for single markers, may lead too far; then come such shares of steps without.
 _LOWER = 0.01
 _SHARE = 0.25
-# The head is solved anew where the error of a marker is so many times the usual one. Set by hand.
-_WORTH = 2.0
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
 
@@ -135,7 +133,7 @@ def film_head(
     errors = np.ones(len(bound))
     solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
     found = filmed_marker_errors(solved) if weighted else errors
-    if (found > _WORTH).any():
+    if (found > LARGE_ERROR).any():
         errors = found
         solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
         # A part of the errors was hidden by what these markers did to the places of all.

@@ -98,7 +98,7 @@ class FilmedHead:
         result = self.still(take)
         positions = result.positions.copy()
         positions[:, own] = self.rest[:, :2] + projected
-        views = Views(self.markers, slopes, certainty(self.facing, visible(left)) / self.errors)
+        views = Views(self.markers, slopes, certainty(self.facing, visible(left), self.errors))
         return replace(result, positions=positions), views
 
     def _columns(self, take: MarkerTake) -> list[int]:
@@ -115,19 +115,18 @@ class FilmedHead:
         )
 
 
-def certainty(facing: FloatArray, is_visible: BoolArray) -> FloatArray:
-    """Return the deviation of a take over that of its samples: (F, M).
+def certainty(facing: FloatArray, is_visible: BoolArray, errors: FloatArray) -> FloatArray:
+    """Return the deviation of a take over that of its samples, by the errors of markers: (F, M).
 
     The deviation of a dot's place goes as one over its cosine: of six films before a phone it is
     0.12, 0.14, 0.20, 0.29 and 0.52 px at cosines of 0.95, 0.8, 0.6, 0.43 and 0.28.
 
     Parameters
     ----------
-    facing : (F, M) float64
+    facing, errors : (F, M), (M,) float64
         As of `FilmedHead`.
     is_visible : (F, M) bool
     """
     cosine = facing.clip(_LEAST_FACING, 1.0)
-    if not is_visible.any():
-        return cosine
-    return np.asarray(cosine * np.sqrt(np.mean(cosine[is_visible] ** -2.0)))
+    usual = np.sqrt(np.mean(cosine[is_visible] ** -2.0)) if is_visible.any() else 1.0
+    return np.asarray(cosine * usual / errors)

@@ -55,7 +55,7 @@ def refined_shifts(
     film, head, weights = solved.film, solved.head, solved.weights
     placed = surface.at(shifts).mapped(film.sized)
     count = len(shifts)
-    sure = certainty(head.facing, visible(film.image)) / head.errors
+    sure = certainty(head.facing, visible(film.image), head.errors)
     still = film.without(head.beside)
     residual = image_residual(still, head.camera, head.pose, head.rest, head.moved, sure, 0.0)
     if residual.variance <= 0.0:

@@ -101,7 +101,7 @@ def solve_film(
         moved = film.moved(weights)
         beside = dot_centre_offsets(skin, weights, pose, camera)
         facing = foreshortening(skin, weights, pose, camera)
-        sure = certainty(facing, visible(film.image)) / errors
+        sure = certainty(facing, visible(film.image), errors)
         film = filmed.without(beside)
         look, _ = fit_pose(film.face, film.rest[None], camera, look)
         rest = camera.at_depths(film.rest[None], look, deep)[0]
