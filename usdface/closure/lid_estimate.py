@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.closing_displacements import (
     closing_displacements,
     near_lids,
@@ -54,11 +54,11 @@ def lid_estimate(
     """
     frames = len(solution.feature_points)
     estimate = np.full((frames, 2), np.nan)
-    measured = [
-        eye
+    near = {
+        eye: near_lids(closing_displacements(face, own, names, solution.markers), own)
         for eye, own in gaps.items()
-        if near_lids(closing_displacements(face, own, names, solution.markers), own).any()
-    ]
+    }
+    measured = [eye for eye in gaps if near[eye].any()]
     if not measured:
         return estimate
     order = [face.markers.index(name) for name in solution.markers]
@@ -79,7 +79,8 @@ def lid_estimate(
             deviations = np.append(deviations, _CLOSER)
             taken = np.c_[taken, _GLANCE * (np.arange(len(measured)) == row)]
     moved = deviations[:, None] * offsets[:, order].reshape(len(offsets), -1)
-    unexplained = solution.noise**2 + max(solution.misfit, face.size * _MISFIT) ** 2
+    lids = np.any([near[eye] for eye in measured], axis=0)
+    unexplained = _unexplained(solution, face.size, lids)
     normal = moved @ moved.T + unexplained * np.eye(len(moved))
     closed = taken @ (deviations[:, None] * np.linalg.solve(normal, moved))
     columns = [EYES.index(eye) for eye in measured]
@@ -87,6 +88,17 @@ def lid_estimate(
         at = solution.displaced(block)
         estimate[block, columns] = at.reshape(len(at), -1) @ closed.T
     return estimate
+
+
+def _unexplained(solution: Solution, size: float, lids: BoolArray) -> float:
+    """Return the variance [m^2] of a coordinate of the markers that the blend shapes leave.
+
+    Lids that move unlike the rig's may well be closed: their markers (M,) count, as uncertain ones.
+    """
+    variance = solution.noise**2 + max(solution.misfit, size * _MISFIT) ** 2
+    if solution.errors is None:
+        return variance
+    return variance * float(np.mean(solution.errors[lids] ** 2))
 
 
 def _closed_by(gaps: LidGaps, count: int) -> FloatArray:
