@@ -10,6 +10,7 @@ from usdface.face.bound_face import bound_face
 from usdface.options import SolveOptions
 from usdface.retarget.solution import Solution
 from usdface.retarget_take import solve
+from usdface.takes import MarkerTake
 
 WORLD = make_world(head_moves=False)
 SHOWN = {"jawOpen": 0.2, "browDownLeft": 0.2}
@@ -27,10 +28,19 @@ def showing(shown: dict[str, float]) -> World:
     return replace(WORLD, take=take, weights=weights)
 
 
-def solved(world: World, **changes: object) -> tuple[Solution, list[str], float]:
-    """Return the solution of the film, the findings, and the RMS error of the weights."""
+def film(world: World) -> MarkerTake:
+    return replace(filmed(world.take), focal_length=1300.0)
+
+
+def solved(
+    world: World, take: MarkerTake | None = None, **changes: object
+) -> tuple[Solution, list[str], float]:
+    """Return the solution of the world's film or another, the findings, and the weights' RMS error.
+
+    `changes` are of the setup.
+    """
     setup = replace(world.setup(neutral=(0, NEUTRAL - 1)), **changes)
-    take = replace(filmed(world.take), focal_length=1300.0)
+    take = film(world) if take is None else take
     face = bound_face(world.rig.meshes[0], setup)
     weights, solution, findings = solve(take, face, setup, cleaned=None)
     assert solution is not None
@@ -57,4 +67,16 @@ def test_weights_of_the_neutral_frames_of_a_film_are_found() -> None:
 
 def test_a_neutral_film_shows_nothing() -> None:
     solution, codes, _ = solved(showing({}))
+    assert not solution.neutral_weights and "NEUTRAL_SHOWS" not in codes
+
+
+@pytest.mark.parametrize("marker", ["cheek_l", "brow_mid_r", "corner_r"])
+def test_a_dot_that_jumps_is_no_expression_of_the_neutral(marker: str) -> None:
+    """Its track is another spot's from the middle of the film on."""
+    world = showing({})
+    take = film(world)
+    positions = take.positions + np.random.default_rng(0).normal(0.0, 0.1, take.positions.shape)
+    positions[len(positions) // 2 :, take.names.index(marker)] += [5.0, -8.0]
+    solution, codes, _ = solved(world, replace(take, positions=positions))
+    assert "MARKER_INACCURATE" in codes
     assert not solution.neutral_weights and "NEUTRAL_SHOWS" not in codes

@@ -232,8 +232,9 @@ def _shown_and_errors(
         if errors is not None and (errors > LARGE_ERROR).any():
             # A slip would be taken for an expression of the neutral.
             joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS, errors=errors)
+        own = errors if solver.views is None else solver.views.errors
         found = estimate_neutral_weights(
-            times, joint, fit.points, model, errors, axes=axes, head_moves=head_moves
+            times, joint, fit.points, model, own, axes=axes, head_moves=head_moves
         )
         shown = _on_character(found, solver, setup)
     return shown, errors

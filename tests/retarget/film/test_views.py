@@ -33,6 +33,11 @@ def test_samples_count_by_their_certainty() -> None:
     assert hidden.certainty.tolist() == [[1.0, 0.0], [2.0, 0.0]]
 
 
+def test_the_errors_of_markers_are_those_of_their_samples() -> None:
+    views = Views(("a", "b"), VIEWS.slopes, np.array([[1.0, 0.5], [1.0, 0.25]]))
+    np.testing.assert_allclose(views.errors, [1.0, 0.15625**-0.5])
+
+
 def test_views_of_some_markers_and_frames() -> None:
     other = VIEWS.of(("b", "new"))
     assert other.certainty.tolist() == [[0.5, 0.0], [0.0, 0.0]]

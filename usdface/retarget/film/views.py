@@ -32,6 +32,11 @@ class Views:
         object.__setattr__(self, "slopes", frozen(self.slopes))
         object.__setattr__(self, "certainty", frozen(self.certainty))
 
+    @property
+    def errors(self) -> FloatArray:
+        """The markers' deviations over that of the sample: (M,) [1]."""
+        return 1.0 / np.sqrt((self.certainty**2).mean(axis=0)).clip(min=1e-3)
+
     def of(self, markers: tuple[str, ...]) -> "Views":
         """Return the views of some of the markers; one that is not here has no certainty."""
         if markers == self.markers:
