@@ -35,7 +35,7 @@ class Views:
     @property
     def errors(self) -> FloatArray:
         """The markers' deviations over that of the sample: (M,) [1]."""
-        return 1.0 / np.sqrt((self.certainty**2).mean(axis=0)).clip(min=1e-3)
+        return np.asarray(1.0 / np.sqrt((self.certainty**2).mean(axis=0)).clip(min=1e-3))
 
     def of(self, markers: tuple[str, ...]) -> "Views":
         """Return the views of some of the markers; one that is not here has no certainty."""
