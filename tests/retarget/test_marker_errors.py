@@ -22,7 +22,7 @@ from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.takes import MarkerTake
 
 RNG = np.random.default_rng(5)
-MARKERS, FRAMES, SHAPES = 40, 1200, 6
+MARKERS, FRAMES, SHAPES = 40, 3600, 6
 POINTS = 0.06 * RNG.normal(size=(MARKERS, 3))
 MODEL = BlendShapeEvaluator(0.004 * RNG.normal(size=(SHAPES, 3 * MARKERS)))
 TIMES = np.arange(FRAMES) / 30.0
@@ -86,9 +86,36 @@ def test_an_occluded_marker_tells_its_error_where_it_is_seen() -> None:
     errors = np.ones(MARKERS)
     errors[4] = 10.0
     joint = performed(errors)
-    joint.displaced[::3, 4] = np.nan
+    joint.displaced[np.arange(FRAMES) // 50 % 3 == 0, 4] = np.nan
     joint.displaced[100:700, 5] = np.nan
     np.testing.assert_allclose(estimated(joint), errors, rtol=0.15)
+
+
+def test_an_expression_of_the_neutral_frames_is_no_error() -> None:
+    """It displaces all frames alike, by less than no weight; a slip lasts for a part of the take."""
+    offsets = MODEL.offsets.copy()
+    offsets[0, 9:] = 0.0  # moves three markers
+    model = replace(MODEL, offsets=offsets)
+    joint = performed(1.0, model)
+    at_rest = np.where(np.arange(SHAPES) == 0, 0.0, joint.weights)
+    shift = (0.2 + joint.weights[:, :1]) * offsets[0]
+    shown = replace(
+        joint, weights=at_rest, displaced=joint.displaced - shift.reshape(FRAMES, MARKERS, 3)
+    )
+    np.testing.assert_array_equal(estimated(shown, model=model), 1.0)
+    slips = shown.displaced.copy()
+    slips[FRAMES // 2 :, 1] += 0.003
+    found = estimated(replace(shown, displaced=slips), model=model)
+    assert found[1] > 5.0 and np.delete(found, 1).max() < 1.5
+
+
+def test_noise_averages_out_and_a_drift_does_not() -> None:
+    """Of two markers with the same error in a frame, one is trembling and one drifts."""
+    joint = performed(np.where(np.arange(MARKERS) == 3, 5.0, 1.0))
+    displaced = joint.displaced.copy()
+    displaced[:, 9, 0] += np.linspace(0.0, 15.0 * USUAL, FRAMES)
+    found = estimated(replace(joint, displaced=displaced))
+    assert found[9] > 2.0 * found[3]
 
 
 def test_the_order_of_markers_does_not_count() -> None:

@@ -9,7 +9,7 @@ the solve has terms for, and no reason to ignore the region.
 import numpy as np
 from scipy.spatial import cKDTree
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
@@ -18,9 +18,12 @@ from usdface.takes import visible
 
 __all__ = ["LARGE_ERROR", "estimate_marker_errors", "marker_error_findings"]
 
-# Errors of a face are correlated in time: frames within this time [s] count as one.
+# Displacements are averaged over windows of this length [s], as in the solve: noise averages out, a
+# slip or a drift does not. A marker counts where a window shows it for this share.
+_WINDOW, _SHOWN = 0.4, 0.5
+# Errors of a face are correlated in time: those within this time [s] count as one.
 _ALIKE = 1.0
-# Weight of the typical variance, in such frames.
+# Weight of the typical variance, in such times.
 _PRIOR = 3.0
 # Standard deviation of the head's motion, by the error: any large number.
 _FREE = 1e3
@@ -28,9 +31,11 @@ _FREE = 1e3
 _ITERATIONS, _SETTLED = 100, 0.01
 # Least variance of weights, for those that never move in the take.
 _STILL = 1e-6
+# Standard deviation of the weights that the neutral frames show.
+_NEUTRAL = 0.2
 # Error that every marker has, as a share of the face's size (the RMS radius of its markers): below
-# it none is more accurate than another. 0.06 mm on the ICT face.
-_FINEST = 0.001
+# it none is more accurate than another. 0.02 mm on the ICT face.
+_FINEST = 0.0003
 # Displacements that are used: a bound on time.
 _NUMBERS = 1_000_000
 # Least variance, by the first guess.
@@ -57,11 +62,12 @@ def estimate_marker_errors(
 ) -> FloatArray:
     """Estimate the markers' errors by those of the markers around them: (M,) [1], at least 1.
 
-    Of the most probable variances of displacements that are the sum of weights, which move together
-    as solved, the head's motion and independent errors: factor analysis with known loadings by
-    expectation maximisation (D. Rubin, D. Thayer, "EM algorithms for ML factor analysis",
-    Psychometrika 47, 1982). What only few markers show is not taken for their accuracy: the
-    uncertainty of the weights counts. All 1 where nothing is left unexplained.
+    Of the most probable variances of displacements, in means over short windows, that are the sum
+    of weights, which move together as solved, the head's motion, an expression of the neutral
+    frames and independent errors: factor analysis with known loadings by expectation maximisation
+    (D. Rubin, D. Thayer, "EM algorithms for ML factor analysis", Psychometrika 47, 1982). What only
+    few markers show is not taken for their accuracy: the uncertainty of the weights counts. All 1
+    where nothing is left unexplained.
 
     Parameters
     ----------
@@ -84,22 +90,38 @@ def estimate_marker_errors(
     if variance == 0.0 or len(points) <= _AROUND or not visible(displaced).any():
         return np.ones(len(points))
     some = slice(None, None, -(-displaced.size // _NUMBERS))
-    weights, displaced = weights[some], displaced[some]
-    seen = visible(displaced)
-    predicted = model.displacements(weights).reshape(displaced.shape)
-    moved = np.where(seen[..., None], displaced, predicted)[..., :axes]
+    times, weights, displaced = times[some], weights[some], displaced[some]
+    starts = np.unique(np.floor((times - times[0]) / _WINDOW), return_index=True)[1]
+    moved, seen = _means(displaced, model.displacements(weights).reshape(displaced.shape), starts)
     shown = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
-    loadings = _face_loadings(weights, model.offsets[:, shown])
+    offsets = model.offsets[:, shown]
+    loadings = _face_loadings(weights, offsets)
     if head_moves:
         loadings = np.hstack([loadings, _FREE * np.sqrt(variance) * motion_basis(points, axes)])
-    duration = float(times[-1] - times[0])
-    counts = seen.mean(axis=0) * min(len(displaced), duration / _ALIKE)
+    counts = seen.mean(axis=0) * min(len(moved), float(times[-1] - times[0]) / _ALIKE)
     finest = (_FINEST * rms_radius(points)) ** 2
-    variances = _most_probable_variances(moved, seen, loadings, max(variance, finest), counts)
-    variances += finest
+    variances = finest + _most_probable_variances(
+        moved[..., :axes], seen, loadings, offsets, counts, start=max(variance, finest)
+    )
     found = np.sqrt(variances / _usual(variances, points))
     chance, sure = _CHANCE
     return np.minimum(found, 1.0 + (found - chance) * (sure - 1.0) / (sure - chance)).clip(min=1.0)
+
+
+def _means(
+    displaced: FloatArray, predicted: FloatArray, starts: IntArray
+) -> tuple[FloatArray, BoolArray]:
+    """Return means (W, M, 3) [m] over windows from frames `starts` (W,) on, and which are shown.
+
+    Of displacements (F, M, 3), as `predicted` where they were not seen.
+    """
+    seen = visible(displaced)
+    lengths = np.diff(np.append(starts, len(seen)))[:, None]
+    counts = np.add.reduceat(seen.astype(np.float64), starts)
+    left = np.add.reduceat(np.where(seen[..., None], displaced - predicted, 0.0), starts)
+    left /= np.maximum(counts, 1.0)[..., None]
+    means = np.add.reduceat(predicted, starts) / lengths[..., None]
+    return means + left, counts >= _SHOWN * lengths
 
 
 def _face_loadings(weights: FloatArray, offsets: FloatArray) -> FloatArray:
@@ -112,30 +134,40 @@ def _face_loadings(weights: FloatArray, offsets: FloatArray) -> FloatArray:
 
 
 def _most_probable_variances(
-    moved: FloatArray, seen: BoolArray, loadings: FloatArray, start: float, counts: FloatArray
+    moved: FloatArray,
+    seen: BoolArray,
+    loadings: FloatArray,
+    offsets: FloatArray,
+    counts: FloatArray,
+    *,
+    start: float,
 ) -> FloatArray:
     """Return the variance (M,) [m^2] of each marker's independent errors.
 
     Parameters
     ----------
-    moved : (F, M, axes) float64 [m]
-        Displacements; as predicted where they were not seen.
-    seen : (F, M) bool
+    moved : (W, M, axes) float64 [m]
+        Displacements in each window; as predicted where they were not seen.
+    seen : (W, M) bool
     loadings : (M * axes, K) float64 [m]
+    offsets : (S, M * axes) float64 [m]
+        Of the blend shapes.
+    counts : (M,) float64
+        Independent windows of each marker.
     start : float [m^2]
         A first guess.
-    counts : (M,) float64
-        Independent frames of each marker.
     """
     flat, axes = moved.reshape(len(moved), -1), moved.shape[2]
-    share = np.maximum(seen.mean(axis=0), 1e-12)
+    share, known = np.maximum(seen.mean(axis=0), 1e-12), np.repeat(seen, axes, axis=1)
     least = _ROUNDING * start  # else a marker without an error would have no inverse
     variances = np.full(seen.shape[1], start)
     for _ in range(_ITERATIONS):
-        errors, spread = _expected_errors(flat, loadings, np.repeat(variances, axes))
-        squares = (errors.reshape(moved.shape) ** 2).mean(axis=2)
-        own = np.where(seen, squares, 0.0).mean(axis=0) / share
-        own += spread.reshape(-1, axes).mean(axis=1)
+        each = np.repeat(variances, axes)
+        errors, spread = _expected_errors(flat, loadings, each)
+        lasting = np.where(known, errors, 0.0).mean(axis=0) / np.repeat(share, axes)
+        errors -= _by_neutral(lasting, offsets, each)
+        squares = np.where(known, errors, 0.0).reshape(moved.shape) ** 2
+        own = squares.mean(axis=(0, 2)) / share + spread.reshape(-1, axes).mean(axis=1)
         found = (counts * own + _PRIOR * float(np.median(own))) / (counts + _PRIOR)
         found = np.maximum(found, least)
         settled = np.abs(np.log(found / variances)).max() < _SETTLED
@@ -156,6 +188,17 @@ def _expected_errors(
     spread = np.linalg.inv(np.eye(loadings.shape[1]) + loadings.T @ weighted)
     errors = moved - moved @ weighted @ spread @ loadings.T
     return errors, ((loadings @ spread) * loadings).sum(axis=1)
+
+
+def _by_neutral(lasting: FloatArray, offsets: FloatArray, variances: FloatArray) -> FloatArray:
+    """Return the part (N,) [m] of an error that lasts (N,) that an expression at rest explains.
+
+    The most probable one, by blend shapes of `offsets` (S, N), beside errors of `variances` (N,).
+    """
+    shapes = _NEUTRAL * offsets
+    weighted = shapes / variances
+    normal = weighted @ shapes.T + np.eye(len(shapes))
+    return np.asarray(np.linalg.solve(normal, weighted @ lasting) @ shapes)
 
 
 def _usual(variances: FloatArray, points: FloatArray) -> FloatArray:
