@@ -92,7 +92,7 @@ def test_an_occluded_marker_tells_its_error_where_it_is_seen() -> None:
 
 
 def test_an_expression_of_the_neutral_frames_is_no_error() -> None:
-    """It displaces all frames alike, by less than no weight; a slip lasts for a part of the take."""
+    """It displaces all frames alike, as no weight does; a slip lasts for a part of the take."""
     offsets = MODEL.offsets.copy()
     offsets[0, 9:] = 0.0  # moves three markers
     model = replace(MODEL, offsets=offsets)
@@ -115,7 +115,7 @@ def test_noise_averages_out_and_a_drift_does_not() -> None:
     displaced = joint.displaced.copy()
     displaced[:, 9, 0] += np.linspace(0.0, 15.0 * USUAL, FRAMES)
     found = estimated(replace(joint, displaced=displaced))
-    assert found[9] > 2.0 * found[3]
+    assert found[9] > 1.5 * found[3]
 
 
 def test_the_order_of_markers_does_not_count() -> None:
@@ -137,7 +137,7 @@ def test_a_short_take_says_little() -> None:
     errors = np.ones(MARKERS)
     errors[3] = 20.0
     joint = performed(errors)
-    brief = replace(joint, weights=WEIGHTS[:9], displaced=joint.displaced[:9])
+    brief = replace(joint, weights=WEIGHTS[:60], displaced=joint.displaced[:60])
     found = estimated(brief)
     assert 1.0 < found[3] < 0.5 * estimated(joint)[3]
 
@@ -151,6 +151,19 @@ def test_a_region_that_moves_otherwise_counts_like_the_rest() -> None:
     np.testing.assert_allclose(estimated(performed(errors))[inside], 1.0, atol=0.2)
     errors[inside[0]] = 30.0
     assert estimated(performed(errors))[inside[0]] == pytest.approx(5.0, rel=0.2)
+
+
+def test_a_marker_that_moves_farther_may_be_off_by_more() -> None:
+    """Misfit is in proportion to motion; a marker that is bound elsewhere is off by more."""
+    size = np.where(np.arange(MARKERS) == 7, 6.0, 1.0)
+    model = replace(MODEL, offsets=MODEL.offsets * np.repeat(size, 3))
+    other = 0.1 * np.random.default_rng(3).normal(size=MODEL.offsets.shape) * model.offsets
+    joint = performed(0.3, model)
+    displaced = joint.displaced + (WEIGHTS @ other).reshape(joint.displaced.shape)
+    found = estimated(replace(joint, displaced=displaced), model=model)
+    np.testing.assert_array_less(found, 1.5)
+    displaced[:, 7] += (WEIGHTS @ (0.6 * model.offsets[::-1, 21:24])).reshape(-1, 3)
+    assert estimated(replace(joint, displaced=displaced), model=model)[7] > 2.0
 
 
 def test_few_markers_have_no_usual_error() -> None:

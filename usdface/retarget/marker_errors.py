@@ -31,8 +31,6 @@ _FREE = 1e3
 _ITERATIONS, _SETTLED = 100, 0.01
 # Least variance of weights, for those that never move in the take.
 _STILL = 1e-6
-# Standard deviation of the weights that the neutral frames show.
-_NEUTRAL = 0.2
 # Error that every marker has, as a share of the face's size (the RMS radius of its markers): below
 # it none is more accurate than another. 0.02 mm on the ICT face.
 _FINEST = 0.0003
@@ -63,11 +61,11 @@ def estimate_marker_errors(
     """Estimate the markers' errors by those of the markers around them: (M,) [1], at least 1.
 
     Of the most probable variances of displacements, in means over short windows, that are the sum
-    of weights, which move together as solved, the head's motion, an expression of the neutral
-    frames and independent errors: factor analysis with known loadings by expectation maximisation
-    (D. Rubin, D. Thayer, "EM algorithms for ML factor analysis", Psychometrika 47, 1982). What only
-    few markers show is not taken for their accuracy: the uncertainty of the weights counts. All 1
-    where nothing is left unexplained.
+    of weights, which move together as solved, the head's motion, errors of the neutral and
+    independent errors: factor analysis with known loadings by expectation maximisation (D. Rubin,
+    D. Thayer, "EM algorithms for ML factor analysis", Psychometrika 47, 1982). What only few
+    markers show is not taken for their accuracy: the uncertainty of the weights counts. All 1 where
+    nothing is left unexplained.
 
     Parameters
     ----------
@@ -92,18 +90,19 @@ def estimate_marker_errors(
     some = slice(None, None, -(-displaced.size // _NUMBERS))
     times, weights, displaced = times[some], weights[some], displaced[some]
     starts = np.unique(np.floor((times - times[0]) / _WINDOW), return_index=True)[1]
-    moved, seen = _means(displaced, model.displacements(weights).reshape(displaced.shape), starts)
+    predicted = model.displacements(weights).reshape(displaced.shape)
+    moved, seen = _means(displaced, predicted, starts)
     shown = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
-    offsets = model.offsets[:, shown]
-    loadings = _face_loadings(weights, offsets)
+    loadings = _face_loadings(weights, model.offsets[:, shown])
     if head_moves:
         loadings = np.hstack([loadings, _FREE * np.sqrt(variance) * motion_basis(points, axes)])
     counts = seen.mean(axis=0) * min(len(moved), float(times[-1] - times[0]) / _ALIKE)
     finest = (_FINEST * rms_radius(points)) ** 2
     variances = finest + _most_probable_variances(
-        moved[..., :axes], seen, loadings, offsets, counts, start=max(variance, finest)
+        moved[..., :axes], seen, loadings, counts, start=max(variance, finest)
     )
-    found = np.sqrt(variances / _usual(variances, points))
+    squares = (predicted[..., :axes] ** 2).mean(axis=(0, 2))
+    found = np.sqrt(variances / _usual(variances, points, squares + finest))
     chance, sure = _CHANCE
     return np.minimum(found, 1.0 + (found - chance) * (sure - 1.0) / (sure - chance)).clip(min=1.0)
 
@@ -137,7 +136,6 @@ def _most_probable_variances(
     moved: FloatArray,
     seen: BoolArray,
     loadings: FloatArray,
-    offsets: FloatArray,
     counts: FloatArray,
     *,
     start: float,
@@ -150,8 +148,6 @@ def _most_probable_variances(
         Displacements in each window; as predicted where they were not seen.
     seen : (W, M) bool
     loadings : (M * axes, K) float64 [m]
-    offsets : (S, M * axes) float64 [m]
-        Of the blend shapes.
     counts : (M,) float64
         Independent windows of each marker.
     start : float [m^2]
@@ -162,10 +158,9 @@ def _most_probable_variances(
     least = _ROUNDING * start  # else a marker without an error would have no inverse
     variances = np.full(seen.shape[1], start)
     for _ in range(_ITERATIONS):
-        each = np.repeat(variances, axes)
-        errors, spread = _expected_errors(flat, loadings, each)
-        lasting = np.where(known, errors, 0.0).mean(axis=0) / np.repeat(share, axes)
-        errors -= _by_neutral(lasting, offsets, each)
+        errors, spread = _expected_errors(flat, loadings, np.repeat(variances, axes))
+        # What lasts for the whole take is noise or an expression of the neutral frames.
+        errors -= np.where(known, errors, 0.0).mean(axis=0) / np.repeat(share, axes)
         squares = np.where(known, errors, 0.0).reshape(moved.shape) ** 2
         own = squares.mean(axis=(0, 2)) / share + spread.reshape(-1, axes).mean(axis=1)
         found = (counts * own + _PRIOR * float(np.median(own))) / (counts + _PRIOR)
@@ -190,23 +185,26 @@ def _expected_errors(
     return errors, ((loadings @ spread) * loadings).sum(axis=1)
 
 
-def _by_neutral(lasting: FloatArray, offsets: FloatArray, variances: FloatArray) -> FloatArray:
-    """Return the part (N,) [m] of an error that lasts (N,) that an expression at rest explains.
+def _usual(variances: FloatArray, points: FloatArray, squares: FloatArray) -> FloatArray:
+    """Return the usual variance (M,) [m^2] of an error at each marker's place.
 
-    The most probable one, by blend shapes of `offsets` (S, N), beside errors of `variances` (N,).
+    The median of the markers around, or what a marker that moves so far is off by misfit: another
+    person's chin that goes down twice as far as the lip is off by twice as much.
+
+    Parameters
+    ----------
+    variances : (M,) float64 [m^2]
+    points : (M, 3) float64 [m]
+    squares : (M,) float64 [m^2]
+        Mean squares of the markers' displacements by the blend shapes.
     """
-    shapes = _NEUTRAL * offsets
-    weighted = shapes / variances
-    normal = weighted @ shapes.T + np.eye(len(shapes))
-    return np.asarray(np.linalg.solve(normal, weighted @ lasting) @ shapes)
-
-
-def _usual(variances: FloatArray, points: FloatArray) -> FloatArray:
-    """Return the median variance of the markers around each of those at `points` (M, 3): (M,)."""
     nearest = cKDTree(points).query(points, _AROUND + 1)[1]
     own = nearest == np.arange(len(points))[:, None]
     others = np.take_along_axis(nearest, np.argsort(own, axis=1, kind="stable"), axis=1)
-    return np.asarray(np.median(variances[others[:, :-1]], axis=1))
+    around = np.median(variances[others[:, :-1]], axis=1)
+    noise = variances.min()
+    misfit = float(np.median((variances - noise) / squares))
+    return np.asarray(np.maximum(around, noise + misfit * squares))
 
 
 def marker_error_findings(
