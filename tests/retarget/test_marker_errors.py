@@ -137,7 +137,7 @@ def test_a_short_take_says_little() -> None:
     errors = np.ones(MARKERS)
     errors[3] = 20.0
     joint = performed(errors)
-    brief = replace(joint, weights=WEIGHTS[:60], displaced=joint.displaced[:60])
+    brief = replace(joint, weights=WEIGHTS[:30], displaced=joint.displaced[:30])
     found = estimated(brief)
     assert 1.0 < found[3] < 0.5 * estimated(joint)[3]
 

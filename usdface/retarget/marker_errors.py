@@ -18,9 +18,10 @@ from usdface.takes import visible
 
 __all__ = ["LARGE_ERROR", "estimate_marker_errors", "marker_error_findings"]
 
-# Displacements are averaged over windows of this length [s], as in the solve: noise averages out, a
-# slip or a drift does not. A marker counts where a window shows it for this share.
-_WINDOW, _SHOWN = 0.4, 0.5
+# A marker's error is the largest of its means over windows of these lengths [s]: single frames
+# show a spike; in long windows noise averages out, as in the solve, a slip or a drift does not. A
+# marker counts where a window shows it for this share.
+_WINDOWS, _SHOWN = (0.0, 0.4), 0.5
 # Errors of a face are correlated in time: those within this time [s] count as one.
 _ALIKE = 1.0
 # Weight of the typical variance, in such times.
@@ -60,8 +61,8 @@ def estimate_marker_errors(
 ) -> FloatArray:
     """Estimate the markers' errors by those of the markers around them: (M,) [1], at least 1.
 
-    Of the most probable variances of displacements, in means over short windows, that are the sum
-    of weights, which move together as solved, the head's motion, errors of the neutral and
+    Of the most probable variances of displacements, and of their means over windows, that are the
+    sum of weights, which move together as solved, the head's motion, errors of the neutral and
     independent errors: factor analysis with known loadings by expectation maximisation (D. Rubin,
     D. Thayer, "EM algorithms for ML factor analysis", Psychometrika 47, 1982). What only few
     markers show is not taken for their accuracy: the uncertainty of the weights counts. All 1 where
@@ -89,22 +90,30 @@ def estimate_marker_errors(
         return np.ones(len(points))
     some = slice(None, None, -(-displaced.size // _NUMBERS))
     times, weights, displaced = times[some], weights[some], displaced[some]
-    starts = np.unique(np.floor((times - times[0]) / _WINDOW), return_index=True)[1]
     predicted = model.displacements(weights).reshape(displaced.shape)
-    moved, seen = _means(displaced, predicted, starts)
     shown = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
     loadings = _face_loadings(weights, model.offsets[:, shown])
     if head_moves:
         loadings = np.hstack([loadings, _FREE * np.sqrt(variance) * motion_basis(points, axes)])
-    counts = seen.mean(axis=0) * min(len(moved), float(times[-1] - times[0]) / _ALIKE)
     finest = (_FINEST * rms_radius(points)) ** 2
-    variances = finest + _most_probable_variances(
-        moved[..., :axes], seen, loadings, counts, start=max(variance, finest)
-    )
-    squares = (predicted[..., :axes] ** 2).mean(axis=(0, 2))
-    found = np.sqrt(variances / _usual(variances, points, squares + finest))
+    ways = np.linalg.norm(predicted[..., :axes], axis=2).mean(axis=0)
+    found = np.ones(len(points))
+    for length in _WINDOWS:
+        moved, seen = _means(displaced, predicted, _starts(times, length))
+        counts = seen.mean(axis=0) * min(len(moved), float(times[-1] - times[0]) / _ALIKE)
+        variances = finest + _most_probable_variances(
+            moved[..., :axes], seen, loadings, counts, start=max(variance, finest)
+        )
+        found = np.maximum(found, np.sqrt(variances / _usual(variances, points, ways**2 + finest)))
     chance, sure = _CHANCE
     return np.minimum(found, 1.0 + (found - chance) * (sure - 1.0) / (sure - chance)).clip(min=1.0)
+
+
+def _starts(times: FloatArray, length: float) -> IntArray:
+    """Return the first frames of windows of a length [s], which are single frames for 0."""
+    if length == 0.0:
+        return np.arange(len(times))
+    return np.unique(np.floor((times - times[0]) / length), return_index=True)[1]
 
 
 def _means(
@@ -196,7 +205,7 @@ def _usual(variances: FloatArray, points: FloatArray, squares: FloatArray) -> Fl
     variances : (M,) float64 [m^2]
     points : (M, 3) float64 [m]
     squares : (M,) float64 [m^2]
-        Mean squares of the markers' displacements by the blend shapes.
+        Of the markers' mean displacements by the blend shapes.
     """
     nearest = cKDTree(points).query(points, _AROUND + 1)[1]
     own = nearest == np.arange(len(points))[:, None]
