@@ -2,8 +2,9 @@
 
 One marker is noisy, another slips or is bound to a wrong vertex. Squares that are weighted by the
 inverse variances of their errors give the best linear estimate (Aitken 1936). Where a region moves
-as the character's blend shapes cannot, all its markers are off: that is misfit of two faces, which
-the solve has terms for, and no reason to ignore the region.
+as the character's blend shapes cannot, all its markers are off, and a marker that moves farther
+than others is off by more: that is misfit of two faces, which the solve has terms for, and no
+reason to ignore the region or the marker.
 """
 
 import numpy as np
