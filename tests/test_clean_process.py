@@ -69,11 +69,8 @@ def test_it_can_be_left_out(world: World, tmp_path: Path) -> None:
 
 
 def test_a_spike_that_is_left_in_counts_less(world: World, tmp_path: Path) -> None:
-    """A tenth remains on the chin, which moves farthest, so that misfit may be largest there."""
-    (tmp_path / "alike").mkdir()
-    _, alike = processed(world, tmp_path / "alike", clean=False, solve={"errors": "alike"})
     _, root = processed(world, tmp_path, clean=False)
-    assert error(root, world) < 0.15 * error(alike, world)
+    assert error(root, world) < 0.025
 
 
 @pytest.mark.slow

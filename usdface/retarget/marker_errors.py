@@ -105,7 +105,7 @@ def estimate_marker_errors(
         variances = finest + _most_probable_variances(
             moved[..., :axes], seen, loadings, counts, start=max(variance, finest)
         )
-        found = np.maximum(found, np.sqrt(variances / _usual(variances, points, ways**2 + finest)))
+        found = np.maximum(found, np.sqrt(variances / _usual(variances, points, ways)))
     chance, sure = _CHANCE
     return np.minimum(found, 1.0 + (found - chance) * (sure - 1.0) / (sure - chance)).clip(min=1.0)
 
@@ -195,7 +195,7 @@ def _expected_errors(
     return errors, ((loadings @ spread) * loadings).sum(axis=1)
 
 
-def _usual(variances: FloatArray, points: FloatArray, squares: FloatArray) -> FloatArray:
+def _usual(variances: FloatArray, points: FloatArray, ways: FloatArray) -> FloatArray:
     """Return the usual variance (M,) [m^2] of an error at each marker's place.
 
     The median of the markers around, or what a marker that moves so far is off by misfit: another
@@ -205,16 +205,24 @@ def _usual(variances: FloatArray, points: FloatArray, squares: FloatArray) -> Fl
     ----------
     variances : (M,) float64 [m^2]
     points : (M, 3) float64 [m]
-    squares : (M,) float64 [m^2]
-        Of the markers' mean displacements by the blend shapes.
+    ways : (M,) float64 [m]
+        Mean lengths of the markers' displacements by the blend shapes.
     """
     nearest = cKDTree(points).query(points, _AROUND + 1)[1]
     own = nearest == np.arange(len(points))[:, None]
     others = np.take_along_axis(nearest, np.argsort(own, axis=1, kind="stable"), axis=1)
     around = np.median(variances[others[:, :-1]], axis=1)
-    noise = variances.min()
-    misfit = float(np.median((variances - noise) / squares))
-    return np.asarray(np.maximum(around, noise + misfit * squares))
+    misfit = _misfit_share(variances - variances.min(), ways) * ways**2
+    return np.asarray(np.maximum(around, misfit))
+
+
+def _misfit_share(variances: FloatArray, ways: FloatArray) -> float:
+    """Return the median of ``variances / ways**2``, in which markers count by their ways (M,)."""
+    moving = ways > 0.0
+    shares = variances[moving] / ways[moving] ** 2
+    order = np.argsort(shares)
+    counted = np.cumsum(ways[moving][order])
+    return float(shares[order][np.searchsorted(counted, 0.5 * counted[-1])]) if len(order) else 0.0
 
 
 def marker_error_findings(
