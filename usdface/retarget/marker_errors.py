@@ -128,7 +128,8 @@ def _means(
     lengths = np.diff(np.append(starts, len(seen)))[:, None]
     counts = np.add.reduceat(seen.astype(np.float64), starts)
     left = np.add.reduceat(np.where(seen[..., None], displaced - predicted, 0.0), starts)
-    left /= np.maximum(counts, 1.0)[..., None]
+    # As noisy as means of whole windows, of however few frames they are.
+    left /= np.sqrt(np.maximum(counts, 1.0) * lengths)[..., None]
     means = np.add.reduceat(predicted, starts) / lengths[..., None]
     return means + left, counts >= _SHOWN * lengths
 
