@@ -32,9 +32,9 @@ _SHARED = 0.25
 # no wink, but a blink of which the markers missed the other lid.
 _FAST = 0.2
 # A pulse is a squint or a glance if the second half of its closing takes longer [s], or if it is
-# wider at half its height. Of 33 recorded blinks, filtered by their recording, 0.04 to 0.10 and
-# 0.09 to 0.30; of other pulses 0.11 to 0.29 and more.
-_SLOW, _WIDEST = 0.105, 0.35
+# wider at half its height. Of 33 recorded blinks, filtered by their recording, 0.04 to 0.112 and
+# 0.09 to 0.30; of other pulses 0.09 to 0.29 and more.
+_SLOW, _WIDEST = 0.114, 0.35
 # Filters of a recording slow all its blinks: a pulse up to so much slower than the median of the
 # take's blinks is one, too. Those of two real takes on three heads take 0.86 to 1.12 of it.
 _AS_SLOW = 1.15
@@ -111,7 +111,7 @@ def find_blinks(
         peak = first + top
         if peak in kept:
             continue
-        start, closed, opened, end, halfway, width = _times(times[first:last], course, top)
+        start, closed, opened, end, second_half, width = _times(times[first:last], course, top)
         if width > _WIDEST:
             continue
         wink = known.all() and not both and width > _FAST
@@ -120,7 +120,7 @@ def find_blinks(
         guessed = len(pulsing) < 2 and not wink
         blinks.append(EyeClosing("blink", eyes, start, closed, opened, end, height, guessed))
         kept.append(peak)
-        closing_times.append(times[peak] - halfway)
+        closing_times.append(second_half)
     fast = _fast_enough(np.array(closing_times))
     return [blinks[k] for k in fast], np.array(kept, dtype=np.int64)[fast]
 
@@ -157,7 +157,7 @@ def _times(
 ) -> tuple[float, float, float, float, float, float]:
     """Return start, closed, opened and end of a pulse: [s].
 
-    Then the time at which it is half closed, and its width there.
+    Then how long the second half of its closing takes, and its width at half its height.
     """
     share = course / course[peak]
     before = {level: crossing_time(times, share, peak, -1, level) for level in (0.1, 0.5, 0.9)}
@@ -168,4 +168,16 @@ def _times(
     closed = min(before[0.5] + 0.5 * closing, times[peak])
     opened = max(after[0.5] - 0.5 * opening, times[peak])
     width = after[0.5] - before[0.5]
-    return closed - closing, closed, opened, opened + opening, before[0.5], float(width)
+    second_half = _time_of_top(times, share, peak) - before[0.5]
+    return closed - closing, closed, opened, opened + opening, second_half, float(width)
+
+
+def _time_of_top(times: FloatArray, share: FloatArray, peak: int) -> float:
+    """Return the time of a peak, between frames: that of a parabola through three of them [s]."""
+    if not 0 < peak < len(share) - 1:
+        return float(times[peak])
+    rise, fall = share[peak] - share[peak - 1], share[peak] - share[peak + 1]
+    if min(rise, fall) < 0.0 or rise + fall <= 0.0:
+        return float(times[peak])
+    step = 0.5 * float(times[peak + 1] - times[peak - 1])
+    return float(times[peak]) + 0.5 * step * float((rise - fall) / (rise + fall))

@@ -46,11 +46,11 @@ _SPARSITY = 1.0
 # finds nothing in those that show nothing.
 _COST = 12.0
 _RELIEF = 0.02
-# Neutral weights count if the mean cost of a window falls by this at least, in an image and in
-# space. With neutrals that were chosen by eye (AnimFace's Jaw and Eyebrows on three heads) it falls
-# by 0.9 and 0.6 at most, where the neutral shows a mouth open by 0.1, or seven to ten shapes at
-# 0.05 to 0.15, by 0.7 to 12 in space (performers 1 to 4 of python -m benchmarks.performers).
-_WORTH = {2: 1.1, 3: 0.7}
+# Neutral weights count if the mean cost of a window falls by this at least. With neutrals that were
+# chosen by eye (AnimFace's Jaw and Eyebrows on three heads, in space and filmed) it falls by 0.45 at
+# most, of eight takes of performers 1 to 4 on MakeHuman and the example, which show nothing, by 0.67;
+# where the neutral shows a mouth open by 0.1, or seven to ten shapes at 0.05 to 0.15, by 0.7 to 12.
+_WORTH = 0.7
 LARGEST = 0.5  # more than half of a shape is no neutral
 _SOLVES = 2
 # Solved to far less than is saved, so that the order of markers decides nothing.
@@ -93,7 +93,7 @@ def estimate_neutral_weights(
     head_moves : bool
         The head's pose was solved with the weights.
     """
-    moved, shapes = _in_errors(times, joint, points, model, errors, axes, head_moves)
+    moved, shapes, shares = _in_errors(times, joint, points, model, errors, axes, head_moves)
     found = np.zeros(len(model.offsets))
     if len(moved) < _FEWEST_WINDOWS or not shapes.any():
         return found
@@ -105,12 +105,12 @@ def estimate_neutral_weights(
         left = moved + (rest - weights) @ shapes
         each = 0.5 * (left**2).sum(axis=1) + 0.5 * (weights**2).sum(axis=1) / _SPREAD**2
         each += _SPARSITY / _SPREAD * weights.sum(axis=1)
-        return float(each.mean()), left.mean(axis=0) @ shapes.T
+        return float(shares @ each), shares @ left @ shapes.T
 
     rest = np.zeros(len(shapes))
     for _ in range(_SOLVES):
         rest = _minimised(unexplained, rest, _COST * _RELIEF / (rest + _RELIEF))
-    if unexplained(np.zeros(len(shapes)))[0] - unexplained(rest)[0] >= _WORTH[axes]:
+    if unexplained(np.zeros(len(shapes)))[0] - unexplained(rest)[0] >= _WORTH:
         found[model.free] = np.where(rest < _LEAST, 0.0, rest)
     return found
 
@@ -123,22 +123,26 @@ def _in_errors(
     errors: FloatArray | None,
     axes: int,
     head_moves: bool,
-) -> tuple[FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return displacements (W, axes * M), offsets of free shapes (P, axes * M) in a window's error.
 
-    Without the head's motion, if it moves.
+    Without the head's motion, if it moves. Then the shares of the windows in the mean (W,).
     """
     moved, frames = _windows(times, joint, model)
     seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
     moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
-    lasting = joint.regularisation.lasting_variance + (_ERROR * rms_radius(points)) ** 2
     each = 1.0 if errors is None else np.repeat(errors, axes)
     moved, shapes = moved / each, shapes / each
-    error = np.sqrt(joint.regularisation.noise**2 / frames + lasting)
     if head_moves:
         rigid = motion_basis(points, axes, errors)
         moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
-    return moved / error, shapes / error
+    lasting = joint.regularisation.lasting_variance
+    still = joint.regularisation.noise**2 / frames + (_ERROR * rms_radius(points)) ** 2
+    # Misfit is in proportion to motion: windows in which the face rests are surest.
+    ways = (moved**2).sum(axis=1)
+    precision = 1.0 / (still + lasting * ways / max(float(ways.mean()), 1e-30))
+    error = np.sqrt(still + lasting)
+    return moved / error, shapes / error, precision / precision.sum()
 
 
 def _minimised(
