@@ -18,6 +18,7 @@ from rich.table import Table
 
 from benchmarks.performers.bad_tracks import TRACKS, with_tracks
 from benchmarks.performers.given_values import errors_with_given_values
+from benchmarks.performers.other_heads import OTHER_HEADS, neutrals_on
 from benchmarks.performers.shown_neutral import NEUTRALS, with_neutral
 from benchmarks.performers.solvers import (
     FILTERED,
@@ -61,6 +62,11 @@ def main() -> None:
         "--neutrals", action="store_true", help="takes whose neutral frames show something; 20 s"
     )
     parser.add_argument(
+        "--other-heads",
+        action="store_true",
+        help="neutral weights that are found on characters of another model; 20 s",
+    )
+    parser.add_argument(
         "--tracks", action="store_true", help="takes in which some markers are off; 20 s"
     )
     parser.add_argument("--data", type=Path, default=DATA, metavar="DIR")
@@ -74,6 +80,9 @@ def main() -> None:
         return
     if parsed.neutrals:
         print_neutrals(parsed.data, face, numbers)
+        return
+    if parsed.other_heads:
+        print_other_heads(parsed.data, face, numbers)
         return
     if parsed.tracks:
         print_tracks(parsed.data, face, numbers)
@@ -141,6 +150,20 @@ def print_neutrals(data: Path, face: Face, numbers: Sequence[int]) -> None:
     }
     settings = {"as they are": {"neutral": "given"}, "weights found": {}}
     print_settings("the neutral shows", face, numbers, takes, settings)
+
+
+def print_other_heads(data: Path, face: Face, numbers: Sequence[int]) -> None:
+    """Print the neutral weights found on other heads, for each performer."""
+    names = ", ".join(str(number) for number in numbers)
+    table = Table(title=f"neutral weights found, performers {names}")
+    for column in ("head", "the neutral shows", *map(str, numbers)):
+        table.add_column(column)
+    for head in OTHER_HEADS:
+        for shows in ("nothing", "mouth open 0.1", "drawn"):
+            found = neutrals_on(head, data, face, numbers, shows)
+            cells = [", ".join(f"{n} {w:.2f}" for n, w in each.items()) or "-" for each in found]
+            table.add_row(head, shows, *cells)
+    Console(width=180).print(table)
 
 
 def print_tracks(data: Path, face: Face, numbers: Sequence[int]) -> None:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.performers.worlds import JUDGED_ON, ROWS, Performance, perform
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 
 __all__ = [
     "BUILT_ON_20_S",
@@ -50,8 +50,17 @@ def shown_weights(name: str, shape_names: tuple[str, ...], seed: int) -> FloatAr
     return np.array([weights.get(stem, 0.0) for stem in stems])
 
 
-def with_neutral(data: Path, number: int, name: str, shape_names: tuple[str, ...]) -> Performance:
-    """Return a take of performer `number` whose neutral frames show a neutral of `NEUTRALS`."""
+def with_neutral(
+    data: Path,
+    number: int,
+    name: str,
+    shape_names: tuple[str, ...],
+    markers: IntArray | None = None,
+) -> Performance:
+    """Return a take of performer `number` whose neutral frames show a neutral of `NEUTRALS`.
+
+    `markers` are those of `perform`.
+    """
     shown = shown_weights(name, shape_names, number)
     part = JUDGED_ON_20_S if number in JUDGED_ON else BUILT_ON_20_S
-    return perform(data, number, ROWS[0], part=part, shown=shown)
+    return perform(data, number, ROWS[0], part=part, shown=shown, markers=markers)

@@ -131,11 +131,12 @@ def perform(
     noise: float = NOISE,
     neutral_frames: int = NEUTRAL_FRAMES,
     shown: FloatArray | None = None,
+    markers: IntArray | None = None,
 ) -> Performance:
     """Let performer `number` perform a part of the recorded curves, or stretched to extremes.
 
     Without a part it is that of the row, and there are other takes. The neutral frames show
-    weights `shown` (S,), or nothing.
+    weights `shown` (S,), or nothing. `markers` (M,) are vertices; by default 68 landmarks.
     """
     other = range_of_motion = None
     if part is None:
@@ -156,9 +157,10 @@ def perform(
     neutral, offsets = _performer(data, number)
     rng = np.random.default_rng(1000 + number)
     strengths = strengths_of(number, len(offsets)) if row.strengths else np.ones(len(offsets))
-    worn = face.points
+    bound = face.points if markers is None else markers
+    worn = bound
     if row.misplaced:
-        worn = _beside(_graph(data), face.points, row.misplaced, rng)
+        worn = _beside(_graph(data), bound, row.misplaced, rng)
     truth = to_extremes(face.curves[part]) if extremes else face.curves[part]
     moved = strengths[:, None, None] * offsets[:, worn]
     rest = np.zeros(truth.shape[1]) if shown is None else shown
@@ -173,7 +175,7 @@ def perform(
         positions,
         unturned,
         truth,
-        face.points,
+        bound,
         worn,
         neutral[worn],
         moved,

@@ -48,9 +48,14 @@ _COST = 12.0
 _RELIEF = 0.02
 # Neutral weights count if the mean cost of a window falls by this at least. With neutrals that were
 # chosen by eye (AnimFace's Jaw and Eyebrows on three heads, in space and filmed) it falls by 0.45 at
-# most, of eight takes of performers 1 to 4 on MakeHuman and the example, which show nothing, by 0.67;
-# where the neutral shows a mouth open by 0.1, or seven to ten shapes at 0.05 to 0.15, by 0.7 to 12.
+# most; where the neutral shows a mouth open by 0.1, or seven to ten shapes at 0.05 to 0.15, by 0.7
+# to 12 on a rig that makes the performer's movements.
 _WORTH = 0.7
+# Another rig's misfit may resemble a blend shape: then by such a share of the cost that is left, too.
+# Of neutrals that show nothing, on MakeHuman and the example, at most 0.21 (a performer who presses
+# the chin up for 20 s); of a mouth open by 0.1, 0.53 and more on MakeHuman, 0.17 to 0.24 on the
+# example.
+_RESEMBLES = 0.3
 LARGEST = 0.5  # more than half of a shape is no neutral
 _SOLVES = 2
 # Solved to far less than is saved, so that the order of markers decides nothing.
@@ -93,7 +98,9 @@ def estimate_neutral_weights(
     head_moves : bool
         The head's pose was solved with the weights.
     """
-    moved, shapes, shares = _in_errors(times, joint, points, model, errors, axes, head_moves)
+    moved, shapes, shares, unlike = _in_errors(
+        times, joint, points, model, errors, axes, head_moves
+    )
     found = np.zeros(len(model.offsets))
     if len(moved) < _FEWEST_WINDOWS or not shapes.any():
         return found
@@ -110,7 +117,8 @@ def estimate_neutral_weights(
     rest = np.zeros(len(shapes))
     for _ in range(_SOLVES):
         rest = _minimised(unexplained, rest, _COST * _RELIEF / (rest + _RELIEF))
-    if unexplained(np.zeros(len(shapes)))[0] - unexplained(rest)[0] >= _WORTH:
+    before, after = unexplained(np.zeros(len(shapes)))[0], unexplained(rest)[0]
+    if before - after >= max(_WORTH, _RESEMBLES * unlike * after):
         found[model.free] = np.where(rest < _LEAST, 0.0, rest)
     return found
 
@@ -123,10 +131,11 @@ def _in_errors(
     errors: FloatArray | None,
     axes: int,
     head_moves: bool,
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+) -> tuple[FloatArray, FloatArray, FloatArray, float]:
     """Return displacements (W, axes * M), offsets of free shapes (P, axes * M) in a window's error.
 
-    Without the head's motion, if it moves. Then the shares of the windows in the mean (W,).
+    Without the head's motion, if it moves. Then the shares of the windows in the mean (W,), and
+    that of the misfit in the error's variance.
     """
     moved, frames = _windows(times, joint, model)
     seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
@@ -142,7 +151,8 @@ def _in_errors(
     ways = (moved**2).sum(axis=1)
     precision = 1.0 / (still + lasting * ways / max(float(ways.mean()), 1e-30))
     error = np.sqrt(still + lasting)
-    return moved / error, shapes / error, precision / precision.sum()
+    unlike = lasting / (still + lasting)
+    return moved / error, shapes / error, precision / precision.sum(), unlike
 
 
 def _minimised(
