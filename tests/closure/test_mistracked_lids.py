@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from closing_world import TIMES, markers, performance, result
+from closing_world import TIMES, markers, performance, result, slit_markers
 from ict_face import ict_mesh
 from slits import slit_face
 
 from usdface import ProcessOptions, assemble_shot, read_bind, read_take, retarget
 from usdface.closure.lid_gaps import lid_gaps_of
-from usdface.closure.mistracked_lids import _believed, lid_reach, mistracked_lids
+from usdface.closure.mistracked_lids import _believed, lid_pairs, lid_reach, mistracked_lids
 from usdface.options import CleanOptions
 from usdface.rigs import Rig
 from usdface.shot import ShotResult
@@ -75,6 +75,27 @@ def test_both_lids_that_rise_are_believed() -> None:
     take = markers(MESH, performance(NAMES))
     shot = result(lost(lost(take), "eye_left_up"))
     assert codes(shot) == []
+
+
+def test_a_marker_that_closed_lids_hardly_move_is_not_judged() -> None:
+    """It is beside the lid: raised brows move it further than lids do."""
+    own = slit_markers(MESH)
+    lids = [own[f"eye_{side}_{lid}"] for side in ("left", "right") for lid in ("up", "in")]
+
+    def judged(share: float) -> int:
+        shapes = []
+        for shape in MESH.shapes:
+            less = np.isin(shape.indices, lids) & shape.name.startswith("eyeBlink")
+            factor = np.where(less, share, 1.0)[:, None]
+            shapes.append(replace(shape, offsets=factor * shape.offsets))
+        mesh = replace(MESH, shapes=tuple(shapes))
+        shot = result(markers(MESH, performance(NAMES)), mesh=mesh)
+        assert shot.solution is not None
+        face = shot.shot.face.with_contacts()
+        return len(lid_pairs(face, shot.solution, lid_gaps_of(face, NAMES)))
+
+    assert judged(1.0) == 4
+    assert judged(0.2) == 0
 
 
 def test_it_leaves_a_take_alone_that_is_not_cleaned() -> None:

@@ -32,9 +32,9 @@ _SHARED = 0.25
 # no wink, but a blink of which the markers missed the other lid.
 _FAST = 0.2
 # A pulse is a squint or a glance if the second half of its closing takes longer [s], or if it is
-# wider at half its height. Of 33 recorded blinks, filtered by their recording, 0.04 to 0.112 and
+# wider at half its height. Of 33 recorded blinks, filtered by their recording, 0.04 to 0.114 and
 # 0.09 to 0.30; of other pulses 0.09 to 0.29 and more.
-_SLOW, _WIDEST = 0.114, 0.35
+_SLOW, _WIDEST = 0.115, 0.35
 # Filters of a recording slow all its blinks: a pulse up to so much slower than the median of the
 # take's blinks is one, too. Those of two real takes on three heads take 0.86 to 1.12 of it.
 _AS_SLOW = 1.15

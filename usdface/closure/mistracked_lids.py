@@ -43,6 +43,10 @@ _MIRROR = np.array([-1.0, 1.0, 1.0])
 _BEYOND = 1.5
 # An eye opens by this share of its closing at least, on a rig without a shape that opens it.
 _OPENS = 0.4
+# Openings of the eye: a marker that the closing shape moves by less is beside the lid, and does not
+# tell how far it is open. AnimFace's move by 0.48 on ICT, by 0.12 on the example, where raised brows
+# were taken for wide eyes.
+_TELLS = 0.25
 # Differences of the two lids, as shares of that limit, between which it is replaced in part.
 _LESS, _NOT = 0.25, 0.5
 # s: so far from a certain frame a stretch is replaced. That of AnimFace's frown takes 3.5 s in all.
@@ -95,7 +99,11 @@ def lid_pairs(
     if not solution.in_space or len(gaps) < 2:
         return []
     names = solution.weights.names
-    lids = {lid.marker: lid for lid in lid_markers(face, gaps, names, solution)}
+    lids = {
+        lid.marker: lid
+        for lid in lid_markers(face, gaps, names, solution)
+        if np.linalg.norm(lid.closing) >= _TELLS * gaps[lid.eye].opening
+    }
     partner = mirrored_markers(solution.rest, midline(solution.rest, face.midline))
     return [(lid, lids[partner[m]]) for m, lid in lids.items() if partner[m] in lids]
 
