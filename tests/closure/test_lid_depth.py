@@ -18,6 +18,7 @@ STEP = 1 / 60
 TIMES = np.arange(0, 8, STEP)
 STARTS = np.array([1.0, 2.3, 3.6, 5.0])
 PEAKS = np.round((STARTS + 0.1) / STEP).astype(np.int64)
+LOW = np.zeros(4)
 BLINK = EyeClosing("blink", (0, 1), 0.0, 0.05, 0.1, 0.2, 1.0)
 
 
@@ -47,9 +48,9 @@ def test_an_eye_that_is_not_seen_is_infinitely_deep() -> None:
     curve[:, 1] = np.nan
     depth = lid_depth(curve, STEP)
     assert np.isinf(depth.gone[:, 1]).all() and np.isfinite(depth.gone[:, 0]).all()
-    assert pulses_that_close(depth, PEAKS, [BLINK] * 4).all()
+    assert pulses_that_close(depth, PEAKS, [BLINK] * 4, LOW).all()
     unknown = lid_depth(np.full(curve.shape, np.nan), STEP)
-    assert pulses_that_close(unknown, PEAKS, [BLINK] * 4).all()
+    assert pulses_that_close(unknown, PEAKS, [BLINK] * 4, LOW).all()
     assert as_deep_as_others(unknown, PEAKS).all()
     assert has_closed_level(unknown, unknown, unknown, PEAKS)
 
@@ -69,7 +70,18 @@ def test_one_of_few_blinks_that_squeezes_the_lids_does_not_make_squints_of_the_o
 
 def test_a_ripple_on_lids_that_hang_closes_no_eye() -> None:
     depth = lid_depth(0.6 + pulses([0.4, 0.4, 0.1, 0.35]), STEP)
-    assert pulses_that_close(depth, PEAKS, [BLINK] * 4).tolist() == [True, True, False, True]
+    assert pulses_that_close(depth, PEAKS, [BLINK] * 4, LOW).tolist() == [True, True, False, True]
+
+
+@pytest.mark.parametrize(("taken", "closed"), [(0.34, True), (0.28, False)])
+def test_a_pulse_of_the_markers_as_high_as_blinks_is_one(taken: float, closed: bool) -> None:
+    """Though the lids seem open, unless less of their opening is taken away."""
+    drift = np.where(TIMES > 4.5, 0.13, 0.0)[:, None]
+    depth = lid_depth(pulses([0.5, 0.5, 0.5, taken]) - drift, STEP)
+    blinks = [BLINK] * 4
+    low, high = (np.array([1.0, 1.0, 1.0, height]) for height in (0.6, 0.75))
+    assert not pulses_that_close(depth, PEAKS, blinks, low)[3]
+    assert pulses_that_close(depth, PEAKS, blinks, high)[3] == closed
 
 
 def test_a_solve_that_hardly_shows_blinks_is_not_asked() -> None:
@@ -119,4 +131,6 @@ def test_only_blinks_show_the_closed_level() -> None:
 
 def test_no_pulses() -> None:
     depth, none = lid_depth(narrowed(0.8), STEP), np.zeros(0, np.int64)
-    assert len(pulses_that_close(depth, none, [])) == len(as_deep_as_others(depth, none)) == 0
+    assert (
+        len(pulses_that_close(depth, none, [], LOW[:0])) == len(as_deep_as_others(depth, none)) == 0
+    )

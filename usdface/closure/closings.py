@@ -95,7 +95,7 @@ def find_closings(
     solved = SolvedLids(unknown, unknown) if solved is None else solved
     depth = lid_depth(unknown if lids is None else lids, step)
     as_solved, by_closer = lid_depth(solved.closed, step), lid_depth(solved.by_closer, step)
-    closed = pulses_that_close(depth, peaks, blinks)
+    closed = pulses_that_close(depth, peaks, blinks, _reached(pulses, scale, peaks, step))
     closed[closed] = as_deep_as_others(as_solved, peaks[closed])
     known = closed.any() and has_closed_level(depth, as_solved, by_closer, peaks[closed])
     if closed.any() and not known:
@@ -137,6 +137,13 @@ def _pulses(
             lid = maximum_filter1d(lid, 2 * round(APART / step) + 1)
             skin[:, eye] = lid + noise < _OWN * pulses[:, eye]
     return smooth, pulses, skin
+
+
+def _reached(pulses: FloatArray, scale: FloatArray, peaks: IntArray, step: float) -> FloatArray:
+    """Return the height of each pulse by that of the take's blinks: (N,), mean of the eyes."""
+    around = maximum_filter1d(pulses, 2 * round(APART / step) + 1, axis=0)[peaks]
+    known = np.isfinite(scale)
+    return np.asarray((around[:, known] / scale[known]).sum(axis=1) / max(int(known.sum()), 1))
 
 
 def _eyes_that_blink(

@@ -44,8 +44,8 @@ _BEYOND = 1.5
 # An eye opens by this share of its closing at least, on a rig without a shape that opens it.
 _OPENS = 0.4
 # Openings of the eye: a marker that the closing shape moves by less is beside the lid, and does not
-# tell how far it is open. AnimFace's move by 0.48 on ICT, by 0.12 on the example, where raised brows
-# were taken for wide eyes.
+# tell how far it is open. AnimFace's move by 0.48 on ICT, by 0.12 on the example, where a raised
+# brow was taken for a wide eye.
 _TELLS = 0.25
 # Differences of the two lids, as shares of that limit, between which it is replaced in part.
 _LESS, _NOT = 0.25, 0.5

@@ -47,14 +47,14 @@ _SPARSITY = 1.0
 _COST = 12.0
 _RELIEF = 0.02
 # Neutral weights count if the mean cost of a window falls by this at least. With neutrals that were
-# chosen by eye (AnimFace's Jaw and Eyebrows on three heads, in space and filmed) it falls by 0.45 at
-# most; where the neutral shows a mouth open by 0.1, or seven to ten shapes at 0.05 to 0.15, by 0.7
-# to 12 on a rig that makes the performer's movements.
+# chosen by eye (AnimFace's Jaw and Eyebrows on three heads, in space and filmed) it falls by 0.45
+# at most; where the neutral shows a mouth open by 0.1, or seven to ten shapes at 0.05 to 0.15, by
+# 0.7 to 12 on a rig that makes the performer's movements.
 _WORTH = 0.7
-# Another rig's misfit may resemble a blend shape: then by such a share of the cost that is left, too.
-# Of neutrals that show nothing, on MakeHuman and the example, at most 0.21 (a performer who presses
-# the chin up for 20 s); of a mouth open by 0.1, 0.53 and more on MakeHuman, 0.17 to 0.24 on the
-# example.
+# Another rig's misfit may resemble a blend shape: then by such a share of the cost that is left,
+# too. Of neutrals that show nothing, on MakeHuman and the example, at most 0.21 (a performer who
+# presses the chin up for 20 s); of a mouth open by 0.1, 0.53 and more on MakeHuman, 0.17 to 0.24 on
+# the example.
 _RESEMBLES = 0.3
 LARGEST = 0.5  # more than half of a shape is no neutral
 _SOLVES = 2
