@@ -13,6 +13,7 @@ from scipy.spatial import cKDTree
 import usdface
 from usdface.options import ProcessOptions, SolveOptions
 from usdface.retarget.neutral_weights import LARGEST
+from usdface.rigs import Rig
 from usdface.shot import Shot
 from usdface.shot_report import report_of
 from usdface.takes import MarkerTake
@@ -64,6 +65,16 @@ def test_mirrored_labels_are_not_usable(shot: Shot) -> None:
     across = cKDTree(points).query(points[vertices] * [-1, 1, 1])[1]
     verdict = verdict_on(with_vertices(shot, across))
     assert verdict.level == "not_usable" and codes(verdict)[0] == "SIDES_MIRRORED"
+
+
+@pytest.mark.slow
+def test_a_rig_without_some_shapes_is_to_be_looked_at(shot: Shot) -> None:
+    without = tuple(s for s in shot.mesh.shapes if not s.name.startswith(("mouth", "jaw")))
+    assert len(without) < len(shot.mesh.shapes)
+    verdict = verdict_on(replace(shot, rig=Rig("face", (replace(shot.mesh, shapes=without),))))
+    assert verdict.level == "look_at" and "SHAPES_MISSING" in codes(verdict)
+    markers = verdict.reasons[codes(verdict).index("SHAPES_MISSING")].measured.where
+    assert all(name.startswith(("lip", "chin", "jaw")) for name in markers)
 
 
 @pytest.mark.slow

@@ -11,6 +11,7 @@ from usdface.frame_blocks import by_blocks, frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.retarget.neutral_weights import LARGEST, weights_at_limit
+from usdface.retarget.shape_reach import beyond_reach
 from usdface.retarget.solution import Solution
 from usdface.retarget_setup import RetargetSetup
 from usdface.shot import ShotResult
@@ -25,6 +26,8 @@ _RIDGE = 0.02
 _LIMIT = 0.999
 # Proposed places of a lower confidence are unsure, and none is flatter than this.
 _SURE, _FLATTEST = 0.5, 0.01
+# Values of a block of frames, markers and shapes: 64 MB.
+_VALUES = 2**23
 # A shape is open while it is above its own 10th percentile.
 _OPEN = 10.0
 
@@ -75,14 +78,10 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     away = _rms_distances(solution)
     motion = _rms_motion(solution)
     noise = np.sqrt(3.0) * solution.noise
-    by_errors = away if solution.errors is None else away / solution.errors
-    unexplained = float(np.sqrt(max(np.nanmean(by_errors**2) - noise**2, 0.0)))
     seen = visible(take.positions)[:, [take.names.index(name) for name in markers]]
     hidden = 1.0 - seen.mean(axis=0)
     found = {
-        "MOTION_UNEXPLAINED": Measured(
-            _share(unexplained, motion), "markers", _most(markers, away)
-        ),
+        **_of_motion(solution, face, motion, noise),
         "NOISE_LARGE": Measured(_share(noise, motion)),
         "MARKER_ASTRAY": _worst("markers", markers, human_mm * away),
         "MARKERS_OCCLUDED": Measured(float(hidden.mean()), "markers", _most(markers, hidden)),
@@ -98,6 +97,37 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     if solution.in_space:
         found |= _of_rest(solution, face, size)
     return found
+
+
+def _of_motion(
+    solution: Solution, face: BoundFace, motion: float, noise: float
+) -> dict[str, Measured]:
+    """Measure the motion that the shapes leave unexplained, and that no weights of them reach.
+
+    Motion beyond their reach counts against neither the solve nor the binding: it is taken off the
+    distances and off the motion.
+    """
+    markers, shapes = solution.markers, face.mesh.offsets_at(face.vertices_of(solution.markers))
+    errors = 1.0 if solution.errors is None else solution.errors
+    beyond, reached, missed, seen = np.zeros((4, len(markers)))
+    size = max(1, _VALUES // max(shapes.size, 1))
+    for frames in frame_blocks(len(solution.residual), size):
+        displaced, away = solution.displaced(frames), solution.distances[frames]
+        short = beyond_reach(displaced, shapes)
+        beyond += (short**2).sum(axis=0)
+        reached += ((np.linalg.norm(displaced, axis=2) - short) ** 2).sum(axis=0)
+        missed += np.nansum((np.maximum(away - short, 0.0) / errors) ** 2, axis=0)
+        seen += (~np.isnan(away)).sum(axis=0)
+    unexplained = np.sqrt(max(missed.sum() / max(seen.sum(), 1.0) - noise**2, 0.0))
+    rms_beyond, rms_reached = (
+        np.sqrt(sums.sum() / solution.distances.size) for sums in (beyond, reached)
+    )
+    return {
+        "MOTION_UNEXPLAINED": Measured(
+            _share(unexplained, rms_reached), "markers", _most(markers, missed)
+        ),
+        "SHAPES_MISSING": Measured(_share(rms_beyond, motion), "markers", _most(markers, beyond)),
+    }
 
 
 def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Measured]:

@@ -61,9 +61,15 @@ CRITERIA: tuple[Criterion, ...] = (
         "MOTION_UNEXPLAINED",
         0.3,
         0.7,
-        "the blend shapes leave {value} of the motion unexplained, most {where}",
-        f"check where these markers sit ({_BINDING}) and whether the character has blend shapes "
-        "for this motion",
+        "the blend shapes leave {value} of the motion in their reach unexplained, most {where}",
+        f"check where these markers sit: {_BINDING}",
+    ),
+    Criterion(
+        "SHAPES_MISSING",
+        0.3,
+        np.inf,
+        "{value} of the motion is beyond the character's blend shapes, most {where}",
+        "add or enlarge blend shapes there; the rest of the face follows all the same",
     ),
     Criterion(
         "NEUTRAL_EXPRESSIVE",
