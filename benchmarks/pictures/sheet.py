@@ -78,7 +78,7 @@ def _still_markers(result: ShotResult) -> tuple[np.ndarray, np.ndarray] | None:
     take, solution = result.shot.take, result.solution
     if solution is None or not isinstance(take, MarkerTake):
         return None
-    return solution.pose.to_head(take.select(solution.markers)), solution.neutral
+    return solution.still(take), solution.neutral
 
 
 def _draw_markers(axis: Axes, still: tuple[np.ndarray, np.ndarray], frame: int) -> None:

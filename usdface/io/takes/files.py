@@ -60,6 +60,9 @@ def _rate_findings(take: MarkerTake | WeightsTake, path: Path) -> list[Finding]:
     least, most = _USUAL_RATES
     if take.rate == 0.0 or least <= take.rate <= most:  # 0: a single frame
         return []
-    message = "{rate_hz:g} Hz; {frames} frames last {seconds:.2g} s"
+    message = (
+        "{rate_hz:g} Hz; {frames} frames last {seconds:.2g} s; if they were recorded at another "
+        "rate, name it: --rate HZ"
+    )
     seconds = len(take.times) / take.rate
     return [finding("RATE_UNUSUAL", str(path), message, take.rate, len(take.times), seconds)]
