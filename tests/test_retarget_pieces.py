@@ -55,7 +55,9 @@ def solved() -> Iterator[Solved]:
 
 
 def shot_of(world: World, positions: np.ndarray) -> Shot:
-    take = MarkerTake(world.take.names, np.arange(len(positions)) / 30.0, positions, 30.0)
+    blink = np.linspace(0.0, 1.0, len(positions))
+    times = np.arange(len(positions)) / 30.0
+    take = MarkerTake(world.take.names, times, positions, 30.0, blink=blink)
     binding = Binding(tuple(world.points), np.array(list(world.points.values())), "head")
     setup = RetargetSetup(binding, neutral=(0, 3), nose_tip="nose")
     return Shot(world.rig, take, setup)
@@ -64,9 +66,7 @@ def shot_of(world: World, positions: np.ndarray) -> Shot:
 def part(shot: Shot, frames: np.ndarray) -> Shot:
     take = shot.take
     assert isinstance(take, MarkerTake)
-    return replace(
-        shot, take=replace(take, times=take.times[frames], positions=take.positions[frames])
-    )
+    return replace(shot, take=take.with_frames(frames))
 
 
 def estimated(shot: Shot, cuts: PieceCuts) -> EstimatedTake:
@@ -88,6 +88,7 @@ def test_pieces_have_the_weights_of_the_whole(solved: Solved, tmp_path: Path) ->
     assert isinstance(joined.take, MarkerTake) and isinstance(whole.take, MarkerTake)
     np.testing.assert_array_equal(joined.take.positions, whole.take.positions)
     np.testing.assert_array_equal(joined.weights.times, solved.shot.take.times)
+    np.testing.assert_array_equal(joined.take.blink, solved.shot.take.blink)
     assert joined.repairs == join([whole], known, MappedArrays(tmp_path)).repairs
     assert joined.findings == join([whole], known, MappedArrays(tmp_path)).findings
     codes = {found.code for found in joined.findings}

@@ -49,6 +49,21 @@ def test_a_diameter_that_is_none_is_refused(diameter: float) -> None:
         markers(diameters=[0.004, np.nan, diameter])
 
 
+@pytest.mark.parametrize("blink", [[0.0, 1.0], [0.0, 0.1, 1.1, 0.0], [0.0, -0.1, 0.0, 0.0]])
+def test_blinks_that_are_none_are_refused(blink: list[float]) -> None:
+    with pytest.raises(InputError, match="blinks"):
+        markers(blink=blink)
+
+
+def test_some_frames_of_a_take_are_those() -> None:
+    take = markers(blink=[0.0, 0.5, np.nan, 1.0])
+    some = take.with_frames(slice(1, 3))
+    assert some.times.tolist() == take.times[1:3].tolist()
+    np.testing.assert_array_equal(some.positions, take.positions[1:3])
+    np.testing.assert_array_equal(some.blink, [0.5, np.nan])
+    assert markers().with_frames(np.array([0, 3])).blink is None
+
+
 def test_a_take_does_not_follow_the_array_it_was_made_of() -> None:
     positions = np.ones((4, 3, 3))
     take, part = markers(positions), markers(positions[:, ::1])

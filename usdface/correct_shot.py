@@ -21,6 +21,7 @@ from usdface.progress import OnProgress, Progress
 from usdface.retarget.pins import faded_at_pins
 from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
+from usdface.takes import MarkerTake
 
 __all__ = ["correct", "correct_solved", "with_gains"]
 
@@ -168,6 +169,7 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
     # A base adds blend shapes, without which the lids were measured.
     if solve is not None and result.solved.names == solve.weights.names:
         gaps = solve.lids
+    take = result.shot.take
     closure = close_eyes_and_lips(
         face,
         result.solved,
@@ -177,6 +179,7 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
         options=result.shot.setup.closure,
         gaps=gaps,
         performed=result.performed,
+        blink=take.blink if isinstance(take, MarkerTake) else None,
     )
     if closure is None:
         return None

@@ -770,6 +770,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "look_at_frames",
         "a blink was seen on one eye only and given to both",
     ),
+    "BLINK_RECORDED": (
+        "info",
+        "look_at_frames",
+        "blinks that the recording names, and its markers do not show, were closed",
+    ),
     "LIDS_UNSEEN": (
         "info",
         "add_markers",

@@ -59,12 +59,19 @@ def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) 
             ("distances", solution.distances),
         ):
             arrays.append(name, part)
+        if take.blink is not None:
+            arrays.append("blink", take.blink)
         repairs += piece.repairs
         lids += piece.mistracked
         last = take, solution
     assert last is not None
     take, solution = last
-    take = replace(take, times=arrays.mapped("times"), positions=arrays.mapped("positions"))
+    take = replace(
+        take,
+        times=arrays.mapped("times"),
+        positions=arrays.mapped("positions"),
+        blink=None if take.blink is None else arrays.mapped("blink"),
+    )
     weights = replace(solution.weights, times=take.times, weights=arrays.mapped("weights"))
     pose = Pose(arrays.mapped("rotations"), arrays.mapped("translations"))
     distances = arrays.mapped("distances")

@@ -173,7 +173,10 @@ def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> Estimat
         times.append(take.times[own])
         positions.append(np.where(measured[own][..., None], take.positions[own], np.nan))
     take = replace(
-        _marker_take(shot.take), times=np.concatenate(times), positions=np.concatenate(positions)
+        _marker_take(shot.take),
+        times=np.concatenate(times),
+        positions=np.concatenate(positions),
+        blink=None,  # eyes close in the joined take
     )
     if neutral is not None:
         first, last = np.searchsorted(wanted, neutral).tolist()
@@ -238,11 +241,13 @@ def solve_cut(
     begin = blocks[0][0]
     shot = read(np.arange(begin, blocks[-1][1]))
     whole = _marker_take(shot.take)
-    cleaned = [_cleaned(_part(whole, a - begin, b - begin), shot.setup) for a, b in blocks]
+    cleaned = [
+        _cleaned(whole.with_frames(slice(a - begin, b - begin)), shot.setup) for a, b in blocks
+    ]
     take = replace(whole, positions=np.concatenate([part.positions for part, _, _ in cleaned]))
     measured = np.concatenate([seen for _, seen, _ in cleaned])
     reach, core = slice(low - begin, high - begin), slice(first - low, end - low)
-    near = Cleaned(_part(take, reach.start, reach.stop), measured[reach], ())
+    near = Cleaned(take.with_frames(reach), measured[reach], ())
     solution, lids = _solved(near, shot, reach, known)
     solution = _cut(solution, core)
     repairs = tuple(
@@ -251,7 +256,7 @@ def solve_cut(
         if first <= start and stop <= end
         for repair in found
     )
-    take = _part(with_replaced_lids(near.take, lids), core.start, core.stop)
+    take = with_replaced_lids(near.take, lids).with_frames(core)
     mistracked = tuple(lid.within(core, first) for lid in lids)
     return SolvedShot(take, solution.weights, solution, repairs, mistracked=mistracked)
 
@@ -291,10 +296,6 @@ def _cleaned(
     _, cleaned, _ = clean(take, setup)
     assert cleaned is not None
     return cleaned.take, cleaned.measured, cleaned.repairs
-
-
-def _part(take: MarkerTake, first: int, end: int) -> MarkerTake:
-    return replace(take, times=take.times[first:end], positions=take.positions[first:end])
 
 
 def _cut(solution: Solution, inside: slice) -> Solution:

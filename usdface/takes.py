@@ -86,6 +86,9 @@ class MarkerTake:
     deviation : float [m, or pixels for D = 2]
         Standard deviation of a coordinate, as far as it is known before the take is solved; 0 =
         unknown.
+    blink : (F,) float64 or None
+        How far a recorder saw both eyes blink by itself, 0 to 1 (of action unit 45 in FACS, of
+        which 1 is the greatest intensity); NaN where it saw no face.
 
     Examples
     --------
@@ -108,6 +111,7 @@ class MarkerTake:
     first_frame: int = 0
     diameters: FloatArray | None = None
     deviation: float = 0.0
+    blink: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for field in ("times", "positions"):
@@ -154,6 +158,20 @@ class MarkerTake:
                 f"{FARTHEST:g} at most, or 0",
                 "VALUES_WRONG",
             )
+        if self.blink is not None:
+            object.__setattr__(self, "blink", frozen(self.blink))
+            if self.blink.shape != self.times.shape:
+                raise InputError(
+                    f"the marker take has {self.blink.size} values of blinks for "
+                    f"{len(self.times)} frames",
+                    "VALUES_WRONG",
+                )
+            seen = self.blink[~np.isnan(self.blink)]
+            if not ((seen >= 0.0) & (seen <= 1.0)).all():
+                raise InputError(
+                    "values of blinks must be 0 to 1, or NaN where no face is seen",
+                    "VALUES_WRONG",
+                )
         if self.up_axis not in ("Y", "Z"):
             raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
 
@@ -175,6 +193,15 @@ class MarkerTake:
             names=tuple(self.names[k] for k in kept.tolist()),
             positions=self.positions[:, kept],
             diameters=None if self.diameters is None else self.diameters[kept],
+        )
+
+    def with_frames(self, frames: IntArray | slice) -> "MarkerTake":
+        """Return the take of some of the frames; their times stay."""
+        return replace(
+            self,
+            times=self.times[frames],
+            positions=self.positions[frames],
+            blink=None if self.blink is None else self.blink[frames],
         )
 
     def select(self, names: tuple[str, ...]) -> FloatArray:

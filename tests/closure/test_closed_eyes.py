@@ -88,3 +88,18 @@ def test_a_blink_is_completed_also_where_only_a_raised_lid_comes_down() -> None:
 def test_a_blink_that_changes_nothing_was_not_completed() -> None:
     """Because pins hold its weights, or they were closed."""
     assert closings_of(wide=0.4, pinned=1.0)[0] == closings_of(wide=0.0, pinned=0.0)[0] == 0
+
+
+def test_a_blink_that_only_the_recording_names_is_closed_and_told() -> None:
+    times = np.arange(0.0, 4.0, 1 / 60)
+    still = np.zeros((len(times), 2))
+    take = WeightsTake(NAMES, times, still, 60.0)
+    rise = np.clip(np.minimum((times - 2.0) / 0.08, (2.26 - times) / 0.16), 0, 1)
+    closed = close_eyes(FACE, take, still, None, still, {"left": GAPS}, blink=0.3 * rise)
+    assert closed is not None
+    gap = GAPS.widest(closed.weights)
+    assert gap[120:136].min() < 1e-4
+    assert gap[:115].min() == gap[140:].min() == GAPS.opening
+    assert [each.code for each in closed.findings] == ["BLINK_RECORDED", "EYES_CLOSED"]
+    untold = close_eyes(FACE, take, still, None, still, {"left": GAPS})
+    assert untold is not None and not untold.closings

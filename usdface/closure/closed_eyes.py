@@ -16,6 +16,7 @@ from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
 from usdface.closure.lid_signal import least_pulses, lid_signal
 from usdface.closure.parted_lids import one_shape_for_both, part_eyes
+from usdface.closure.recorded_blinks import recorded_blinks, unseen_blinks
 from usdface.closure.solved_lids import solved_lids
 from usdface.closure.unshown_closing import (
     opened_findings,
@@ -72,6 +73,7 @@ def close_eyes(
     solution: Solution | None,
     near_pins: FloatArray,
     gaps: Mapping[Eye, LidGaps],
+    blink: FloatArray | None = None,
 ) -> ClosedEyes | None:
     """Complete the blinks of a take, and part lids that cross.
 
@@ -88,6 +90,8 @@ def close_eyes(
         `usdface.retarget.pins.pin_nearness`.
     gaps : mapping of "left", "right" to LidGaps
         Of the T blend shapes.
+    blink : (F,) float64, optional
+        `usdface.takes.MarkerTake.blink`: blinks that the markers do not show are closed, too.
 
     Returns
     -------
@@ -108,8 +112,14 @@ def close_eyes(
     closings, left_open = find_closings(
         solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced, solved=as_solved
     )
+    findings = _unseen(gaps, signal)
+    if blink is not None:
+        added = unseen_blinks(recorded_blinks(solved.times, blink), closings)
+        closings = sorted([*closings, *added], key=lambda each: each.closed)
+        left_open = _apart_from(added, left_open, solved.times)
+        findings += _by_recorder(added, solved.times)
+    findings += _left_open(left_open)
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
-    findings = _unseen(gaps, signal) + _left_open(left_open)
     if solution:
         findings += _by_another_face(face, gaps, solved.names)
     closed = weights
@@ -159,6 +169,24 @@ def _left_open(peaks: IntArray) -> list[Finding]:
         "{frames}: left as solved"
     )
     return [finding("BLINK_DOUBTED", "lids", message, len(peaks), peaks.tolist())]
+
+
+def _apart_from(closings: Sequence[EyeClosing], peaks: IntArray, times: FloatArray) -> IntArray:
+    """Return the peaks (N,) that are in no closing."""
+    at = times[peaks]
+    inside = [(each.start <= at) & (at <= each.end) for each in closings]
+    return np.asarray(peaks[~np.any(inside, axis=0)] if inside else peaks)
+
+
+def _by_recorder(blinks: Sequence[EyeClosing], times: FloatArray) -> list[Finding]:
+    if not blinks:
+        return []
+    message = (
+        "the markers do not show {blink_count} blinks, which the recording names, at frames "
+        "{frames}; they are closed"
+    )
+    frames = [nearest_frame(times, each.closed) for each in blinks]
+    return [finding("BLINK_RECORDED", "lids", message, len(blinks), frames)]
 
 
 def _by_another_face(

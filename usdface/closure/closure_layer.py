@@ -60,6 +60,7 @@ def close_eyes_and_lips(
     options: ClosureOptions = ClosureOptions(),
     gaps: Mapping[Eye, LidGaps] | None = None,
     performed: WeightsTake | None = None,
+    blink: FloatArray | None = None,
 ) -> Closure | None:
     """Bring lips together that touch, complete the blinks of a take, and part lids that cross.
 
@@ -80,6 +81,8 @@ def close_eyes_and_lips(
     performed : WeightsTake, optional
         The solved weights before their exaggeration, which closings are measured on; those of
         `solved`, if left out.
+    blink : (F,) float64, optional
+        `usdface.takes.MarkerTake.blink`.
 
     Returns
     -------
@@ -97,7 +100,7 @@ def close_eyes_and_lips(
         lower = weights if lips is None else lips.weights
         if gaps is None:
             gaps = lid_gaps_of(face, solved.names)
-        eyes = close_eyes(face, performed, lower, solution, near_pins, gaps)
+        eyes = close_eyes(face, performed, lower, solution, near_pins, gaps, blink)
     if lips is None and eyes is None:
         return None
     closure = Closure(weights, np.zeros((len(weights), 2)), np.zeros(len(weights)))

@@ -15,6 +15,7 @@ __all__ = [
     "BIND_MESH",
     "BIND_POINTS",
     "BLEND_TIME",
+    "BLINK",
     "BROWS_EXAGGERATION",
     "BROWS_GAIN",
     "BROWS_SHAPES",
@@ -162,6 +163,7 @@ FALLBACK_TYPES: Final[dict[str, str]] = {
 POINTS: Final = "points"
 MARKERS_NAMES: Final = "usdface:markers:names"
 MARKERS_VISIBLE: Final = "usdface:markers:visible"
+BLINK: Final = "usdface:blink"
 MARKERS_DEVIATION: Final = "usdface:markers:deviation"
 MARKERS_DIAMETERS: Final = "usdface:markers:diameters"
 DIMENSION: Final = "usdface:dimension"

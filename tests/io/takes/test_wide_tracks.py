@@ -79,6 +79,18 @@ def test_a_face_that_openface_lost_is_occluded(write):
     assert take.visible[:, 0].tolist() == [True, False, False]
 
 
+def test_of_the_action_units_the_blink_is_read(write):
+    path = write(
+        OPENFACE + ", AU01_r, AU45_r", "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40, 4, 0.5",
+        "2, 0, 0.040, 0.98, 1, 10, 20, 30, 40, 4, 5.2", "3, 0, 0.080, 0.2, 0, 1, 2, 3, 4, 4, 2",
+    )  # fmt: skip
+    take, findings = read_openface(path)
+    np.testing.assert_allclose(take.blink, [0.1, 1.0, np.nan])
+    assert take.rate == 25
+    assert any("other action units" in found.message for found in findings)
+    assert read_openface(write(OPENFACE, "1, 0, 0, 1, 1, 1, 2, 3, 4"))[0].blink is None
+
+
 def test_of_several_faces_the_first_is_read(write):
     path = write(
         OPENFACE, "1, 0, 0.000, 0.98, 1, 1, 2, 3, 4", "1, 1, 0.000, 0.98, 1, 9, 9, 9, 9",
@@ -106,3 +118,4 @@ def test_a_real_file_of_openface(shared_data):
     take, _ = read_take(path, TakeOptions(rate=30.0))
     assert len(take.names) == 68
     np.testing.assert_allclose(take.positions[0, 0, 0], 277.276 + 0.5)
+    assert take.blink is not None and take.blink.argmax() == 41

@@ -70,6 +70,13 @@ def test_pixels_stay_pixels(tmp_path: Path) -> None:
     np.testing.assert_allclose(back.positions, take.positions, rtol=1e-6)
 
 
+def test_recorded_blinks_stay(tmp_path: Path) -> None:
+    blink = np.array([np.nan, *np.linspace(0.0, 1.0, 11)])
+    back = round_trip(marker_take(2, blink=blink), tmp_path)
+    assert isinstance(back, MarkerTake)
+    np.testing.assert_allclose(back.blink, blink, atol=1e-7)
+
+
 def test_sizes_of_markers_in_space_are_in_the_unit_of_the_stage(tmp_path: Path) -> None:
     diameters = np.array([0.004, np.nan, *[0.003] * (len(NAMES) - 2)])
     take = marker_take(meters_per_unit=0.001, diameters=diameters, deviation=0.0002)

@@ -65,6 +65,8 @@ class ImageTracks:
         The program's confidence in each sample, 0 to 1.
     threshold : float [1]
         Samples with less confidence are occluded, unless the options name another.
+    blink : (N,) float64 [1], optional
+        How far the eyes blink in the frame of each sample, as the program saw it; NaN = unknown.
     ignored : sequence of str
         Other data of samples in the file.
     """
@@ -83,6 +85,7 @@ class ImageTracks:
     rate: float = 0.0
     confidence: FloatArray | None = None
     threshold: float = 0.0
+    blink: FloatArray | None = None
     ignored: Sequence[str] = ()
 
 
@@ -132,6 +135,10 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
         focal_length=options.focal_length or tracks.focal_length,
     )
     take, found = finish_take(raw, of_image)
+    if tracks.blink is not None:
+        blink = np.empty(len(frames))
+        blink[row] = tracks.blink
+        take = replace(take, blink=blink)
     return take, findings + found
 
 

@@ -3,7 +3,7 @@
 Columns, with blanks after the commas: ``frame``, perhaps ``face_id``, ``timestamp``,
 ``confidence``, ``success``, then gaze, pose, ``x_0`` ... ``y_67`` [px] and more. The centre of
 the top left pixel is (0, 0). The landmarks in space (``X_0`` ...) are those of OpenFace's own
-face model, and are not read.
+face model, and are not read. Of the action units only 45 is, the blink, in ``AU45_r`` from 0 to 5.
 """
 
 from pathlib import Path
@@ -21,6 +21,7 @@ from usdface.takes import MarkerTake
 __all__ = ["read_openface"]
 
 _ROW = ("confidence", "success")
+_BLINK, _INTENSITIES = "AU45_r", 5.0
 
 
 def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
@@ -43,7 +44,9 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
             "export the 2D landmarks of OpenFace (-2Dfp)",
             "COLUMNS_WRONG",
         )
-    ignored = ["gaze, pose, landmarks in space, action units"]
+    blinks = _BLINK in columns
+    units = "other action units" if blinks else "action units"
+    ignored = [f"gaze, pose, landmarks in space, {units}"]
     if "face_id" in columns:
         face = columns["face_id"]
         others = {cells[face] for _, cells in rows if len(cells) > face}
@@ -52,10 +55,15 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
             rows = [row for row in rows if len(row[1]) > face and row[1][face] == first]
             ignored.append(f"{len(others) - 1} other faces")
     timed = "timestamp" in columns
-    shared = [columns[name] for name in _ROW] + ([columns["timestamp"]] if timed else [])
+    extra = [name for name in ("timestamp", _BLINK) if name in columns]
+    shared = [columns[name] for name in (*_ROW, *extra)]
     points = [(f"landmark_{n}", [columns[f"x_{n}"], columns[f"y_{n}"]]) for n in numbers]
     table = samples_of_columns(path, rows, columns["frame"], points, shared)
-    sure = np.where(table.numbers[:, 4] == 1, table.numbers[:, 3], -1.0)
+    success = table.numbers[:, 4] == 1
+    sure = np.where(success, table.numbers[:, 3], -1.0)
+    blink = None
+    if blinks:
+        blink = np.where(success, table.numbers[:, -1] / _INTENSITIES, np.nan).clip(0.0, 1.0)
     tracks = ImageTracks(
         path=path,
         labels=table.labels,
@@ -68,6 +76,7 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         lines=table.lines,
         seconds=table.numbers[:, 5] if timed else None,
         confidence=sure,
+        blink=blink,
         ignored=ignored,
     )
     return finish_tracks(tracks, options)

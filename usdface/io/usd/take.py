@@ -100,6 +100,10 @@ def _define_markers(
     if take.deviation:
         unit = metrics.meters_per_unit if take.dimension == 3 else 1.0
         author(prim, tokens.MARKERS_DEVIATION, names.Double, take.deviation / unit)
+    if take.blink is not None:
+        blink = prim.CreateAttribute(tokens.BLINK, names.Float, False)
+        for code, value in zip(codes.tolist(), take.blink.tolist(), strict=True):
+            blink.Set(value, code)
     if take.first_frame:
         author(prim, tokens.FIRST_FRAME, names.Int, take.first_frame)
     width = _MARKER_WIDTH / metrics.meters_per_unit
@@ -239,6 +243,7 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
             first_frame=int(prim.GetAttribute(tokens.FIRST_FRAME).Get() or 0),
             diameters=_diameters(prim, unit),
             deviation=unit * float(prim.GetAttribute(tokens.MARKERS_DEVIATION).Get() or 0.0),
+            blink=_blink(prim, codes),
         ),
         codes,
     )
@@ -251,6 +256,14 @@ def _world(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
     """
     moments = codes if moves_in_world(prim) else codes[:1]
     return np.stack([world_transform(prim, code) for code in moments.tolist()])
+
+
+def _blink(prim: Usd.Prim, codes: FloatArray) -> FloatArray | None:
+    blink = prim.GetAttribute(tokens.BLINK)
+    if not blink or not blink.GetNumTimeSamples():
+        return None
+    values = np.array([blink.Get(code) for code in codes.tolist()], dtype=np.float64)
+    return np.asarray(values.clip(0.0, 1.0))
 
 
 def _diameters(prim: Usd.Prim, unit: float) -> FloatArray | None:

@@ -80,7 +80,7 @@ class FilmedTake:
         start = int(np.searchsorted(frames, first))
         return replace(
             self,
-            take=replace(take, times=take.times[frames], positions=self.image[frames]),
+            take=replace(take.with_frames(frames), positions=self.image[frames]),
             neutral=(start, start + last - first),
         )
 

@@ -1,0 +1,59 @@
+"""Blinks that a recorder saw by itself, such as OpenFace in action unit 45.
+
+Its landmarks follow closing lids in part or not at all, as its face model has few shapes for them;
+the action unit is read from the image around the eyes (T. Baltrušaitis, M. Mahmoud, P. Robinson,
+"Cross-dataset learning and person-specific normalisation for automatic Action Unit detection",
+Facial Expression Recognition and Analysis, 2015).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.closure.blinks import find_blinks
+from usdface.closure.eye_closing import EyeClosing
+from usdface.closure.lid_pulses import APART, lid_pulses
+from usdface.local_maxima import local_maxima
+from usdface.takes import frame_step
+
+__all__ = ["recorded_blinks", "unseen_blinks"]
+
+# Least height of a pulse: half of the intensity A, the least of FACS, of which 5 steps make 1. The
+# two blinks of a real take: 0.13 and 0.20.
+_LEAST = 0.1
+
+
+def recorded_blinks(times: FloatArray, blink: FloatArray) -> list[EyeClosing]:
+    """Return the blinks of both eyes that a recorder saw, in order of time.
+
+    Parameters
+    ----------
+    times : (F,) float64 [s]
+    blink : (F,) float64
+        `usdface.takes.MarkerTake.blink`; between frames without a face it is interpolated.
+    """
+    seen = np.flatnonzero(np.isfinite(blink))
+    if len(times) < 3 or not len(seen):
+        return []
+    step = frame_step(times)
+    _, pulses, floor = lid_pulses(np.interp(times, times[seen], blink[seen]), step)
+    pulses = np.where(pulses < floor, 0.0, pulses)
+    heights = pulses[local_maxima(pulses, _LEAST, max(int(APART / step), 1))]
+    if not len(heights):
+        return []
+    both = np.repeat(pulses[:, None], 2, axis=1)
+    # As of the markers' blinks: the highest alone may be a squeeze.
+    scale, least = np.full(2, np.quantile(heights, 0.75)), np.full(2, _LEAST)
+    return find_blinks(times, both, np.zeros(both.shape, dtype=bool), scale, least)[0]
+
+
+def unseen_blinks(
+    recorded: Sequence[EyeClosing], closings: Sequence[EyeClosing]
+) -> list[EyeClosing]:
+    """Return the recorded blinks at which no closing that the markers show begins or ends."""
+    return [
+        each
+        for each in recorded
+        if all(other.end <= each.start or each.end <= other.start for other in closings)
+    ]
