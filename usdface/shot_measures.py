@@ -120,7 +120,8 @@ def _of_motion(
         seen += (~np.isnan(away)).sum(axis=0)
     unexplained = np.sqrt(max(missed.sum() / max(seen.sum(), 1.0) - noise**2, 0.0))
     rms_beyond, rms_reached = (
-        np.sqrt(sums.sum() / solution.distances.size) for sums in (beyond, reached)
+        np.sqrt(max(sums.sum() / solution.distances.size - own, 0.0))
+        for sums, own in ((beyond, noise**2), (reached, 0.0))
     )
     return {
         "MOTION_UNEXPLAINED": Measured(
