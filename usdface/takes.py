@@ -30,6 +30,33 @@ def frame_step(times: FloatArray) -> float:
     return float(np.median(np.diff(times))) if len(times) > 1 else 0.0
 
 
+def _check_diameters(diameters: FloatArray, markers: int) -> None:
+    if diameters.shape != (markers,):
+        raise InputError(
+            f"the marker take has {diameters.size} diameters for {markers} markers",
+            "VALUES_WRONG",
+        )
+    known = diameters[~np.isnan(diameters)]
+    if not ((known > 0.0) & (known <= FARTHEST)).all():
+        raise InputError(
+            f"diameters of markers must be positive and {FARTHEST:g} at most, or NaN where unknown",
+            "VALUES_WRONG",
+        )
+
+
+def _check_blink(blink: FloatArray, frames: int) -> None:
+    if blink.shape != (frames,):
+        raise InputError(
+            f"the marker take has {blink.size} values of blinks for {frames} frames",
+            "VALUES_WRONG",
+        )
+    seen = blink[~np.isnan(blink)]
+    if not ((seen >= 0.0) & (seen <= 1.0)).all():
+        raise InputError(
+            "values of blinks must be 0 to 1, or NaN where no face is seen", "VALUES_WRONG"
+        )
+
+
 def _check_names(names: tuple[str, ...], subject: str) -> None:
     seen: set[str] = set()
     for name in names:
@@ -139,19 +166,7 @@ class MarkerTake:
             )
         if self.diameters is not None:
             object.__setattr__(self, "diameters", frozen(self.diameters))
-            if self.diameters.shape != (len(self.names),):
-                raise InputError(
-                    f"the marker take has {self.diameters.size} diameters for {len(self.names)} "
-                    "markers",
-                    "VALUES_WRONG",
-                )
-            known = self.diameters[~np.isnan(self.diameters)]
-            if not ((known > 0.0) & (known <= FARTHEST)).all():
-                raise InputError(
-                    f"diameters of markers must be positive and {FARTHEST:g} at most, or NaN where "
-                    "unknown",
-                    "VALUES_WRONG",
-                )
+            _check_diameters(self.diameters, len(self.names))
         if not 0.0 <= self.deviation <= FARTHEST:
             raise InputError(
                 f"the deviation of the markers is {self.deviation}; expected a positive number of "
@@ -160,18 +175,7 @@ class MarkerTake:
             )
         if self.blink is not None:
             object.__setattr__(self, "blink", frozen(self.blink))
-            if self.blink.shape != self.times.shape:
-                raise InputError(
-                    f"the marker take has {self.blink.size} values of blinks for "
-                    f"{len(self.times)} frames",
-                    "VALUES_WRONG",
-                )
-            seen = self.blink[~np.isnan(self.blink)]
-            if not ((seen >= 0.0) & (seen <= 1.0)).all():
-                raise InputError(
-                    "values of blinks must be 0 to 1, or NaN where no face is seen",
-                    "VALUES_WRONG",
-                )
+            _check_blink(self.blink, len(self.times))
         if self.up_axis not in ("Y", "Z"):
             raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
 

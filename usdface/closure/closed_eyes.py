@@ -112,13 +112,11 @@ def close_eyes(
     closings, left_open = find_closings(
         solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced, solved=as_solved
     )
-    findings = _unseen(gaps, signal)
-    if blink is not None:
-        added = unseen_blinks(recorded_blinks(solved.times, blink), closings)
-        closings = sorted([*closings, *added], key=lambda each: each.closed)
-        left_open = _apart_from(added, left_open, solved.times)
-        findings += _by_recorder(added, solved.times)
-    findings += _left_open(left_open)
+    recorded = [] if blink is None else recorded_blinks(solved.times, blink)
+    unseen = unseen_blinks(recorded, closings)
+    closings = sorted([*closings, *unseen], key=lambda each: each.closed)
+    findings = _unseen(gaps, signal) + _by_recorder(unseen, solved.times)
+    findings += _left_open(_apart_from(unseen, left_open, solved.times))
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     if solution:
         findings += _by_another_face(face, gaps, solved.names)
