@@ -72,8 +72,8 @@ def test_a_rig_without_some_shapes_is_to_be_looked_at(shot: Shot) -> None:
     without = tuple(s for s in shot.mesh.shapes if not s.name.startswith(("mouth", "jaw")))
     assert len(without) < len(shot.mesh.shapes)
     verdict = verdict_on(replace(shot, rig=Rig("face", (replace(shot.mesh, shapes=without),))))
-    assert verdict.level == "look_at" and "SHAPES_MISSING" in codes(verdict)
-    markers = verdict.reasons[codes(verdict).index("SHAPES_MISSING")].measured.where
+    assert verdict.level == "look_at" and "MOTION_BEYOND_SHAPES" in codes(verdict)
+    markers = verdict.reasons[codes(verdict).index("MOTION_BEYOND_SHAPES")].measured.where
     assert all(name.startswith(("lip", "chin", "jaw")) for name in markers)
 
 

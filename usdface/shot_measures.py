@@ -127,7 +127,9 @@ def _of_motion(
         "MOTION_UNEXPLAINED": Measured(
             _share(unexplained, rms_reached), "markers", _most(markers, missed)
         ),
-        "SHAPES_MISSING": Measured(_share(rms_beyond, motion), "markers", _most(markers, beyond)),
+        "MOTION_BEYOND_SHAPES": Measured(
+            _share(rms_beyond, motion), "markers", _most(markers, beyond)
+        ),
     }
 
 

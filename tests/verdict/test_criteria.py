@@ -2,6 +2,7 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.errors import ERROR_CODES
 from usdface.verdict import CRITERIA, Criterion
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "verdict.md"
@@ -23,3 +24,8 @@ def row(criterion: Criterion) -> str:
 def test_the_documented_table_is_the_table() -> None:
     lines = PAGE.read_text(encoding="utf-8").splitlines()
     assert [line for line in lines if line.startswith("| `")] == [row(c) for c in CRITERIA]
+
+
+def test_a_criterion_has_a_code_of_its_own() -> None:
+    codes = [criterion.code for criterion in CRITERIA]
+    assert len({*codes}) == len(codes) and not {*codes} & {*ERROR_CODES}

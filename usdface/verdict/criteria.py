@@ -65,7 +65,7 @@ CRITERIA: tuple[Criterion, ...] = (
         f"check where these markers sit: {_BINDING}",
     ),
     Criterion(
-        "SHAPES_MISSING",
+        "MOTION_BEYOND_SHAPES",
         0.3,
         np.inf,
         "{value} of the motion is beyond the character's blend shapes, most {where}",

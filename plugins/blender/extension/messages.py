@@ -12,7 +12,7 @@ REMEDIES = {
     "PLACES_MISFIT": "look at the markers on the face and drag those that are off",
     "PLACES_BESIDE": "drag the markers to where they sit on the performer",
     "MOTION_UNEXPLAINED": "check the places of these markers",
-    "SHAPES_MISSING": "add or enlarge shape keys there; the rest of the face follows all the same",
+    "MOTION_BEYOND_SHAPES": "add or enlarge shape keys there; the rest of the face follows",
     "SIDES_MIRRORED": "exchange left and right in the names of the markers",
     "NEUTRAL_EXPRESSIVE": "go to a frame where the face rests, then Neutral from this frame",
     "NEUTRAL_ASSUMED": "go to a frame where the face rests, then Neutral from this frame",
