@@ -27,5 +27,6 @@ def test_the_documented_table_is_the_table() -> None:
 
 
 def test_a_criterion_has_a_code_of_its_own() -> None:
+    """But for places that nobody is sure of: too many of them are an error."""
     codes = [criterion.code for criterion in CRITERIA]
-    assert len({*codes}) == len(codes) and not {*codes} & {*ERROR_CODES}
+    assert len({*codes}) == len(codes) and {*codes} & {*ERROR_CODES} == {"BINDING_UNSURE"}
