@@ -20,7 +20,7 @@ from usdface.takes import frame_step
 __all__ = ["recorded_blinks", "unseen_blinks"]
 
 # Least height of a pulse: half of the intensity A, the least of FACS, of which 5 steps make 1. The
-# two blinks of a real take: 0.13 and 0.20.
+# two blinks of a real take: 0.15 and 0.20.
 _LEAST = 0.1
 
 
