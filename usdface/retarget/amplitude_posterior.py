@@ -74,4 +74,5 @@ def amplitude_posterior(
     if not reached:
         return _GRID[own.argmax(axis=1)], deviations
     seen = np.isfinite(evidence[0])
-    return softmax(evidence[:, seen].sum(axis=1)) @ means, deviations
+    gains = softmax(evidence[:, seen].sum(axis=1)) @ means
+    return gains.clip(*AMPLITUDE_RANGE), deviations  # their weights add up to 1 but for rounding
