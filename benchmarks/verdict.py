@@ -135,8 +135,7 @@ def _cut(shot: Shot) -> Shot:
     """Return the first frames of a shot."""
     take = shot.take
     assert isinstance(take, MarkerTake)
-    cut = replace(take, times=take.times[:FRAMES], positions=take.positions[:FRAMES])
-    return replace(shot, take=cut)
+    return replace(shot, take=take.with_frames(slice(0, FRAMES)))
 
 
 def spoil(shot: Shot, rng: np.random.Generator) -> Iterator[tuple[str, Shot]]:

@@ -29,7 +29,7 @@ def shot() -> Shot:
     rig, _ = usdface.read_rig(EXAMPLES / "head.usdc")
     take, _ = usdface.read_take(EXAMPLES / "take.usdc")
     setup, _ = usdface.read_bind(EXAMPLES / "bind.json")
-    cut = replace(take, times=take.times[FRAMES], positions=take.positions[FRAMES])
+    cut = take.with_frames(FRAMES)
     return usdface.assemble_shot(rig, cut, setup=setup)[0]
 
 
@@ -75,6 +75,12 @@ def test_a_rig_without_some_shapes_is_to_be_looked_at(shot: Shot) -> None:
     assert verdict.level == "look_at" and "MOTION_BEYOND_SHAPES" in codes(verdict)
     markers = verdict.reasons[codes(verdict).index("MOTION_BEYOND_SHAPES")].measured.where
     assert all(name.startswith(("lip", "chin", "jaw")) for name in markers)
+
+
+@pytest.mark.slow
+def test_a_head_that_is_not_taken_out_is_no_motion_of_the_face(shot: Shot) -> None:
+    setup = replace(shot.setup, head="stabilised")
+    assert verdict_on(replace(shot, setup=setup)).level == "not_usable"
 
 
 @pytest.mark.slow

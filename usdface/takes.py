@@ -47,7 +47,7 @@ def _check_diameters(diameters: FloatArray, markers: int) -> None:
 def _check_blink(blink: FloatArray, frames: int) -> None:
     if blink.shape != (frames,):
         raise InputError(
-            f"the marker take has {blink.size} values of blinks for {frames} frames",
+            f"the marker take has values of blinks of shape {blink.shape}; expected ({frames},)",
             "VALUES_WRONG",
         )
     seen = blink[~np.isnan(blink)]

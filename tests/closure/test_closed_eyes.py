@@ -101,5 +101,7 @@ def test_a_blink_that_only_the_recording_names_is_closed_and_told() -> None:
     assert gap[120:136].min() < 1e-4
     assert gap[:115].min() == gap[140:].min() == GAPS.opening
     assert [each.code for each in closed.findings] == ["BLINK_RECORDED", "EYES_CLOSED"]
+    pinned = close_eyes(FACE, take, still, None, still + 1.0, {"left": GAPS}, blink=0.3 * rise)
+    assert pinned is not None and not pinned.findings
     untold = close_eyes(FACE, take, still, None, still, {"left": GAPS})
     assert untold is not None and not untold.closings

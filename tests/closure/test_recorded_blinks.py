@@ -32,6 +32,13 @@ def test_pulses_are_blinks_of_both_eyes(rate: float, height: float) -> None:
         assert each.start < each.closed <= each.opened < each.end
 
 
+def test_a_shallow_blink_beside_deep_ones_is_one() -> None:
+    times, blink = recorded(60.0, 0.8)
+    since = (times - 5.0) / 0.3
+    shallow = 0.2 * np.clip(np.minimum(3.0 * since, 1.5 * (1.0 - since)), 0.0, None)
+    assert len(recorded_blinks(times, blink + shallow)) == 3
+
+
 def test_lower_pulses_than_the_least_intensity_are_none() -> None:
     assert recorded_blinks(*recorded(60.0, 0.06)) == []
 

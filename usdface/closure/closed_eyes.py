@@ -1,6 +1,6 @@
 """Closes the character's eyes in blinks and where they stay shut, and parts lids that cross."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,7 +115,7 @@ def close_eyes(
     recorded = [] if blink is None else recorded_blinks(solved.times, blink)
     unseen = unseen_blinks(recorded, closings)
     closings = sorted([*closings, *unseen], key=lambda each: each.closed)
-    findings = _unseen(gaps, signal) + _by_recorder(unseen, solved.times)
+    findings = _unseen(gaps, signal)
     findings += _left_open(_apart_from(unseen, left_open, solved.times))
     course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
     if solution:
@@ -133,6 +133,7 @@ def close_eyes(
     every = (_completed(each, gaps, solved.times, weights, closed) for each in closings)
     # One shape that closes both eyes does not wink, and pins hold weights.
     completed = tuple(each for each in every if _changed(each, gaps, weights, closed))
+    findings += _by_recorder(each for each in completed if each.closing in unseen)
     return ClosedEyes(closed, course, completed, findings + _closed(completed))
 
 
@@ -151,7 +152,7 @@ def _eye_course(
 
 
 def _unseen(gaps: Mapping[Eye, LidGaps], signal: FloatArray) -> list[Finding]:
-    message = "no marker moves with its lids, so its blinks are not seen"
+    message = "no marker moves with its lids, so markers do not show its blinks"
     return [
         finding("LIDS_UNSEEN", f"{eye} eye", message)
         for eye in gaps
@@ -176,15 +177,15 @@ def _apart_from(closings: Sequence[EyeClosing], peaks: IntArray, times: FloatArr
     return np.asarray(peaks[~np.any(inside, axis=0)] if inside else peaks)
 
 
-def _by_recorder(blinks: Sequence[EyeClosing], times: FloatArray) -> list[Finding]:
-    if not blinks:
+def _by_recorder(blinks: Iterable[CompletedClosing]) -> list[Finding]:
+    frames = [each.peak for each in blinks]
+    if not frames:
         return []
     message = (
         "the markers do not show {blink_count} blinks, which the recording names, at frames "
         "{frames}; they are closed"
     )
-    frames = [nearest_frame(times, each.closed) for each in blinks]
-    return [finding("BLINK_RECORDED", "lids", message, len(blinks), frames)]
+    return [finding("BLINK_RECORDED", "lids", message, len(frames), frames)]
 
 
 def _by_another_face(

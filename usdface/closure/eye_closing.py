@@ -24,7 +24,8 @@ class EyeClosing:
         Times at which it begins, is closed, begins to open, and is over.
     height : float
         How far the markers show it: of a blink as a share of the character's closed eye, of an eye
-        that is held closed as a share of the take's blinks.
+        that is held closed as a share of the take's blinks. Of a blink that only the recording
+        names its height there (`recorded_blinks`).
     guessed : bool
         The markers show only one of the two eyes closing.
     lids : (F,) float64, optional

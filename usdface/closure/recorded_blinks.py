@@ -19,9 +19,10 @@ from usdface.takes import frame_step
 
 __all__ = ["recorded_blinks", "unseen_blinks"]
 
-# Least height of a pulse: half of the intensity A, the least of FACS, of which 5 steps make 1. The
-# two blinks of a real take: 0.15 and 0.20.
-_LEAST = 0.1
+# A pulse as high as the first is whole, however much higher others are. None is lower than the
+# second: half of the intensity A, the least of FACS, of which 5 steps make 1. The two blinks of a
+# real take: 0.20 and 0.15.
+_WHOLE, _LEAST = 0.2, 0.1
 
 
 def recorded_blinks(times: FloatArray, blink: FloatArray) -> list[EyeClosing]:
@@ -43,15 +44,15 @@ def recorded_blinks(times: FloatArray, blink: FloatArray) -> list[EyeClosing]:
     if not len(heights):
         return []
     both = np.repeat(pulses[:, None], 2, axis=1)
-    # As of the markers' blinks: the highest alone may be a squeeze.
-    scale, least = np.full(2, np.quantile(heights, 0.75)), np.full(2, _LEAST)
+    scale = np.full(2, min(float(np.median(heights)), _WHOLE))
+    least = np.full(2, _LEAST)
     return find_blinks(times, both, np.zeros(both.shape, dtype=bool), scale, least)[0]
 
 
 def unseen_blinks(
     recorded: Sequence[EyeClosing], closings: Sequence[EyeClosing]
 ) -> list[EyeClosing]:
-    """Return the recorded blinks at which no closing that the markers show begins or ends."""
+    """Return the recorded blinks in which the markers show no closing of either eye."""
     return [
         each
         for each in recorded

@@ -62,7 +62,8 @@ CRITERIA: tuple[Criterion, ...] = (
         0.3,
         0.7,
         "the blend shapes leave {value} of the motion in their reach unexplained, most {where}",
-        f"check where these markers sit: {_BINDING}",
+        f"check where these markers sit ({_BINDING}) and whether the character has blend shapes "
+        "for this motion",
     ),
     Criterion(
         "MOTION_BEYOND_SHAPES",

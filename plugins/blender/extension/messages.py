@@ -11,7 +11,7 @@ REMEDIES = {
     "BINDING_UNSURE": "drag these markers to their places on the face",
     "PLACES_MISFIT": "look at the markers on the face and drag those that are off",
     "PLACES_BESIDE": "drag the markers to where they sit on the performer",
-    "MOTION_UNEXPLAINED": "check the places of these markers",
+    "MOTION_UNEXPLAINED": "check the places of these markers; the character may lack shape keys",
     "MOTION_BEYOND_SHAPES": "add or enlarge shape keys there; the rest of the face follows",
     "SIDES_MIRRORED": "exchange left and right in the names of the markers",
     "NEUTRAL_EXPRESSIVE": "go to a frame where the face rests, then Neutral from this frame",

@@ -82,11 +82,13 @@ def test_a_face_that_openface_lost_is_occluded(write):
 def test_of_the_action_units_the_blink_is_read(write):
     path = write(
         OPENFACE + ", AU01_r, AU45_r", "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40, 4, 0.5",
-        "2, 0, 0.040, 0.98, 1, 10, 20, 30, 40, 4, 5.2", "3, 0, 0.080, 0.2, 0, 1, 2, 3, 4, 4, 2",
+        "2, 0, 0.040, 0.5, 1, 10, 20, 30, 40, 4, 5.2", "3, 0, 0.080, 0.2, 0, 1, 2, 3, 4, 4, 2",
     )  # fmt: skip
     take, findings = read_openface(path)
     np.testing.assert_allclose(take.blink, [0.1, 1.0, np.nan])
     assert take.rate == 25
+    sure, _ = read_openface(path, TakeOptions(confidence=0.9))
+    np.testing.assert_allclose(sure.blink, [0.1, np.nan, np.nan])
     assert any("other action units" in found.message for found in findings)
     assert read_openface(write(OPENFACE, "1, 0, 0, 1, 1, 1, 2, 3, 4"))[0].blink is None
 

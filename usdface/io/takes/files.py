@@ -52,17 +52,18 @@ def read_take(
     if reader.origin:
         result = verified_take(reader, path, result)
     take, found = result
-    return take, findings + found + _rate_findings(take, path)
+    return take, findings + found + _rate_findings(take, path, options.rate)
 
 
-def _rate_findings(take: MarkerTake | WeightsTake, path: Path) -> list[Finding]:
+def _rate_findings(
+    take: MarkerTake | WeightsTake, path: Path, named: float | None
+) -> list[Finding]:
     """Report a rate at which no face is recorded: a time column may be wrong."""
     least, most = _USUAL_RATES
     if take.rate == 0.0 or least <= take.rate <= most:  # 0: a single frame
         return []
-    message = (
-        "{rate_hz:g} Hz; {frames} frames last {seconds:.2g} s; if they were recorded at another "
-        "rate, name it: --rate HZ"
-    )
+    message = "{rate_hz:g} Hz; {frames} frames last {seconds:.2g} s"
+    if not named:
+        message += "; if they were recorded at another rate, name it: --rate HZ"
     seconds = len(take.times) / take.rate
     return [finding("RATE_UNUSUAL", str(path), message, take.rate, len(take.times), seconds)]

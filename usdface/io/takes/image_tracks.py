@@ -138,6 +138,7 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
     if tracks.blink is not None:
         blink = np.empty(len(frames))
         blink[row] = tracks.blink
+        blink[np.isnan(positions).all(axis=(1, 2))] = np.nan  # no face was seen, or none is trusted
         take = replace(take, blink=blink)
     return take, findings + found
 
