@@ -29,8 +29,9 @@ _SURE, _FLATTEST = 0.5, 0.01
 # Values of a block of frames, markers and shapes: 64 MB.
 _VALUES = 2**23
 # Farthest that a face is taken to move its skin beyond the character's blend shapes [m], in human
-# size; what is farther away is no motion of a face but of its head, or of a lost marker. Brows and
-# mouth corners go up by 12 mm in two real takes, a chin that is pressed up by 3.
+# size; what is farther away is no motion of a face but of its head, or of a lost marker. Set by
+# hand: above the forehead of AnimFace's Eyebrows (8 to 10.5 mm; its brows move by 8 to 16.5, of
+# which a rig makes a part), below the motion of a head that is left in the take (18 mm).
 _FARTHEST = 0.012
 # A shape is open while it is above its own 10th percentile.
 _OPEN = 10.0

@@ -21,7 +21,7 @@ def beyond_reach(displaced: FloatArray, offsets: FloatArray) -> FloatArray:
     displaced : (F, M, 3) float64 [m]
         Displacements of the markers on the character from rest.
     offsets : (S, M, 3) float64 [m]
-        Of the blend shapes at their vertices, without inbetweens and combinations.
+        Of the blend shapes at their vertices, combination shapes included; not of inbetweens.
 
     Returns
     -------
