@@ -93,6 +93,14 @@ def test_of_the_action_units_the_blink_is_read(write):
     assert read_openface(write(OPENFACE, "1, 0, 0, 1, 1, 1, 2, 3, 4"))[0].blink is None
 
 
+def test_a_blink_that_the_other_detector_denies_is_no_pulse(write):
+    path = write(
+        OPENFACE + ", AU45_r, AU45_c", "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40, 2, 1",
+        "2, 0, 0.040, 0.98, 1, 10, 20, 30, 40, 2, 0", "3, 0, 0.080, 0.2, 0, 1, 2, 3, 4, 2, 0",
+    )  # fmt: skip
+    np.testing.assert_allclose(read_openface(path)[0].blink, [0.4, 0.08, np.nan])
+
+
 def test_of_several_faces_the_first_is_read(write):
     path = write(
         OPENFACE, "1, 0, 0.000, 0.98, 1, 1, 2, 3, 4", "1, 1, 0.000, 0.98, 1, 9, 9, 9, 9",

@@ -3,13 +3,16 @@
 Columns, with blanks after the commas: ``frame``, perhaps ``face_id``, ``timestamp``,
 ``confidence``, ``success``, then gaze, pose, ``x_0`` ... ``y_67`` [px] and more. The centre of
 the top left pixel is (0, 0). The landmarks in space (``X_0`` ...) are those of OpenFace's own
-face model, and are not read. Of the action units only 45 is, the blink, in ``AU45_r`` from 0 to 5.
+face model, and are not read. Of the action units only 45 is, the blink, in ``AU45_r`` from 0 to 5;
+where its other detector, ``AU45_c``, says 0 it counts little (they are trained apart, and differ).
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
+from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
@@ -21,7 +24,9 @@ from usdface.takes import MarkerTake
 __all__ = ["read_openface"]
 
 _ROW = ("confidence", "success")
-_BLINK, _INTENSITIES = "AU45_r", 5.0
+_BLINK, _PRESENT, _INTENSITIES = "AU45_r", "AU45_c", 5.0
+_DENIED = 0.4  # at most, of an intensity that the other detector denies: a pulse needs 0.5
+_OPTIONAL = ("timestamp", _BLINK, _PRESENT)
 
 
 def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
@@ -54,16 +59,14 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
             first = rows[0][1][face]
             rows = [row for row in rows if len(row[1]) > face and row[1][face] == first]
             ignored.append(f"{len(others) - 1} other faces")
-    timed = "timestamp" in columns
-    extra = [name for name in ("timestamp", _BLINK) if name in columns]
-    shared = [columns[name] for name in (*_ROW, *extra)]
+    shared = [name for name in (*_ROW, *_OPTIONAL) if name in columns]
     points = [(f"landmark_{n}", [columns[f"x_{n}"], columns[f"y_{n}"]]) for n in numbers]
-    table = samples_of_columns(path, rows, columns["frame"], points, shared)
-    success = table.numbers[:, 4] == 1
-    sure = np.where(success, table.numbers[:, 3], -1.0)
-    blink = None
-    if blinks:
-        blink = np.where(success, table.numbers[:, -1] / _INTENSITIES, np.nan).clip(0.0, 1.0)
+    table = samples_of_columns(
+        path, rows, columns["frame"], points, [columns[name] for name in shared]
+    )
+    values = dict(zip(shared, table.numbers[:, 3:].T, strict=True))
+    success = values["success"] == 1
+    sure = np.where(success, values["confidence"], -1.0)
     tracks = ImageTracks(
         path=path,
         labels=table.labels,
@@ -74,9 +77,17 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         first_frame=1,
         image_size=image_size(path, options),
         lines=table.lines,
-        seconds=table.numbers[:, 5] if timed else None,
+        seconds=values.get("timestamp"),
         confidence=sure,
-        blink=blink,
+        blink=_blink(values, success) if blinks else None,
         ignored=ignored,
     )
     return finish_tracks(tracks, options)
+
+
+def _blink(values: Mapping[str, FloatArray], success: BoolArray) -> FloatArray:
+    """Return the measure of a blink in each sample, NaN without success."""
+    intensity = values[_BLINK]
+    if _PRESENT in values:
+        intensity = np.where(values[_PRESENT] == 0.0, intensity.clip(max=_DENIED), intensity)
+    return np.where(success, intensity / _INTENSITIES, np.nan).clip(0.0, 1.0)
