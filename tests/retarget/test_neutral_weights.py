@@ -140,6 +140,30 @@ def test_a_performer_with_other_movements_shows_nothing_at_rest(seed: int, oppos
     assert not solution.neutral_weights
 
 
+@pytest.mark.parametrize("seed", [0, 3])
+def test_a_single_movement_that_the_rig_lacks_is_no_expression_of_the_neutral(seed: int) -> None:
+    """It goes against another blend shape for a second of ten; a neutral weight of 0.24 would fit.
+
+    All movements would leave an expression of the neutral, not this one alone.
+    """
+    rng = np.random.default_rng(seed)
+    points, offsets = 0.06 * rng.normal(size=(20, 3)), 0.006 * rng.normal(size=(8, 20, 3))
+    own = offsets + 0.0005 * rng.normal(size=offsets.shape)
+    own[1] -= 0.4 * offsets[0]
+    waves = np.linspace(0, 1, 300)[:, None] * rng.uniform(3, 6, 8) + rng.uniform(0, 1, 8)
+    weights = np.sin(2 * np.pi * waves).clip(min=0.0) ** 3
+    weights[:NEUTRAL] = weights[:, 1] = weights[100:140, 0] = 0.0
+    weights[100:140, 1] = np.sin(np.linspace(0, np.pi, 40))
+    names = tuple(f"m{i}" for i in range(20))
+    take = MarkerTake(
+        names, np.arange(300) / 30.0, points + np.tensordot(weights, own, axes=1), 30.0
+    )
+    setup = RetargetSetup(Binding(names, np.arange(20)), neutral=(0, NEUTRAL - 1))
+    shapes = tuple(f"s{i}" for i in range(8))
+    solution, _ = solve_take(take, points, offsets, shapes, setup)
+    assert not solution.neutral_weights
+
+
 def test_too_few_frames_say_nothing(world: World) -> None:
     take, _ = showing(world, SHOWN)
     assert solved(world, take)[0].neutral_weights

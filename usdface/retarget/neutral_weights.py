@@ -6,7 +6,7 @@ negative one. The neutral weights are the fewest and smallest with which every f
 weights of 0 or more. Weights that the frames hardly need stay 0: two people's faces differ.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -18,8 +18,8 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.neutral import on_plane
+from usdface.retarget.neutral_cost import NeutralCost
 from usdface.retarget.pose_and_weights import PoseAndWeights
-from usdface.retarget.solver.bounded_least_squares import solve_bounded
 from usdface.retarget_setup import RetargetSetup
 
 __all__ = [
@@ -37,9 +37,6 @@ _FEWEST_WINDOWS = 10  # of fewer a mean says little
 # As a share of the face's size, the RMS radius of its markers: how far performer and rig differ in
 # the mean of a window, beside the misfit that the take shows (0.2 mm on the ICT face).
 _ERROR = 0.0033
-# Expected size of weights (`SolveOptions.spread`) and, relative to it, their L1 penalty.
-_SPREAD = 0.5
-_SPARSITY = 1.0
 # L1 penalty on a neutral weight, by the mean cost of a window, and the weight that costs half as
 # much in the second solve (E. Candes, M. Wakin, S. Boyd, "Enhancing Sparsity by Reweighted l1
 # Minimization", 2008). Of 6 and 12, and 0.02 and 0.05, on performers 1 to 4 with seven neutrals: 12
@@ -56,10 +53,13 @@ _WORTH = 0.7
 # presses the chin up for 20 s); of a mouth open by 0.1, 0.53 and more on MakeHuman, 0.17 to 0.24 on
 # the example.
 _RESEMBLES = 0.3
+# Weights that few windows need, by those in which the face moves, are a movement that the rig does
+# not make: nearly all movements leave an expression of the neutral. Of neutrals that show nothing,
+# jaws of the example and of ICT need one in 0.31 to 0.43 of those windows; weights that show, in
+# 0.50 and more (performers 1 to 4; expressions of twenty others, whose neutrals show three shapes).
+_NEEDED = 0.46
 LARGEST = 0.5  # more than half of a shape is no neutral
 _SOLVES = 2
-# Solved to far less than is saved, so that the order of markers decides nothing.
-_EXACT = {"maxiter": 300, "ftol": 1e-13, "gtol": 1e-8}
 # Weights are saved to three decimals.
 _ROUNDING = 6e-4
 _NAMED = 3  # blend shapes that a message names
@@ -98,29 +98,32 @@ def estimate_neutral_weights(
     head_moves : bool
         The head's pose was solved with the weights.
     """
-    moved, shapes, shares, unlike = _in_errors(
-        times, joint, points, model, errors, axes, head_moves
-    )
+    cost, unlike = _in_errors(times, joint, points, model, errors, axes, head_moves)
     found = np.zeros(len(model.offsets))
-    if len(moved) < _FEWEST_WINDOWS or not shapes.any():
+    if len(cost.moved) < _FEWEST_WINDOWS or not cost.offsets.any():
         return found
-    normal, right = shapes @ shapes.T, moved @ shapes.T - _SPARSITY / _SPREAD
-    held = normal + np.eye(len(normal)) / _SPREAD**2
-
-    def unexplained(rest: FloatArray) -> tuple[float, FloatArray]:
-        weights = solve_bounded(held, right + rest @ normal)
-        left = moved + (rest - weights) @ shapes
-        each = 0.5 * (left**2).sum(axis=1) + 0.5 * (weights**2).sum(axis=1) / _SPREAD**2
-        each += _SPARSITY / _SPREAD * weights.sum(axis=1)
-        return float(shares @ each), shares @ left @ shapes.T
-
-    rest = np.zeros(len(shapes))
-    for _ in range(_SOLVES):
-        rest = _minimised(unexplained, rest, _COST * _RELIEF / (rest + _RELIEF))
-    before, after = unexplained(np.zeros(len(shapes)))[0], unexplained(rest)[0]
-    if before - after >= max(_WORTH, _RESEMBLES * unlike * after):
-        found[model.free] = np.where(rest < _LEAST, 0.0, rest)
+    found[model.free] = _shown(cost, unlike)
     return found
+
+
+def _shown(cost: NeutralCost, unlike: float) -> FloatArray:
+    """Return the neutral weights (P,) that lower the cost by enough and in enough windows."""
+    none = neutral = np.zeros(len(cost.offsets))
+    largest = np.full(len(none), LARGEST)
+    while largest.any():
+        penalty = np.full(len(none), _COST)
+        for _ in range(_SOLVES):
+            neutral = cost.minimised(neutral, penalty, largest)
+            penalty = _COST * _RELIEF / (neutral + _RELIEF)
+        neutral = np.where(neutral < _LEAST, 0.0, neutral)
+        left = cost.mean(neutral)
+        if cost.mean(none) - left < max(_WORTH, _RESEMBLES * unlike * left):
+            return none
+        is_rare = cost.needed_in(neutral) < _NEEDED
+        if not is_rare.any():
+            return neutral
+        largest[is_rare] = 0.0
+    return none
 
 
 def _in_errors(
@@ -131,11 +134,10 @@ def _in_errors(
     errors: FloatArray | None,
     axes: int,
     head_moves: bool,
-) -> tuple[FloatArray, FloatArray, FloatArray, float]:
-    """Return displacements (W, axes * M), offsets of free shapes (P, axes * M) in a window's error.
+) -> tuple[NeutralCost, float]:
+    """Return the cost of neutral weights, of N = axes * M, and the misfit's share of its error.
 
-    Without the head's motion, if it moves. Then the shares of the windows in the mean (W,), and
-    that of the misfit in the error's variance.
+    Of free shapes, without the head's motion if it moves; the share is that of the variance.
     """
     moved, frames = _windows(times, joint, model)
     seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
@@ -152,23 +154,7 @@ def _in_errors(
     precision = 1.0 / (still + lasting * ways / max(float(ways.mean()), 1e-30))
     error = np.sqrt(still + lasting)
     unlike = lasting / (still + lasting)
-    return moved / error, shapes / error, precision / precision.sum(), unlike
-
-
-def _minimised(
-    function: Callable[[FloatArray], tuple[float, FloatArray]], start: FloatArray, cost: FloatArray
-) -> FloatArray:
-    """Return the neutral weights that minimise a function, given with its gradient, and a cost."""
-    from scipy.optimize import minimize  # costs more to import than a solve needs
-
-    def with_cost(rest: FloatArray) -> tuple[float, FloatArray]:
-        value, gradient = function(rest)
-        return value + float(cost @ rest), gradient + cost
-
-    bounds = [(0.0, LARGEST)] * len(start)
-    return np.asarray(
-        minimize(with_cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options=_EXACT).x
-    )
+    return NeutralCost(moved / error, shapes / error, precision / precision.sum()), unlike
 
 
 def _windows(
