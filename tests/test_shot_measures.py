@@ -12,13 +12,11 @@ from scipy.spatial import cKDTree
 
 import usdface
 from usdface.options import ProcessOptions, SolveOptions
-from usdface.retarget.neutral_weights import LARGEST
 from usdface.rigs import Rig
 from usdface.shot import Shot
 from usdface.shot_report import report_of
 from usdface.takes import MarkerTake
 from usdface.verdict import Verdict
-from usdface.verdict.criteria import CRITERIA
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 FRAMES = slice(0, 130)
@@ -124,20 +122,6 @@ def test_an_expression_that_is_named_as_the_neutral_is_none_too_many(shot: Shot)
     named = dict(zip(solved.names, np.clip(solved.weights[peak], 0, 1).tolist(), strict=True))
     setup = replace(shot.setup, neutral=(peak, peak), neutral_weights=named)
     assert "NEUTRAL_EXPRESSIVE" not in codes(verdict_on(replace(shot, setup=setup)))
-
-
-@pytest.mark.slow
-def test_a_found_neutral_that_shows_more_than_is_taken_off_is_to_be_looked_at(shot: Shot) -> None:
-    def showing(weight: float) -> Verdict:
-        setup = replace(shot.setup, neutral_weights={shot.rig.shape_names[0]: weight})
-        return verdict_on(replace(shot, setup=setup))
-
-    (limit,) = (each.look_at for each in CRITERIA if each.code == "NEUTRAL_AT_LIMIT")
-    assert limit == LARGEST
-    verdict = showing(LARGEST)
-    assert verdict.level != "good" and "NEUTRAL_AT_LIMIT" in codes(verdict)
-    named_by_a_person = showing(LARGEST + 0.1)
-    assert "NEUTRAL_AT_LIMIT" not in codes(named_by_a_person)
 
 
 @pytest.mark.slow

@@ -115,6 +115,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "DEFAULT_PRIM_CHOSEN": ("info", "nothing", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "name_up_axis", "the file does not name its up axis"),
     "RATE_ASSUMED": ("warning", "name_rate", "the file does not name its frame rate"),
+    "RATE_CONTRADICTED": (
+        "warning",
+        "name_rate",
+        "the rate that the file names is not that of its times, which count",
+    ),
     "RATE_UNUSUAL": ("warning", "name_rate", "no face is recorded at such a frame rate"),
     "FRAMES_RENUMBERED": (
         "info",

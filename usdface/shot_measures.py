@@ -7,13 +7,12 @@ from usdface.errors import SolveError
 from usdface.face.bound_face import BoundFace
 from usdface.face.head_size import size_by_eyes
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
-from usdface.frame_blocks import by_blocks, frame_blocks
+from usdface.frame_blocks import frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.retarget.neutral_weights import LARGEST, weights_at_limit
+from usdface.neutral_measures import neutral_at_limit, neutral_expressive
 from usdface.retarget.shape_reach import beyond_reach
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import RetargetSetup
 from usdface.shot import ShotResult
 from usdface.takes import MarkerTake, visible
 from usdface.verdict.judge import Measured
@@ -21,8 +20,6 @@ from usdface.verdict.judge import Measured
 __all__ = ["shot_measures"]
 
 _NAMED = 4  # places that a reason names
-# Ridge of the unbounded least squares, as a share of the mean energy of a shape. Set by hand.
-_RIDGE = 0.02
 _LIMIT = 0.999
 # Proposed places of a lower confidence are unsure, and none is flatter than this.
 _SURE, _FLATTEST = 0.5, 0.01
@@ -33,7 +30,10 @@ _VALUES = 2**23
 # hand: above the forehead of AnimFace's Eyebrows (8 to 10.5 mm; its brows move by 8 to 16.5, of
 # which a rig makes a part), below the motion of a head that is left in the take (18 mm).
 _FARTHEST = 0.012
-# A shape is open while it is above its own 10th percentile.
+# Motion of a face that moves, as a share of the RMS radius of its markers (0.06 mm of ICT's): of a
+# still one, all is rounding. Set by hand.
+_STILL = 1e-3
+# A shape rests open by this percentile of its weight: it is above that in nine tenths of the take.
 _OPEN = 10.0
 
 
@@ -86,14 +86,16 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     seen = visible(take.positions)[:, [take.names.index(name) for name in markers]]
     hidden = 1.0 - seen.mean(axis=0)
     found = {
-        **_of_motion(solution, face, motion, noise, 1000.0 * _FARTHEST / human_mm),
         "NOISE_LARGE": Measured(_share(noise, motion)),
         "MARKER_ASTRAY": _worst("markers", markers, human_mm * away),
         "MARKERS_OCCLUDED": Measured(float(hidden.mean()), "markers", _most(markers, hidden)),
-        "NEUTRAL_EXPRESSIVE": _neutral(result, solution, face, motion),
-        "NEUTRAL_AT_LIMIT": _cut(result.shot.setup, solution, face),
+        "NEUTRAL_AT_LIMIT": neutral_at_limit(result.shot.setup, solution, face),
         "BINDING_UNSURE": _unsure(result),
     }
+    if motion**2 - noise**2 > (_STILL * rms_radius(solution.rest)) ** 2:
+        farthest = 1000.0 * _FARTHEST / human_mm
+        found |= _of_motion(solution, face, motion, noise, farthest)
+        found["NEUTRAL_EXPRESSIVE"] = neutral_expressive(result.shot, solution, motion)
     if solution.shifts is not None:
         beside = human_mm * np.linalg.norm(solution.shifts, axis=1)
         found["PLACES_BESIDE"] = Measured(
@@ -131,10 +133,10 @@ def _of_motion(
     )
     return {
         "MOTION_UNEXPLAINED": Measured(
-            float(_share(unexplained, rms_reached)), "markers", _most(markers, missed)
+            _share(unexplained, rms_reached), "markers", _most(markers, missed)
         ),
         "MOTION_BEYOND_SHAPES": Measured(
-            float(_share(rms_beyond, motion)), "markers", _most(markers, beyond)
+            _share(rms_beyond, motion), "markers", _most(markers, beyond)
         ),
     }
 
@@ -171,54 +173,6 @@ def _unusual(size: float) -> Measured:
     if not size > 0:
         return Measured(np.nan)
     return Measured(max(size, 1.0 / size), "size", ("large",) if size >= 1.0 else ("small",))
-
-
-def _neutral(result: ShotResult, solution: Solution, face: BoundFace, motion: float) -> Measured:
-    """Measure motion on the opposite side of the neutral, which a false neutral causes.
-
-    Where a shape is open in the neutral, the take needs its weight below 0 whenever it closes:
-    least squares without bounds show by how much, in half of the frames. Where the solve has
-    corrected the neutral, the neutral frames are away from it, by more than the weights that they
-    show.
-    """
-    neutral = result.shot.setup.neutral
-    if neutral is None or not motion:
-        return Measured(np.nan)
-    residual = solution.displaced(slice(neutral[0], neutral[1] + 1)).mean(axis=0)
-    shapes = face.mesh.offsets_at(face.vertices_of(solution.markers))
-    for name, weight in solution.neutral_weights.items():
-        residual = residual - weight * shapes[face.shape_names.index(name)]
-    corrected = float(np.sqrt((residual**2).sum(axis=1).mean()))
-    flat = shapes.reshape(len(shapes), -1)
-    gram = flat @ flat.T
-    held = gram + _RIDGE * np.trace(gram) / len(gram) * np.eye(len(gram))
-    free = by_blocks(
-        len(solution.residual), lambda frames: _free(held, flat, solution.displaced(frames))
-    )
-    below = -np.median(free, axis=0) * np.sqrt(np.diag(gram) / len(solution.markers))
-    return Measured(
-        max(corrected, float(below.max())) / motion,
-        "shapes",
-        _most(face.shape_names, below),
-        neutral,
-        tuple(result.shot.take.times[list(neutral)].tolist()),
-    )
-
-
-def _cut(setup: RetargetSetup, solution: Solution, face: BoundFace) -> Measured:
-    """Measure weights of the neutral at the limit of their estimate: more of them may show.
-
-    Weights that a person names may be larger, and are all of what shows.
-    """
-    cut = weights_at_limit(solution.neutral_weights, face.evaluator, face.shape_names)
-    if setup.neutral is None or not cut:
-        return Measured(np.nan)
-    return Measured(LARGEST, "shapes", cut[:_NAMED], setup.neutral)
-
-
-def _free(held: FloatArray, flat: FloatArray, moved: FloatArray) -> FloatArray:
-    """Return the weights (F, S) without bounds of displacements (F, M, 3)."""
-    return np.asarray(np.linalg.solve(held, flat @ moved.reshape(len(moved), -1).T).T)
 
 
 def _rms_motion(solution: Solution) -> float:
@@ -259,7 +213,7 @@ def _of_travel(ratios: dict[str, float]) -> dict[str, Measured]:
 
 
 def _share(part: float, whole: float) -> float:
-    return part / whole if whole else np.nan
+    return float(part / whole) if whole else np.nan
 
 
 def _worst(kind: str, names: tuple[str, ...], values: FloatArray) -> Measured:

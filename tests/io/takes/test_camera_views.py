@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import OpenImageIO as oiio
 import pytest
@@ -15,6 +17,7 @@ from usdface.cli import main
 from usdface.errors import InputError
 from usdface.io.takes.camera_views import read_views
 from usdface.io.takes.files import read_take
+from usdface.io.usd.take import write_take
 from usdface.options import TakeOptions
 
 NAMES = tuple(f"m{n}" for n in range(8))
@@ -117,6 +120,22 @@ def test_tracks_on_half_the_resolution_fit_the_calibration(world, tmp_path):
     assert main(["take", str(proxy), "-o", str(usd), *size]) == 0
     solved, _ = read_views([files[0], usd], calibration, OPTIONS)
     np.testing.assert_allclose(solved.positions, POINTS * [1, -1, -1], atol=1e-6)
+
+
+def test_a_blink_that_cameras_saw_is_their_mean(world, tmp_path):
+    files, calibration = world()
+    measures = np.full((2, len(POINTS)), 0.25)
+    measures[0, 4], measures[1, 4], measures[0, 5], measures[:, 6] = 0.5, 1.0, np.nan, np.nan
+    takes = []
+    for file, blink in zip(files, measures, strict=True):
+        take, _ = read_take(file, TakeOptions(rate=25.0, image_size=SIZE))
+        takes.append(tmp_path / f"{file.stem}.usdc")
+        write_take(replace(take, blink=blink), takes[-1])
+    found, _ = read_views(takes, calibration, OPTIONS)
+    np.testing.assert_allclose(found.blink[3:8], [0.25, 0.75, 0.25, np.nan, 0.25], atol=1e-6)
+    assert read_views(files, calibration, OPTIONS)[0].blink is None
+    late, _ = read_views(takes, calibration, OPTIONS, sync=[0, 1])
+    np.testing.assert_allclose(late.blink[4:6], [0.625, 0.375], atol=1e-6)
 
 
 @pytest.mark.slow

@@ -70,6 +70,16 @@ def test_the_rate_comes_from_the_time_column(read):
     assert take.rate == 25
 
 
+def test_the_first_frame_is_kept_beside_a_time_column(read):
+    for text in (long_text(), long_text(clocks=("frame",))):
+        assert read(text, rate=25)[0].first_frame == 100
+    lines = wide_text().splitlines()
+    wide = ["frame," + lines[0], *(f"{1001 + i},{line}" for i, line in enumerate(lines[1:]))]
+    take, _ = read("\n".join(wide) + "\n")
+    assert (take.first_frame, take.rate) == (1001, 25)
+    assert read(wide_text())[0].first_frame == 0
+
+
 def test_units_and_up_axis_nobody_names_are_announced(read):
     take, findings = read(wide_text(), units=None, up_axis=None)
     assert codes(findings) == ["UNITS_ASSUMED", "UP_AXIS_ASSUMED"]

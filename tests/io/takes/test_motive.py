@@ -96,6 +96,7 @@ def test_the_timecode_column_or_the_time_of_day_is_the_start(read):
     # an export that starts two seconds into the capture, beyond midnight
     later = motive_text(start=2.0)
     assert read(later)[0].start_timecode == "00:00:00:60"
+    assert read(motive_text(Export_Frame_Rate=""))[0].start_timecode == "23:59:58:60"
     assert read(motive_text(Capture_Start_Time=""))[0].start_timecode == ""
 
 

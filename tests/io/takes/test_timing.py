@@ -27,6 +27,24 @@ def test_times_written_with_few_digits_are_those_of_the_grid():
     assert (rate, findings) == (60, [])
 
 
+@pytest.mark.parametrize(("named", "own"), [(30.0, 120.0), (120.0, 30.0), (100.0, 120.0)])
+def test_regular_times_count_where_the_file_names_another_rate(named, own):
+    seconds = np.arange(60) / own
+    times, rate, findings = take_times(FILE, 60, rate=named, seconds=seconds)
+    np.testing.assert_allclose(times, seconds)
+    assert (rate, codes(findings)) == (own, ["RATE_CONTRADICTED"])
+    assert f"{own:g} Hz, not at {named:g}" in findings[0].message
+    same, rate, _ = take_times(FILE, 60, rate=named, seconds=seconds, override=own)
+    np.testing.assert_allclose(same, seconds)
+    assert rate == own
+
+
+def test_irregular_times_say_nothing_against_the_rate_of_the_file():
+    seconds = np.cumsum(np.where(np.arange(60) % 2, 3, 1)) / 120
+    _, rate, findings = take_times(FILE, 60, rate=120, seconds=seconds)
+    assert (rate, codes(findings)) == (120, ["FRAMES_DROPPED"])
+
+
 def test_times_off_the_grid_stay_as_they_are():
     seconds = np.array([0.0, 0.011, 0.025, 0.031])
     times, _, _ = take_times(FILE, 4, rate=100, seconds=seconds)

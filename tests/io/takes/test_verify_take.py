@@ -68,6 +68,16 @@ def test_what_the_types_leave_open_is_checked(make: Callable[[], object], reason
     assert reason in str(raised.value) and "XYZ of acme 1.0 (acme:XYZ)" in str(raised.value)
 
 
+@pytest.mark.parametrize(
+    "given",
+    [take(positions=1e12 * POSITIONS), WeightsTake(("a",), TIMES, np.full((4, 1), 1e6))],
+)
+def test_values_beyond_any_meaning_are_refused(given: MarkerTake | WeightsTake) -> None:
+    with pytest.raises(InputError, match=r"a\.xyz: ") as raised:
+        verified_take(READER, Path("a.xyz"), (given, []))
+    assert raised.value.code == "VALUES_WRONG"
+
+
 def test_a_take_out_of_proportion_to_its_file_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.xyz"
     path.write_text("1")

@@ -43,6 +43,7 @@ class _Views:
     frames: IntArray  # (F,) of the footage, from 0
     pixels: FloatArray  # (C, F, M, 2)
     rate: float
+    blink: FloatArray | None  # (F,) mean of the cameras that saw it, NaN where none did
 
 
 def read_views(
@@ -108,7 +109,7 @@ def read_views(
     )
     given = TakeOptions(units=options.units, up_axis=options.up_axis)
     take, found = finish_take(raw, given)
-    return take, findings + agreement + found
+    return replace(take, blink=views.blink), findings + agreement + found
 
 
 def _take_of_camera(
@@ -169,7 +170,23 @@ def _joined(
         place = take.select(tuple(names[n] for n in known)) * [1.0, -1.0]
         view[np.searchsorted(every, frames)[:, None], known] = _calibrated(take, camera, place)
     seen = np.isfinite(pixels[..., 0]).any(axis=(0, 2))
-    return _Views(names, every[seen], pixels[:, seen], takes[0].rate)
+    blink = _mean_blink(takes, [np.searchsorted(every, frames) for frames in numbers], len(every))
+    blink = None if blink is None else blink[seen]
+    return _Views(names, every[seen], pixels[:, seen], takes[0].rate, blink)
+
+
+def _mean_blink(
+    takes: Sequence[MarkerTake], rows: Sequence[IntArray], count: int
+) -> FloatArray | None:
+    """Return the takes' measures of a blink in `count` frames, of which they have `rows`."""
+    sums, seen = np.zeros((2, count))
+    for take, own in zip(takes, rows, strict=True):
+        if take.blink is not None:
+            sums[own] += np.nan_to_num(take.blink)
+            seen[own] += np.isfinite(take.blink)
+    if not seen.any():
+        return None
+    return np.asarray(np.divide(sums, seen, out=np.full(count, np.nan), where=seen > 0))
 
 
 def _steps_that_fit(

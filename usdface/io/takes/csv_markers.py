@@ -142,13 +142,13 @@ def _raw(
     columns: dict[str, int],
 ) -> RawTake:
     timed = _column(columns, _TIME) is not None
-    numbered = bool(clocks.size) and not timed
+    numbered = bool(clocks.size) and _column(columns, _FRAME) is not None
     return RawTake(
         path=path,
         labels=labels,
         positions=positions,
         seconds=clocks[:, -1] if timed else None,
-        frames=clocks[:, 0] if numbered else None,
+        frames=clocks[:, 0] if numbered and not timed else None,
         first_frame=int(clocks[0, 0]) if numbered and abs(clocks[0, 0]) < 1 << 31 else 0,
     )
 

@@ -59,16 +59,17 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     check_size(path, len(data), len(markers))
     columns = [column for triple in markers.values() for column in triple]
     table = read_numbers(path, data, [0, 1, *columns])
+    rate = positive(about.get("Export Frame Rate") or about.get("Capture Frame Rate", ""))
     raw = RawTake(
         path=path,
         labels=tuple(name for name, _ in markers),
         positions=table[:, 2:].reshape(len(data), len(markers), 3),
         seconds=table[:, 1],
-        rate=positive(about.get("Export Frame Rate") or about.get("Capture Frame Rate", "")),
+        rate=rate,
         unit=METERS_PER_UNIT.get(about.get("Length Units", "").lower()),
         assumed_unit="m",
         up_axis="Y",
-        start_timecode=_start(rows[top][1], data, about),
+        start_timecode=_start(rows[top][1], data, about, rate),
     )
     take, findings = finish_take(raw, options)
     announced = positive(about.get("Total Exported Frames", ""))
@@ -114,7 +115,7 @@ def _columns(path: Path, header: list[Row]) -> tuple[dict[tuple[str, str], list[
     return markers, list(ignored)
 
 
-def _start(axes: list[str], data: list[Row], about: dict[str, str]) -> str:
+def _start(axes: list[str], data: list[Row], about: dict[str, str], rate: float) -> str:
     """Return the timecode of the first frame, from its column or from the time of day."""
     if not data:
         return ""
@@ -130,5 +131,5 @@ def _start(axes: list[str], data: list[Row], about: dict[str, str]) -> str:
     fraction = float(f"0.{match[4] or 0}") + (positive(first[1]) if len(first) > 1 else 0.0)
     whole = int(fraction)
     clock = (hour * 3600 + minute * 60 + second + whole) % 86400
-    frame = int((fraction - whole) * positive(about.get("Export Frame Rate", "")))
+    frame = int((fraction - whole) * rate)
     return f"{clock // 3600:02d}:{clock // 60 % 60:02d}:{clock % 60:02d}:{frame:02d}"

@@ -15,6 +15,9 @@ _SLOWEST, _FASTEST = 1e-3, 1e6  # Hz: a frame in 17 minutes to a frame in a micr
 _LONGEST = 1e7  # s, four months
 _GRID_TOLERANCE = 0.1  # frames: times rounded to milliseconds are off by that at 200 Hz
 _WHOLE_RATE_TOLERANCE = 5e-4  # half of the way from 30 to 29.97 Hz
+# A rate that the file names and that of its times agree within this share, unless the steps of the
+# times are irregular: no more than nine in ten are alike. Set by hand.
+_RATE_TOLERANCE, _REGULAR = 0.1, 0.9
 
 
 def nominal_rate(seconds: FloatArray) -> float:
@@ -48,7 +51,7 @@ def take_times(
     count : int
         F, the number of frames.
     rate : float [Hz]
-        Rate that the file names; 0 = none.
+        Rate that the file names; 0 = none. Regular times of another rate count, not it.
     seconds : (F,) float [s], optional
         The file's time column, from any origin. Times that lie on the grid of the rate
         within a tenth of a frame are the grid's.
@@ -80,8 +83,12 @@ def take_times(
                 "or more, so the times are in another unit than seconds",
                 "TIMES_WRONG",
             )
-        rate = rate or own or (override or 0.0)
         findings: list[Finding] = []
+        if rate and _is_contradicted(rate, own, seconds):
+            message = "its times step at {times_hz:g} Hz, not at {named_hz:g}; the times count"
+            findings = [finding("RATE_CONTRADICTED", str(path), message, own, rate)]
+            rate = own
+        rate = rate or own or (override or 0.0)
     else:
         if rate or override:
             findings = []
@@ -104,6 +111,13 @@ def take_times(
     if override and rate:
         return seconds * (rate / override), override, findings
     return seconds, rate, findings
+
+
+def _is_contradicted(rate: float, own: float, seconds: FloatArray) -> bool:
+    """Return whether times that step regularly, at `own` [Hz], are not those of the rate."""
+    steps = np.diff(seconds) * own
+    regular = len(steps) > 1 and (np.abs(steps - 1.0) < _RATE_TOLERANCE).mean() > _REGULAR
+    return bool(regular and abs(own / rate - 1.0) > _RATE_TOLERANCE)
 
 
 def _from_zero(path: Path, values: FloatArray, subject: str) -> FloatArray:

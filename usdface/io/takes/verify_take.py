@@ -3,11 +3,12 @@
 from math import isfinite
 from pathlib import Path
 
+from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.formats import TakeReader
 from usdface.io.format_table import Registered
 from usdface.io.takes.raw_take import check_size, find_occlusion
-from usdface.takes import MarkerTake, WeightsTake
+from usdface.takes import MarkerTake, WeightsTake, check_range
 
 __all__ = ["verified_take"]
 
@@ -26,7 +27,8 @@ def verified_take(
     PluginError
         If `result` is no take with its findings.
     InputError
-        If no marker is ever visible, or the take is out of all proportion to its file.
+        If no marker is ever visible, values are beyond any meaning, or the take is out of all
+        proportion to its file.
     """
     if not (isinstance(result, tuple) and len(result) == 2):
         raise reader.wrong(f"{type(result).__name__}; expected (take, findings)")
@@ -40,6 +42,10 @@ def verified_take(
     for name in ("start_timecode", "source"):
         if not isinstance(getattr(take, name), str):
             raise reader.wrong(f"{name} = {getattr(take, name)!r}; expected text")
+    try:
+        check_range(take)
+    except InputError as error:
+        raise InputError(f"{path}: {error}", error.code) from error
     if isinstance(take, WeightsTake):
         return take, findings
     if not _number(take.meters_per_unit, least=1e-12):
