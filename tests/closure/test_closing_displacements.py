@@ -13,7 +13,7 @@ from usdface.closure.closing_displacements import (
     scanned_glance_displacements,
     scanned_lid_displacements,
 )
-from usdface.closure.lid_gaps import EYES, lid_gaps_of
+from usdface.closure.lid_gaps import EYES, LidGaps, lid_gaps_of
 from usdface.face.bound_face import BoundFace
 from usdface.rigs import BlendShape, Mesh
 
@@ -39,9 +39,14 @@ def bound(mesh: Mesh) -> BoundFace:
     return BoundFace(mesh, tuple(places), points, nose_tip="mouth_up").with_layout(())
 
 
+def both_eyes(face: BoundFace) -> tuple[LidGaps, LidGaps]:
+    found = lid_gaps_of(face, NAMES)
+    return found["left"], found["right"]
+
+
 def test_lids_that_move_markers_speak_for_themselves() -> None:
     face = bound(MESH)
-    for gaps in lid_gaps_of(face, NAMES).values():
+    for gaps in both_eyes(face):
         assert not scanned_lid_displacements(face, gaps, NAMES)
         own = face.offsets[NAMES.index(f"eyeBlink{gaps.eye.title()}")]
         found = closing_displacements(face, gaps, NAMES, face.markers[::-1])
@@ -50,7 +55,7 @@ def test_lids_that_move_markers_speak_for_themselves() -> None:
 
 def test_beside_lids_whose_rim_alone_moves_markers_move_as_on_another_face() -> None:
     face = bound(rim_face())
-    for gaps in lid_gaps_of(face, NAMES).values():
+    for gaps in both_eyes(face):
         known = scanned_lid_displacements(face, gaps, NAMES)
         assert set(known) == {gaps.closer, *gaps.tighteners, *gaps.raisers}
         upper = face.markers.index(f"eye_{gaps.eye}_up")
@@ -69,7 +74,7 @@ def test_without_markers_near_the_eyes_nothing_is_known() -> None:
     places = {n: v for n, v in slit_markers(mesh).items() if not n.startswith("eye")}
     points = np.array(list(places.values()))
     face = BoundFace(mesh, tuple(places), points, nose_tip="mouth_up").with_layout(())
-    for gaps in lid_gaps_of(face, NAMES).values():
+    for gaps in both_eyes(face):
         assert not scanned_lid_displacements(face, gaps, NAMES)
         closing = closing_displacements(face, gaps, NAMES, face.markers)
         assert not near_lids(closing, gaps).any()
@@ -77,7 +82,7 @@ def test_without_markers_near_the_eyes_nothing_is_known() -> None:
 
 def test_lids_follow_eyes_that_look_down_unless_the_rig_says_how() -> None:
     face = bound(MESH)
-    for gaps in lid_gaps_of(face, NAMES).values():
+    for gaps in both_eyes(face):
         upper = face.markers.index(f"eye_{gaps.eye}_up")
         glance = scanned_glance_displacements(face, gaps, NAMES)
         assert glance is not None and glance[upper, 1] < -0.1 * gaps.opening

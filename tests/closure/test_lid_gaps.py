@@ -22,8 +22,9 @@ def weights(mesh: Mesh, **values: float) -> np.ndarray:
 
 def test_each_eye_has_its_closer_its_lower_lid_and_its_raiser() -> None:
     mesh = slit_face()
-    names = mesh.shape_names
-    for eye, gaps in gaps_on(mesh).items():
+    names, found = mesh.shape_names, gaps_on(mesh)
+    assert set(found) == {"left", "right"}
+    for eye, gaps in found.items():
         side = eye.capitalize()
         assert names[gaps.closer] == f"eyeBlink{side}"
         assert [names[k] for k in gaps.tighteners] == [f"eyeSquint{side}"]

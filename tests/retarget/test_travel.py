@@ -105,7 +105,9 @@ def test_frames_in_which_a_marker_is_hidden_do_not_count(world: World, shot: Sho
     corner = world.take.names.index("corner_l")
     positions[8:30, corner] = np.nan
     hidden = replace(shot, take=replace(world.take, positions=positions))
-    for travel in travels(hidden).values():
+    found = travels(hidden)
+    assert {"brows", "eyes", "mouth"} <= set(found)
+    for travel in found.values():
         assert travel.ratio == pytest.approx(1.0, abs=0.03)
 
 
@@ -126,7 +128,9 @@ def test_skin_that_no_blend_shape_moves_does_not_count(world: World, shot: Shot)
 @pytest.mark.slow
 def test_an_image_has_two_axes(world: World, shot: Shot) -> None:
     flat = shot_of(replace(world, take=camera_pixels(make_world(head_moves=False).take)))
-    for region, travel in travels(flat).items():
+    found = travels(flat)
+    assert {"brows", "mouth"} <= set(found)
+    for region, travel in found.items():
         assert travel.ratio == pytest.approx(1.0, abs=0.05), region
 
 

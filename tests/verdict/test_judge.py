@@ -65,6 +65,9 @@ def test_only_what_is_not_usable_is_refused() -> None:
     with pytest.raises(SolveError, match="not usable") as caught:
         refuse_unusable(judge(at("PLACES_MISFIT", 0.9)))
     assert caught.value.code == "RESULT_UNUSABLE" and caught.value.code in ERROR_CODES
+    with pytest.raises(SolveError, match="no verdict") as caught:
+        refuse_unusable(None)
+    assert caught.value.code == "RESULT_UNUSABLE"
 
 
 def test_a_verdict_comes_back_from_its_plain_values() -> None:
@@ -86,6 +89,15 @@ def test_what_is_no_verdict_is_none(plain: object) -> None:
     assert verdict_from(plain) is None
 
 
-def test_a_code_that_is_not_known_is_no_reason() -> None:
-    plain = {"reasons": [{"code": "__class__", "value": 1e9}]}
-    assert verdict_from(plain) == Verdict("good")
+@pytest.mark.parametrize(
+    "plain",
+    [
+        {"level": "not_usable", "reasons": [{"code": "NEWER_CODE", "value": 9}]},
+        {"level": "not_usable", "reasons": [{"code": "TAKE_SIZE", "value": float("nan")}]},
+        {"level": "not_usable", "reasons": [{"code": "TAKE_SIZE", "value": 1.0}]},
+        {"level": "look_at", "reasons": []},
+        {"reasons": []},
+    ],
+)
+def test_a_verdict_whose_reasons_are_none_here_is_not_good(plain: object) -> None:
+    assert verdict_from(plain) is None

@@ -88,7 +88,7 @@ def process(
     asset_root : path, optional
         A folder that textures may come from beside those of the layers that name them.
     strict : bool
-        Refuse a result whose verdict is "not usable": write nothing.
+        Refuse a result whose verdict is "not usable", or unknown: write nothing.
     cache : path, optional
         A folder that caches the arrays of clean-up, solve and correction, keyed by all that they
         depend on. The result is the same without it. Nothing is cached where hooks run.
@@ -159,7 +159,7 @@ def process(
         earlier=solved,
         cache=pieced or kept,
     )
-    if strict and reported.verdict is not None:
+    if strict:
         refuse_unusable(reported.verdict)
     generation = generation_of(solved, path if in_place else ours.root)
     with all_or_none():

@@ -134,7 +134,7 @@ CRITERIA: tuple[Criterion, ...] = (
         "SHAPE_RESTS_OPEN",
         0.35,
         np.inf,
-        "a blend shape never comes back to 0: {where} stays above {value}",
+        "a blend shape rests open: {where} is above {value} in nine tenths of the take",
         "check the neutral frames, or pin it",
     ),
     Criterion(

@@ -145,14 +145,20 @@ def _weight(reason: Reason) -> tuple[bool, float]:
     return fatal, reason.measured.value / limit
 
 
-def refuse_unusable(verdict: Verdict) -> None:
-    """Raise the error of a result that is not usable.
+def refuse_unusable(verdict: Verdict | None) -> None:
+    """Raise the error of a result that is not usable, or has no verdict.
 
     Raises
     ------
     SolveError
         With the most serious reason and its remedy.
     """
+    if verdict is None:
+        raise SolveError(
+            "the result has no verdict (ADVICE_FAILED) and nothing is written; process without "
+            "--strict to look at it",
+            "RESULT_UNUSABLE",
+        )
     if verdict.level == "not_usable":
         reason = verdict.reasons[0]
         raise SolveError(
@@ -168,14 +174,20 @@ def verdict_from(plain: object) -> Verdict | None:
     Parameters
     ----------
     plain : object
-        Any content, as of an untrusted file. The level follows from the values.
+        Any content, as of an untrusted file, or of a version with other criteria. The level
+        follows from the values; a verdict whose reasons are none is not read as good.
     """
     try:
-        listed = plain["reasons"]  # type: ignore[index]
+        level, listed = plain["level"], plain["reasons"]  # type: ignore[index]
         measured = {str(reason["code"]): _measured(reason) for reason in listed[:_REASONS]}
     except (KeyError, TypeError, ValueError, OverflowError):
         return None
-    return judge(measured)
+    verdict = judge(measured)
+    return None if len(verdict.reasons) < len(measured) or _is_lost(level, verdict) else verdict
+
+
+def _is_lost(level: object, verdict: Verdict) -> bool:
+    return verdict.level == "good" and level != "good"
 
 
 def _measured(reason: Mapping[str, Any]) -> Measured:
