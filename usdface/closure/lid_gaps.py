@@ -17,6 +17,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.closure.rims import RimPairs, rim_pairs
 from usdface.face.bound_face import BoundFace
 from usdface.face.expression_poses import units_of
+from usdface.face.eye_sides import is_left_lid
 from usdface.rigs import Mesh
 
 __all__ = ["EYES", "Eye", "LidGaps", "lid_gaps_of"]
@@ -131,9 +132,8 @@ def lid_gaps_of(face: BoundFace, names: tuple[str, ...]) -> dict[Eye, LidGaps]:
     mesh, lids = face.mesh, face.layout.lids
     if not len(lids):
         return {}
-    x = mesh.points[lids, 0].mean(axis=1)
-    middle = (x.min() + x.max()) / 2
-    sides: tuple[tuple[Eye, BoolArray], ...] = (("left", x > middle), ("right", x <= middle))
+    left = is_left_lid(mesh.points, lids)
+    sides: tuple[tuple[Eye, BoolArray], ...] = (("left", left), ("right", ~left))
     measured = {eye: _measure(eye, mesh, lids[own], names) for eye, own in sides if own.any()}
     return {eye: gaps for eye, gaps in measured.items() if gaps is not None}
 

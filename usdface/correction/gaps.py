@@ -13,6 +13,7 @@ from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
+from usdface.face.eye_sides import is_left_lid
 from usdface.rigs import Mesh
 
 __all__ = ["Gaps", "gaps_of"]
@@ -152,9 +153,8 @@ def _check_pairs(mesh: Mesh, pairs: IntArray) -> None:
 
 
 def _contacts(mesh: Mesh, lips: IntArray, lids: IntArray) -> list[tuple[str, IntArray]]:
-    x = mesh.points[lids, 0].mean(axis=1) if len(lids) else np.zeros(0)
-    middle = (x.min(initial=np.inf) + x.max(initial=-np.inf)) / 2 if len(x) else 0.0
-    contacts = [("lips", lips), ("left lids", lids[x > middle]), ("right lids", lids[x <= middle])]
+    left = is_left_lid(mesh.points, lids)
+    contacts = [("lips", lips), ("left lids", lids[left]), ("right lids", lids[~left])]
     return [(kind, pairs) for kind, pairs in contacts if len(pairs)]
 
 

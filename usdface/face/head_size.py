@@ -8,6 +8,7 @@ are allowed, so that children and stylised characters pass and a factor of ten d
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.face.eye_sides import is_left_lid
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.findings import Finding, finding
 from usdface.rigs import Mesh, Rig
@@ -34,7 +35,7 @@ def size_by_eyes(points: FloatArray, lids: IntArray) -> float:
     if not len(lids):
         return np.nan
     middles = points[lids].mean(axis=1)
-    left = middles[:, 0] > np.median(points[:, 0])
+    left = is_left_lid(points, lids)
     if left.all() or not left.any():
         return np.nan
     apart = np.linalg.norm(middles[left].mean(axis=0) - middles[~left].mean(axis=0))
