@@ -15,6 +15,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.windows import window_starts
 from usdface.takes import visible
 
 __all__ = ["LARGE_ERROR", "estimate_marker_errors", "marker_error_findings"]
@@ -100,7 +101,7 @@ def estimate_marker_errors(
     ways = np.linalg.norm(predicted[..., :axes], axis=2).mean(axis=0)
     found = np.ones(len(points))
     for length in _WINDOWS:
-        moved, seen = _means(displaced, predicted, _starts(times, length))
+        moved, seen = _means(displaced, predicted, window_starts(times, length))
         counts = seen.mean(axis=0) * min(len(moved), float(times[-1] - times[0]) / _ALIKE)
         variances = finest + _most_probable_variances(
             moved[..., :axes], seen, loadings, counts, start=max(variance, finest)
@@ -108,13 +109,6 @@ def estimate_marker_errors(
         found = np.maximum(found, np.sqrt(variances / _usual(variances, points, ways)))
     chance, sure = _CHANCE
     return np.minimum(found, 1.0 + (found - chance) * (sure - 1.0) / (sure - chance)).clip(min=1.0)
-
-
-def _starts(times: FloatArray, length: float) -> IntArray:
-    """Return the first frames of windows of a length [s], which are single frames for 0."""
-    if length == 0.0:
-        return np.arange(len(times))
-    return np.unique(np.floor((times - times[0]) / length), return_index=True)[1]
 
 
 def _means(

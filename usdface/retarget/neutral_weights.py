@@ -20,6 +20,7 @@ from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.neutral_cost import NeutralCost
 from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.retarget.windows import window_starts
 from usdface.retarget_setup import RetargetSetup
 
 __all__ = [
@@ -142,8 +143,8 @@ def _in_errors(
     moved, frames = _windows(times, joint, model)
     seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
     moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
-    each = 1.0 if errors is None else np.repeat(errors, axes)
-    moved, shapes = moved / each, shapes / each
+    own = 1.0 if errors is None else np.repeat(errors, axes)
+    moved, shapes = moved / own, shapes / own
     if head_moves:
         rigid = motion_basis(points, axes, errors)
         moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
@@ -169,7 +170,7 @@ def _windows(
     moved = np.where(np.isnan(moved), predicted, moved)
     span = max(float(times[-1] - times[0]), 1e-9)
     length = min(_WINDOW, span / _WINDOWS)
-    starts = np.unique(np.floor((times - times[0]) / length), return_index=True)[1]
+    starts = window_starts(times, length)
     counts = np.diff(np.append(starts, len(times)))
     return np.add.reduceat(moved, starts) / counts[:, None], float(np.median(counts))
 
