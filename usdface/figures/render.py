@@ -69,15 +69,16 @@ def _rasterise(
     `screen` (V, 3): x right and y down in pixels, z larger = nearer.
     """
     corners = screen[triangles]
-    low = np.clip(np.ceil(corners[..., :2].min(axis=1) - 0.5), 0, (width, height)).astype(int)
-    high = np.clip(np.floor(corners[..., :2].max(axis=1) - 0.5) + 1, 0, (width, height)).astype(int)
+    a, b, c = (corners[:, k, :2] for k in range(3))
+    least, most = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
+    low = np.clip(np.ceil(least - 0.5), 0, (width, height)).astype(int)
+    high = np.clip(np.floor(most - 0.5) + 1, 0, (width, height)).astype(int)
     span = np.maximum(high - low, 0)
     count = span[:, 0] * span[:, 1]
     which = np.repeat(np.arange(len(triangles)), count)
     place = np.arange(len(which)) - np.repeat(np.cumsum(count) - count, count)
     px = low[which, 0] + place % np.maximum(span[which, 0], 1)
     py = low[which, 1] + place // np.maximum(span[which, 0], 1)
-    a, b, c = (corners[:, k, :2] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     area = np.where(np.abs(area) < 1e-12, np.inf, area)
     bary = np.empty((len(which), 3))

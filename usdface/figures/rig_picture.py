@@ -21,6 +21,8 @@ _MARGIN = 1.7
 # The face is where shapes move by at least this [m], and by this share of their largest motion. All
 # set by hand.
 _LEAST, _SHARED = 1e-3, 0.4
+# Faces are nearly the same if no point is farther apart, by the height of the picture.
+_ALIKE = 0.005
 # Linear colour of faces without a material; opacity below which faces are left out: tear films.
 _SKIN = (0.55, 0.42, 0.36)
 _CLEAR = 0.5
@@ -116,14 +118,20 @@ def rig_pictures(
 ) -> list[NDArray[np.uint8]]:
     """Render a rig at weights (N, S): N images (H, W, 3) uint8, sRGB.
 
-    The ambient occlusion of all is that of the first picture.
+    Pictures of nearly the same face have one ambient occlusion.
     """
     shown = rig_triangles(rig, names, weights)
-    sky = openness(shown.points[0], shown.triangles)
-    return [
-        render(points, shown.triangles, shown.colours, view, shown.gloss, sky)
-        for points in shown.points
-    ]
+    pictures: list[NDArray[np.uint8]] = []
+    skies: list[tuple[FloatArray, FloatArray]] = []
+    for points in shown.points:
+        apart = (np.abs(points - other).max(initial=0.0) for other, _ in skies)
+        same = (n for n, most in enumerate(apart) if most < _ALIKE * view.height)
+        known = next(same, len(skies))
+        if known == len(skies):
+            skies.append((points, openness(points, shown.triangles)))
+        sky = skies[known][1]
+        pictures.append(render(points, shown.triangles, shown.colours, view, shown.gloss, sky))
+    return pictures
 
 
 def render_rig(
