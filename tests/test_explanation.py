@@ -1,4 +1,5 @@
 import json
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,9 @@ from worlds import animation_of, make_world
 from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.cli.print_fuzzy import print_explanation
+from usdface.correction.expression_layer import SideTrace
 from usdface.explanation import Explanation
+from usdface.face.mirror import Side
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.norms import most_of
 from usdface.fuzzy.rules import Condition, Proposition, parse_rule
@@ -170,6 +173,28 @@ def test_a_region_that_does_not_show_the_pose_is_named(
     assert f"{strongest} is held back: not shown in mouth" in capsys.readouterr().out
 
 
+def test_the_peak_is_an_emotion_that_the_frame_lists(explained: Explanation) -> None:
+    """A half that shows what the whole face shows is not listed, however strong its emotions."""
+    whole = explained.whole
+    quiet = replace(whole, shown=np.zeros_like(whole.shown))
+    louder = np.zeros_like(whole.evaluation.outputs)
+    louder[3] = whole.evaluation.outputs.max() + 0.1
+    half = replace(quiet, evaluation=replace(quiet.evaluation, outputs=louder))
+    held = with_sides(explained, {"both": quiet, "left": half})
+    assert not held.frame(3)["halves"]
+    assert held.peak == int(whole.evaluation.outputs.max(axis=1).argmax())
+    shown = np.zeros_like(whole.shown)
+    shown[3] = 0.5
+    listed = with_sides(explained, {"both": quiet, "left": replace(half, shown=shown)})
+    assert list(listed.frame(3)["halves"]) == ["left"]
+    assert listed.peak == 3
+
+
+def with_sides(explained: Explanation, sides: Mapping[Side, SideTrace]) -> Explanation:
+    """Return an explanation with other sides."""
+    return replace(explained, trace=replace(explained.trace, sides=sides))
+
+
 def test_a_neutral_frame_has_nothing_to_explain(explained: Explanation) -> None:
     facts = explained.frame(0)
     assert not any(facts["emotions"].values()) and not facts["weights"]
@@ -252,9 +277,14 @@ def test_the_command_prints_text_and_json(
     assert printed == json.loads(report.read_text()) == explained.frame(FRAME)
 
 
-def test_a_frame_that_is_not_there_is_one_line(
-    shot: Path, capsys: pytest.CaptureFixture[str]
+def test_a_frame_that_is_not_there_is_one_line_before_the_solve(
+    shot: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.setattr(
+        "usdface.pipeline.explaining.retarget", lambda *_, **__: pytest.fail("the shot was solved")
+    )
+    assert main(["fuzzy", "explain", str(shot), "--time", "99"]) == 1
+    assert "there is no frame at 99 s" in capsys.readouterr().err
     assert main(["fuzzy", "explain", str(shot), "--frame", "4000"]) == 1
     assert capsys.readouterr().err.startswith("usdface: there is no frame 4000")
 

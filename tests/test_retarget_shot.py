@@ -56,6 +56,16 @@ def shot(folder: Path) -> Shot:
     return usdface.assemble_shot(rig, take, setup=setup)[0]
 
 
+def test_an_unknown_emotion_is_refused_before_the_solve(
+    shot: Shot, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(
+        "usdface.retarget_shot.solve_shot", lambda *_: pytest.fail("the shot was solved")
+    )
+    with pytest.raises(InputError, match="there is no emotion 'jy'"):
+        usdface.retarget(shot, options=ProcessOptions(gains={"jy": 0.5}))
+
+
 def test_arrays_and_files_give_the_same_weights(folder: Path, shot: Shot) -> None:
     result = usdface.retarget(shot)
     processed = usdface.process(folder / "shot.usda")
@@ -126,6 +136,12 @@ def test_options_of_a_run_go_before_the_shot(shot: Shot) -> None:
         ProcessOptions(solve="slow")
     with pytest.raises(TypeError):
         ProcessOptions(gltf="face.glb")
+
+
+def test_the_report_says_which_frames_are_neutral(shot: Shot) -> None:
+    assert report_of(usdface.retarget(shot)).summary["neutral_frames"] == list(shot.setup.neutral)
+    of_rig = replace(shot, setup=replace(shot.setup, neutral=None, neutral_weights={}))
+    assert report_of(usdface.retarget(of_rig)).summary["neutral_frames"] == "rig"
 
 
 @pytest.mark.slow

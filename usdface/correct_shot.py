@@ -23,7 +23,7 @@ from usdface.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake
 
-__all__ = ["correct", "correct_solved", "with_gains"]
+__all__ = ["check_gains", "correct", "correct_solved", "with_gains"]
 
 
 @one_blas_thread()
@@ -114,16 +114,14 @@ def _after_correction(
     return corrected.weights, findings
 
 
-def with_gains(shot: Shot, gains: Mapping[str, float]) -> Shot:
-    """Return the shot with other gains of some emotions.
+def check_gains(shot: Shot, gains: Mapping[str, float]) -> None:
+    """Refuse gains of emotions that a shot does not have.
 
     Raises
     ------
     InputError
         If the shot has no emotion of that name.
     """
-    if not gains:
-        return shot
     emotions = [expression.name for expression in shot.expressions]
     for name in gains:
         if name not in emotions:
@@ -132,6 +130,13 @@ def with_gains(shot: Shot, gains: Mapping[str, float]) -> Shot:
                 f"{', '.join(emotions) or 'none'}",
                 "SETTING_WRONG",
             )
+
+
+def with_gains(shot: Shot, gains: Mapping[str, float]) -> Shot:
+    """Return the shot with other gains of some emotions; raises as `check_gains`."""
+    if not gains:
+        return shot
+    check_gains(shot, gains)
     present = shot.gains
     if present is None:
         present = Gains.constant(shot.system.gain if shot.system else 1.0, shot.expressions)

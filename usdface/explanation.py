@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.correction.temporal_blend import blend_frames
 from usdface.errors import InputError
@@ -18,7 +18,7 @@ from usdface.local_maxima import highest
 from usdface.shot import ShotResult
 from usdface.takes import frame_step
 
-__all__ = ["HALF_SHOWN_APART", "Explanation", "explain_result"]
+__all__ = ["HALF_SHOWN_APART", "Explanation", "check_frame", "explain_result", "nearest_frame"]
 
 # Least visible change of a weight: half a step of a percent slider.
 _VISIBLE = 0.005
@@ -68,13 +68,22 @@ class Explanation:
 
     @property
     def peak(self) -> int:
-        """The frame of the largest emotion, of the whole face or of a half.
+        """The frame of the largest emotion, held back or not.
 
-        0 without emotions; where one stays as large, the middle.
+        Of the whole face, or of a half in frames that list it, if that is larger. 0 without
+        emotions; where one stays as large, the middle.
         """
-        outputs = [traced.evaluation.outputs for traced in self.trace.sides.values()]
-        largest = np.max([each.max(axis=1, initial=0.0) for each in outputs], axis=0)
+        largest = self.whole.evaluation.outputs.max(axis=1, initial=0.0)
+        for half in self.halves.values():
+            listed = half.evaluation.outputs.max(axis=1, initial=0.0) * self._apart(half)
+            if listed.max() > largest.max():
+                largest = listed
         return highest(largest) if largest.any() else 0
+
+    def _apart(self, half: SideTrace) -> BoolArray:
+        """Return the frames (F,) in which a half shows other shares of poses than the whole."""
+        difference = np.abs(half.shown - self.whole.shown)
+        return np.asarray(difference.max(axis=1, initial=0.0) >= HALF_SHOWN_APART)
 
     def frame_at(self, seconds: float) -> int:
         """Return the frame nearest to a time of the take.
@@ -84,13 +93,7 @@ class Explanation:
         InputError
             If the time lies outside the take by more than half a frame.
         """
-        first, last = float(self.times[0]), float(self.times[-1])
-        slack = frame_step(self.times) / 2
-        if not first - slack <= seconds <= last + slack:
-            raise InputError(
-                f"there is no frame at {seconds:g} s; the take goes from {first:g} to {last:g} s"
-            )
-        return int(np.abs(self.times - seconds).argmin())
+        return nearest_frame(self.times, seconds)
 
     def frame(self, index: int) -> dict[str, Any]:
         """Return one frame as plain values for people and JSON.
@@ -102,10 +105,7 @@ class Explanation:
         InputError
             If the take has no such frame.
         """
-        count = len(self.times)
-        if not 0 <= index < count:
-            raise InputError(f"there is no frame {index}; the take has frames 0 to {count - 1}")
-        shown = self.whole.shown[index]
+        check_frame(self.times, index)
         return {
             "frame": index,
             "time_s": round(float(self.times[index]), 4),
@@ -116,7 +116,7 @@ class Explanation:
             "halves": {
                 side: self._side(half, index)
                 for side, half in self.halves.items()
-                if np.abs(half.shown[index] - shown).max(initial=0.0) >= HALF_SHOWN_APART
+                if self._apart(half)[index]
             },
             "features": [self._feature(index, i) for i in range(len(self.system.fuzzy.inputs))],
             "closed": self._closed(index),
@@ -247,6 +247,34 @@ class Explanation:
             "is": " ".join((*proposition.hedges, proposition.term)),
             "degree": round(float(traced.evaluation.memberships[proposition][index]), 4),
         }
+
+
+def check_frame(times: FloatArray, index: int) -> None:
+    """Refuse the index of a frame that a take with `times` (F,) [s] does not have.
+
+    Raises
+    ------
+    InputError
+    """
+    if not 0 <= index < len(times):
+        raise InputError(f"there is no frame {index}; the take has frames 0 to {len(times) - 1}")
+
+
+def nearest_frame(times: FloatArray, seconds: float) -> int:
+    """Return the frame nearest to a time, of a take with `times` (F,) [s].
+
+    Raises
+    ------
+    InputError
+        If the time lies outside the take by more than half a frame.
+    """
+    first, last = float(times[0]), float(times[-1])
+    slack = frame_step(times) / 2
+    if not first - slack <= seconds <= last + slack:
+        raise InputError(
+            f"there is no frame at {seconds:g} s; the take goes from {first:g} to {last:g} s"
+        )
+    return int(np.abs(times - seconds).argmin())
 
 
 def explain_result(result: ShotResult) -> Explanation:

@@ -111,7 +111,17 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "a frame without data was left out, or all its markers are occluded",
     ),
+    "WEIGHT_BRIDGED": (
+        "warning",
+        "check_recording",
+        "a weight is missing in a row with others; it is bridged from the rows around it",
+    ),
     "UNITS_ASSUMED": ("warning", "name_unit", "the file does not name its unit of length"),
+    "TAKE_SIZE_UNUSUAL": (
+        "warning",
+        "name_unit",
+        "the markers lie as on no face or body: far apart, or near together",
+    ),
     "DEFAULT_PRIM_CHOSEN": ("info", "nothing", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "name_up_axis", "the file does not name its up axis"),
     "RATE_ASSUMED": ("warning", "name_rate", "the file does not name its frame rate"),

@@ -11,7 +11,7 @@ from math import isfinite
 from os import PathLike
 from typing import Any, Literal, get_args
 
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 
 __all__ = [
     "AMPLITUDE_RANGE",
@@ -127,6 +127,8 @@ MARKER_NOISE = 3e-4
 PIN_REACH = 0.2
 # Parts of the performance with an exaggeration: the whole face, and its regions.
 EXAGGERATION_PARTS = ("face", "brows", "eyes", "mouth")
+# Regions of a report that have no exaggeration of their own, and those that their shapes belong to.
+_EXAGGERATED_WITH = {"nose": ("mouth",), "jaw": ("mouth",), "cheeks": ("mouth", "eyes")}
 EXAGGERATION_RANGE = (0.0, 4.0)
 
 
@@ -145,8 +147,13 @@ def check_exaggeration(part: str, factor: float) -> None:
     """Raise InputError if there is no such part, or the factor is out of range."""
     low, high = EXAGGERATION_RANGE
     if part not in EXAGGERATION_PARTS:
+        if regions := _EXAGGERATED_WITH.get(part):
+            hint = f"; the blend shapes of {part} belong to {' and '.join(regions)}"
+        else:
+            hint = did_you_mean(part, EXAGGERATION_PARTS)
         raise InputError(
-            f"exaggeration of {part!r}; expected {', '.join(EXAGGERATION_PARTS)}", "SETTING_WRONG"
+            f"exaggeration of {part!r}; expected {', '.join(EXAGGERATION_PARTS)}{hint}",
+            "SETTING_WRONG",
         )
     if not low <= factor <= high:
         raise InputError(
@@ -233,9 +240,10 @@ class TakeOptions:
 class RigOptions:
     """How a rig is read where the source does not say.
 
-    `meters_per_unit` and `up_axis` hold for OBJ and PLY folders (glTF and USD name their
-    own; MakeHuman's are decimetres, Y up); `neutral` names the neutral mesh of a folder;
-    `asset_root` a folder that textures may come from beside that of the asset.
+    `meters_per_unit` is the unit of folders of OBJ and PLY (None: 0.01, centimetres) or of
+    MakeHuman targets (None: 0.1, decimetres); `up_axis` holds for OBJ and PLY (MakeHuman's is Y;
+    glTF and USD name unit and axis). `neutral` names the neutral mesh of a folder; `asset_root` a
+    folder that textures may come from beside that of the asset.
 
     Examples
     --------
@@ -243,13 +251,14 @@ class RigOptions:
     ''
     """
 
-    meters_per_unit: float = 0.01
+    meters_per_unit: float | None = None
     up_axis: UpAxis = "Y"
     neutral: str = ""
     asset_root: str = ""
 
     def __post_init__(self) -> None:
-        _check_number("meters_per_unit", self.meters_per_unit, above_zero=True)
+        if self.meters_per_unit is not None:
+            _check_number("meters_per_unit", self.meters_per_unit, above_zero=True)
         _check_choice("up_axis", self.up_axis, UpAxis, "AXIS_UNKNOWN")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.correct_shot import correct_solved, with_gains
+from usdface.correct_shot import check_gains, correct_solved, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
 from usdface.findings import Finding, timed
@@ -112,6 +112,7 @@ def retarget_in_stages(
         Returns the value of "solve" and of "express", kept or computed, and within the first that
         of "clean", which other characters may share.
     """
+    check_gains(shot, options.gains)
     shot = with_overrides(shot, options)
     if hooks:
         stages = Uncached()

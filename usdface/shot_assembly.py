@@ -31,6 +31,7 @@ def assemble_shot(
     take: MarkerTake | WeightsTake,
     *,
     setup: RetargetSetup | None = None,
+    setup_source: str = "",
     binding: BindOptions = BindOptions(),
     calibration: Calibration | None = None,
     poses: Mapping[str, Expression | ActionPose | None] | None = None,
@@ -46,6 +47,8 @@ def assemble_shot(
     take : MarkerTake or WeightsTake
     setup : RetargetSetup, optional
         Where the markers sit, as `usdface.read_bind` gives it; without one places are proposed.
+    setup_source : str
+        Names its file in findings.
     binding : BindOptions
     calibration : Calibration, optional
         Of the performer.
@@ -79,7 +82,7 @@ def assemble_shot(
     """
     performer = calibration.face if calibration else None
     resolved = resolve_binding(rig, take, setup, options=binding, performer=performer)
-    findings = binding_findings(resolved, take)
+    findings = binding_findings(resolved, take, setup_source)
     mesh, bound = resolved.mesh, resolved.setup
     if calibration is not None:
         bound = replace(bound, calibration=calibration)

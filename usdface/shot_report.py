@@ -7,12 +7,14 @@ import numpy as np
 
 from usdface.advice import advice
 from usdface.binding.marker_places import FreePlaces, free_places
+from usdface.binding.resolve_binding import neutral_summary
 from usdface.closure.closed_eyes import CompletedClosing
 from usdface.closure.lid_gaps import EYES
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import gain_region
 from usdface.findings import Finding, finding
+from usdface.options import EXAGGERATION_RANGE
 from usdface.retarget.exaggeration import Exaggeration
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.solution import Solution
@@ -60,12 +62,13 @@ def report_of(result: ShotResult) -> ShotReport:
     """Report the residuals of a result and the deviations of its weights.
 
     Keys of the summary: ``frames``, ``rate_hz``, ``blend_shapes``; of a marker take
-    ``markers_used``, ``space_map``, ``left_out_marker_mm`` (error of predicting a marker from the
-    others), ``marker_noise_mm``, ``misfit_mm``, ``residual_mean_mm``, ``residual_p95_mm``,
-    ``residual_max_mm``, ``worst_frame``, ``travel_ratio_by_region`` (of the skin by that of the
-    performer's markers, `usdface.retarget.travel`; before the correction), and those of
-    `usdface.retarget.solve_report`; of a corrected one ``emotion_peaks`` and ``correction_max``;
-    with a closure layer ``blinks``, ``eyes_held_closed`` and ``frames_with_closed_lips``.
+    ``neutral_frames`` (first and last, or "rig"), ``markers_used``, ``space_map``,
+    ``left_out_marker_mm`` (error of predicting a marker from the others), ``marker_noise_mm``,
+    ``misfit_mm``, ``residual_mean_mm``, ``residual_p95_mm``, ``residual_max_mm``, ``worst_frame``,
+    ``travel_ratio_by_region`` (of the skin by that of the performer's markers,
+    `usdface.retarget.travel`; before the correction), and those of `usdface.retarget.solve_report`;
+    of a corrected one ``emotion_peaks`` and ``correction_max``; with a closure layer ``blinks``,
+    ``eyes_held_closed`` and ``frames_with_closed_lips``.
     """
     shot, solution = result.shot, result.solution
     summary: dict[str, Any] = {
@@ -82,6 +85,7 @@ def report_of(result: ShotResult) -> ShotReport:
         travel = _travel_report(result, solution, face)
         details = report.details | travel.details
         findings = (*report.findings, *failed, *travel.findings)
+        summary["neutral_frames"] = neutral_summary(shot.setup)
         summary |= _solution_summary(solution) | report.summary | travel.summary
     if result.corrected is not None:
         change = np.abs(result.corrected - result.solved.weights)
@@ -237,19 +241,28 @@ def _muted(region: str, travel: Travel, exaggeration: Exaggeration) -> Finding:
     if asked < 1.0:
         message += ", {asked_ratio:.2f} was asked for"
         values["asked_ratio"] = asked
-    low, high = _REMEDIES
+    (low, high), largest = _REMEDIES, EXAGGERATION_RANGE[1]
     missing = asked * travel.best_factor
     factor = exaggeration.mean_of(region) * missing
-    if low <= missing <= high:
-        message += f"; --exaggeration {_of_face(exaggeration)}{{region}}={{best_factor:.1f}} "
-        message += "comes nearest to that" if asked < 1.0 else "comes nearest to them"
-        return finding("REGION_MUTED", region, message, *values.values(), region, factor)
-    why = f"only a factor of {factor:.1f} would do" if missing > high else "and hardly follows them"
-    message += (
-        f", {why}: check the places of the markers, and whether the character has blend "
-        "shapes for this motion"
+    option = f"--exaggeration {_of_face(exaggeration)}{region}={factor:.1f}"
+    check = (
+        "check the places of the markers, and whether the character has blend shapes for this "
+        "motion"
     )
-    return finding("REGION_MUTED", region, message, *values.values(), best_factor=factor)
+    if round(factor, 1) > largest:
+        message += (
+            f", only a factor of {factor:.1f} would do, beyond the {largest:g} of --exaggeration: "
+            f"{check}"
+        )
+    elif missing > high:
+        message += f", only {option} would do: {check}"
+    elif missing >= low:
+        message += f"; {option} comes nearest to {'that' if asked < 1.0 else 'them'}"
+    else:
+        message += f", and hardly follows them: {check}"
+    return finding(
+        "REGION_MUTED", region, message, *values.values(), region=region, best_factor=factor
+    )
 
 
 def _of_face(exaggeration: Exaggeration) -> str:

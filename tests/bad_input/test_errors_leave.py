@@ -30,6 +30,20 @@ def test_a_mistake_of_the_program_is_one_line_too(
         main([*map(str, place.process), "--debug"])
 
 
+def test_a_package_that_is_not_installed_is_named(
+    place: Place, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def missing(*_: object, **__: object) -> None:
+        raise ModuleNotFoundError("No module named 'numpy'", name="numpy")
+
+    monkeypatch.setattr("usdface.pipeline.process", missing)
+    assert main([str(a) for a in place.process]) == 1
+    assert capsys.readouterr().err == (
+        "usdface: the Python module numpy is not installed; `pip install usdface`, in a clone "
+        "`pip install .`, installs all that usdface needs\n"
+    )
+
+
 def test_an_interrupted_run_says_so(
     place: Place, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

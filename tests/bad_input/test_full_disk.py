@@ -21,16 +21,15 @@ Command = list[object]
 
 
 def commands(place: Place) -> dict[str, Command]:
-    """Every command that writes, by the kind of what it writes."""
+    """Every command that writes, by the kind of what it writes; over files of any content."""
     csv = wide_csv(place, [f"{k / 60},1,2,3,4,5,{k % 7}" for k in range(400)])
     scene = place / "scene.usda"
-    return {
+    written = {
         "rig": ["rig", scene, "-o", place / "out/rig.usda"],
         "take": ["take", csv, "-o", place / "out/take.usda"],
         "shot": [
             *place.shot[:-1],
             place / "out/shot.usda",
-            "--overwrite",
             "--write-bind",
             place / "out/b.json",
         ],
@@ -40,6 +39,7 @@ def commands(place: Place) -> dict[str, Command]:
         "usdz": ["export", scene, "-o", place / "out/face.usdz"],
         "import": ["import", place / "face.glb", "-o", place / "out/face.usdc"],
     }
+    return {name: [*command, "--overwrite"] for name, command in written.items()}
 
 
 @pytest.fixture

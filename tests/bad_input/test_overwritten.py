@@ -165,7 +165,9 @@ def test_no_output_takes_the_place_of_a_file_that_is_read(
     for number, name in enumerate(tried):
         (os.link if number % 2 else os.symlink)(around / name, other)
         said = refused(command)
-        assert other.name in said and "overwritten" in said, name
+        # That it is no report shows before the shots of a sequence are found.
+        early = case.command[0] == "sequence" and option == "report" and "another origin" in said
+        assert other.name in said and ("overwritten" in said or early), name
         other.unlink()
 
 

@@ -11,7 +11,12 @@ from spoilt import Place, Refused
         ("corner_r_y IS raised, ", "corner_r_y, ", "/Shot/Fuzzy/rule_"),
         ("IF MOST OF (corner_l_y", "IF MOST OF (corner_z_z", "corner_z_z"),
         ('usdface:head:mode = "solve"', 'usdface:head:mode = "guess"', "guess"),
-        ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (30, 300)", "0 to 39"),
+        (
+            "usdface:neutral:range = (0, 3)",
+            "usdface:neutral:range = (30, 300)",
+            "shot.usda: prim </Shot/Retarget>: usdface:neutral:range is (30, 300), which is not "
+            "within the frames of the take take.trc: 0 to 39",
+        ),
         ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (3, 0)", "0 to 39"),
         ("usdface:map:radius = 3", "usdface:map:radius = -3", "radius"),
         ("usdface:map:radius = 3", "usdface:map:radius = nan", "radius"),

@@ -67,7 +67,9 @@ def test_a_partial_binding_is_completed_only_when_asked(folder: Path, world: Wor
     assert set(bind["markers"]) == set(some) and "BIND_PROPOSED" not in codes(report)
     unbound = len(world.points) - len(some)
     (found,) = (f for f in report["findings"] if f["code"] == "MARKER_UNBOUND")
-    assert found["values"] == {"unbound_count": unbound, "marker_count": len(world.points)}
+    values = found["values"]
+    assert (values["unbound_count"], values["marker_count"]) == (unbound, len(world.points))
+    assert sorted(values["markers"]) == sorted(set(world.points) - set(some))
     bind, report = written(folder, "--bind", folder / "some.json", "--propose")
     assert {name: place["point"] for name, place in bind["markers"].items()} == world.points
     assert [bind["markers"][name]["confidence"] for name in some] == [1.0] * 6
@@ -81,8 +83,23 @@ def test_a_marker_that_the_take_lacks_is_said_at_the_shot(folder: Path) -> None:
     (folder / "typo.json").write_text(json.dumps(bind))
     for more in ((), ("--propose",)):
         _, report = written(folder, "--bind", folder / "typo.json", *more)
-        said = [f["where"] for f in report["findings"] if f["code"] == "MARKER_UNKNOWN"]
-        assert said == ["chni"]
+        (said,) = (f for f in report["findings"] if f["code"] == "MARKER_UNKNOWN")
+        assert said["where"] == f"{folder / 'typo.json'}: chni"
+        assert said["values"] == {"marker": "chni"}
+
+
+def test_a_misspelt_marker_is_not_counted_as_bound_and_the_one_meant_is_named(
+    folder: Path, world: World, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bind = json.loads((folder / "bind.json").read_text())
+    bind["markers"]["chni"] = bind["markers"].pop("chin")
+    typo = folder / "typo.json"
+    typo.write_text(json.dumps(bind))
+    assert shot(folder, "--bind", typo) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"markers bound {len(world.points) - 1} " in said
+    assert f"the take has no marker 'chni'; did you mean chin? ({typo}: chni)" in said
+    assert f"1 of {len(world.points)} markers are bound to no vertex: chin; --propose" in said
 
 
 def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:

@@ -7,7 +7,7 @@ from spoilt_shapes import renamed, silenced
 from usdface.errors import InputError
 from usdface.facs.feature_points import find_feature_points
 from usdface.facs.movements import POINTS, SIDED
-from usdface.rigs import Rig
+from usdface.rigs import BlendShape, Mesh, Rig
 
 MM = 0.001
 
@@ -78,6 +78,26 @@ def test_shapes_alone_and_together_move_alike(head: Rig) -> None:
         moved.sum(axis=0),
         atol=1e-9,
     )
+
+
+def widened(mesh: Mesh) -> Mesh:
+    """Return an eye of which no shape is left but one that widens its pupil."""
+    at = mesh.points - mesh.points.mean(axis=0)
+    pupil = at[:, 2] > 0.8 * at[:, 2].max()
+    offsets = np.where(pupil[:, None], 0.3 * at * (1, 1, 0), 0.0)
+    return replace(mesh, shapes=(BlendShape.from_dense("pupil", offsets),))
+
+
+def test_an_eyeball_counts_where_a_shape_turns_it(head: Rig) -> None:
+    eyes = {index for index, _ in _eyeballs_of(head).values()}
+    assert len(eyes) == 2
+    still = tuple(widened(m) if i in eyes else m for i, m in enumerate(head.meshes))
+    assert not eyes & {index for index, _ in _eyeballs_of(replace(head, meshes=still)).values()}
+
+
+def _eyeballs_of(rig: Rig) -> dict[str, tuple[int, np.ndarray]]:
+    patches = find_feature_points(rig).patches
+    return {name: patch for name, patch in patches.items() if name.endswith("eyeball")}
 
 
 def test_a_face_without_blinks_is_refused(head: Rig) -> None:

@@ -1,5 +1,6 @@
 """Verdicts on the shapes of three rigs: as they are, and with faults of known kinds."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,7 +11,7 @@ from spoilt_shapes import mirrored, mixed, renamed, silenced
 from usdface.facs.judge import judge_shapes
 from usdface.facs.report import FacsReport, facs_findings, judge_rig
 from usdface.io.rigs.files import read_rig_file
-from usdface.rigs import Rig
+from usdface.rigs import BlendShape, Rig
 
 
 def wrong(report: FacsReport) -> dict[str, tuple[str, str]]:
@@ -52,6 +53,34 @@ def test_every_shape_of_the_example_does_its_unit(judged_head: FacsReport) -> No
 def test_every_shape_of_ict_does_its_unit(ict: Rig) -> None:
     report = judge_rig(ict, ())
     assert wrong(report) == {} and unnamed(report) == set()
+
+
+@pytest.fixture(scope="module")
+def whole_ict(ict: Rig, shared_data: Path) -> Rig:
+    """ICT with the shapes that claim no unit: its eyeballs widen their pupils, and never turn."""
+    packed = np.load(shared_data / "ict_facekit" / "ict_expressions.npz")
+    more = tuple(
+        BlendShape(name, packed[f"idx_{name}"], 0.01 * packed[f"off_{name}"].astype(np.float64))
+        for name in ("PupilDilate_L", "PupilDilate_R", "cheekRaiser_L", "cheekRaiser_R")
+    )
+    return replace(ict, meshes=(replace(ict.meshes[0], shapes=(*ict.meshes[0].shapes, *more)),))
+
+
+def test_wider_pupils_are_no_gaze(whole_ict: Rig) -> None:
+    """The eyeballs, which no shape turns, do not count against the lids that follow the gaze."""
+    report = judge_rig(whole_ict, ())
+    assert wrong(report) == {}
+    assert unnamed(report) == {"PupilDilate_L", "PupilDilate_R", "cheekRaiser_L", "cheekRaiser_R"}
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [("eyeLookDown_L", "eyeBlink_L"), ("eyeLookUp_R", "eyeWide_R"), ("eyeLookIn_L", "eyeLookUp_L")],
+)
+def test_a_gaze_under_another_name_is_found(whole_ict: Rig, one: str, other: str) -> None:
+    report = judge_rig(renamed(whole_ict, {one: other, other: one}), ())
+    found = {name: verdict for name, (verdict, _) in wrong(report).items()}
+    assert found == {one: "swapped", other: "swapped"}
 
 
 def test_every_shape_of_makehuman_does_its_unit(makehuman: Rig) -> None:

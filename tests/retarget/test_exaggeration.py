@@ -186,6 +186,15 @@ def test_a_factor_that_cannot_be_is_refused(tmp_path: Path) -> None:
         ):
             with pytest.raises(InputError, match="exaggeration of"):
                 make(wrong)
+    said = {
+        "cheeks": "; the blend shapes of cheeks belong to mouth and eyes$",
+        "jaw": "; the blend shapes of jaw belong to mouth$",
+        "brow": r"; did you mean brows\?$",
+        "hand": "expected face, brows, eyes, mouth$",
+    }
+    for part, end in said.items():
+        with pytest.raises(InputError, match=end):
+            ProcessOptions(exaggeration={part: 1.5})
     with pytest.raises(InputError, match='"exaggeration"'):
         setup_of_json(make_world().bind | {"exaggeration": {"face": "big"}}, "bind.json")
     assert main(["process", str(tmp_path / "shot.usda"), "--exaggeration", "brows=big"]) == 1

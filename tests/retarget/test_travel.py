@@ -163,6 +163,16 @@ def test_a_muted_region_is_reported_with_the_factor_that_makes_up_for_it(shot: S
     assert "asked_ratio" not in found.values
 
 
+def test_a_factor_is_advised_only_if_the_option_takes_it(shot: Shot) -> None:
+    (far,) = muted(played(shot, {}, brow=0.12))
+    assert far.values["best_factor"] == pytest.approx(1 / 0.12, abs=0.3)
+    assert "would do, beyond the 4 of --exaggeration: check the places" in far.message
+    (half,) = muted(played(shot, {}, brow=0.4))
+    assert "only --exaggeration brows=2.5 would do: check the places" in half.message
+    (raised,) = muted(played(shot, {"brows": 4.0}, brow=0.1))
+    assert "brows=" not in raised.message and "check the places" in raised.message
+
+
 def test_a_size_that_was_asked_for_is_no_finding(tmp_path: Path, shot: Shot) -> None:
     for asked in ({"face": 0.6}, {"mouth": 0.6}, {"face": 0.4}, {"face": 0.5, "brows": 0.8}):
         report = played(shot, asked)

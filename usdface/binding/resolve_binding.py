@@ -24,6 +24,7 @@ from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
 from usdface.performer_face import PerformerFace
+from usdface.retarget.usable_markers import unknown_marker
 from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.rigs import Mesh, Rig
 from usdface.takes import MarkerTake, WeightsTake
@@ -32,6 +33,8 @@ __all__ = [
     "ResolvedBinding",
     "UnsureBindingError",
     "binding_findings",
+    "bound_count",
+    "neutral_summary",
     "proposal_summary",
     "resolve_binding",
 ]
@@ -56,7 +59,7 @@ class ResolvedBinding:
     missing : tuple of str
         Bound markers that the take does not have.
     unbound : tuple of str
-        Markers of the take that the binding leaves out; () where a proposal was made.
+        Markers of the take that the binding leaves out; a proposal may bind them.
     neutral_found : bool
         The neutral frames were looked for.
     other_take : str
@@ -137,7 +140,7 @@ def resolve_binding(
     setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
     setup = _requested(setup, options)
     check_frames(take, setup.neutral, setup.peaks)
-    resolved = ResolvedBinding(mesh, setup, neutral_found=find_neutral)
+    resolved = _compared(ResolvedBinding(mesh, setup, neutral_found=find_neutral), take)
     looking = proposing or find_neutral or options.peaks == "auto"
     labelled = _labelled(take, setup) if looking else take
     if proposing:
@@ -145,11 +148,9 @@ def resolve_binding(
             proposal = propose_film(labelled, mesh, setup)
         else:
             proposal = propose(labelled, mesh, setup, find_neutral=find_neutral)
-        missing = _missing(setup, take)
-        setup, resolved = proposal.setup, replace(resolved, proposal=proposal, missing=missing)
+        setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
         _check_sure(proposal, mesh, take)
     else:
-        resolved = _compared(resolved, take)
         if find_neutral:
             face = bound_face(mesh, setup)
             setup = replace(setup, neutral=bound_neutral(labelled, face, performer))
@@ -186,20 +187,19 @@ def _without_frames(setup: RetargetSetup) -> RetargetSetup:
     return replace(setup, neutral=(0, 0), neutral_assumed=True, neutral_weights={})
 
 
-def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) -> list[Finding]:
-    """Report how a binding was completed for a take."""
-    findings = [
-        finding("MARKER_UNKNOWN", name, "the take has no marker {marker!r}", name)
-        for name in resolved.missing
-    ]
-    if resolved.unbound:  # intended, or an unfinished file
+def binding_findings(
+    resolved: ResolvedBinding, take: MarkerTake | WeightsTake, source: str = ""
+) -> list[Finding]:
+    """Report how a binding was completed for a take; `source` is the file of the binding."""
+    unbound = resolved.unbound
+    findings = [unknown_marker(name, unbound, source) for name in resolved.missing]
+    if unbound and not resolved.proposal:  # intended, or an unfinished file
         message = (
-            "{unbound_count} of {marker_count} markers are bound to no vertex; --propose "
-            "finds vertices for them"
+            "{unbound_count} of {marker_count} markers are bound to no vertex: {markers}; "
+            "--propose finds vertices for them"
         )
-        findings.append(
-            finding("MARKER_UNBOUND", take.source, message, len(resolved.unbound), len(take.names))
-        )
+        counts = len(unbound), len(take.names)
+        findings.append(finding("MARKER_UNBOUND", take.source, message, *counts, unbound))
     if resolved.proposal:
         findings += proposal_findings(resolved.proposal, take.source)
     if resolved.other_take:
@@ -216,12 +216,23 @@ def binding_findings(resolved: ResolvedBinding, take: MarkerTake | WeightsTake) 
     return findings
 
 
+def bound_count(setup: RetargetSetup, take: MarkerTake | WeightsTake) -> int:
+    """Return how many bound markers there are in a take; in one of weights, how many are bound."""
+    bound = setup.binding.markers
+    return len(set(bound) & set(take.names)) if isinstance(take, MarkerTake) else len(bound)
+
+
+def neutral_summary(setup: RetargetSetup) -> list[int] | str:
+    """Return the first and the last neutral frame, or "rig", for a report."""
+    return "rig" if setup.neutral is None else list(setup.neutral)
+
+
 def proposal_summary(setup: RetargetSetup) -> dict[str, Any]:
     """Return neutral and peak frames, and the confidence of proposed vertices, for a report."""
     summary: dict[str, Any] = {}
     confidence = setup.binding.confidence
     if setup.peaks:
-        summary["neutral_frames"] = "rig" if setup.neutral is None else list(setup.neutral)
+        summary["neutral_frames"] = neutral_summary(setup)
         summary["peak_frames"] = list(setup.peaks)
     if confidence is not None and not np.isnan(confidence).all():
         summary["confidence_mean"] = round(float(np.nanmean(confidence)), 3)
@@ -261,10 +272,6 @@ def _compared(resolved: ResolvedBinding, take: MarkerTake) -> ResolvedBinding:
     bound, head = resolved.setup.binding.markers, resolved.setup.head_markers
     return replace(
         resolved,
-        missing=_missing(resolved.setup, take),
+        missing=tuple(name for name in bound if name not in take.names),
         unbound=tuple(name for name in take.names if name not in {*bound, *head}),
     )
-
-
-def _missing(setup: RetargetSetup, take: MarkerTake) -> tuple[str, ...]:
-    return tuple(name for name in setup.binding.markers if name not in take.names)

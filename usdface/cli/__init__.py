@@ -104,6 +104,12 @@ def _in_one_line(error: Exception) -> str:
         return f"{plain(error.object, _LONGEST)!r} is not UTF-8, as USD wants it; rename the file"
     if isinstance(error, MemoryError):
         return "there is not enough memory for this"
+    missing = error.name if isinstance(error, ModuleNotFoundError) else None
+    if missing and missing.split(".")[0] != "usdface":
+        return (
+            f"the Python module {plain(missing, _LONGEST)} is not installed; "
+            "`pip install usdface`, in a clone `pip install .`, installs all that usdface needs"
+        )
     summary = plain(f"{type(error).__name__}: {error}".splitlines()[0], _LONGEST)
     return f"a mistake in usdface: {summary}; --debug shows where"
 

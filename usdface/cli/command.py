@@ -19,6 +19,7 @@ __all__ = [
     "add_asset_root",
     "add_command",
     "add_output",
+    "add_overwrite",
     "add_skip_hook",
     "check_files",
     "report",
@@ -81,6 +82,16 @@ def add_output(command: argparse.ArgumentParser, summary: str) -> None:
     command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=summary)
 
 
+def add_overwrite(command: argparse.ArgumentParser) -> None:
+    """Add the option ``--overwrite``."""
+    command.add_argument(
+        "--overwrite",
+        action="store_true",
+        help="replace outputs also where they were edited since usdface wrote them, or are of "
+        "another origin",
+    )
+
+
 def add_asset_root(command: argparse.ArgumentParser) -> None:
     """Add the option ``--asset-root``, a folder."""
     command.add_argument(
@@ -120,12 +131,13 @@ def check_files(parsed: argparse.Namespace) -> None:
     ------
     OutputError
         If a file is also an input or another output, or cannot be written, or the report is not
-        named as a JSON file.
+        named as a JSON file, or would replace one of another origin.
     """
     reports = reported(parsed)
     if not reports:
         return
     from usdface.io.inputs import check_outputs, files_read
+    from usdface.io.replaced import check_replaced
 
     if parsed.report and parsed.report.suffix.lower() != ".json":
         raise OutputError(
@@ -137,6 +149,8 @@ def check_files(parsed: argparse.Namespace) -> None:
     sources = (value for value in listed if isinstance(value, Path))
     read = files_read(*sources, labels=getattr(parsed, "labels", None))
     check_outputs((*_files(parsed, parsed.writes), *reports), read)
+    overwrite = getattr(parsed, "overwrite", None)
+    check_replaced(((place, "report") for place in reports), overwrite)
 
 
 def _files(parsed: argparse.Namespace, names: Sequence[str]) -> tuple[Path, ...]:

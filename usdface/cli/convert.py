@@ -5,7 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_asset_root, add_command, add_output, report, settings
+from usdface.cli.command import (
+    add_asset_root,
+    add_command,
+    add_output,
+    add_overwrite,
+    report,
+    settings,
+)
 from usdface.cli.progress import progress
 from usdface.io.export_targets import EXPORT_TARGETS
 from usdface.io.format_table import FormatTable
@@ -25,13 +32,19 @@ def add_rig(commands: Any, summary: str) -> None:
     command = add_command(commands, "rig", _rig, summary)
     command.add_argument("source", type=Path, help=_formats(RIG_READERS))
     add_output(command, "the rig, .usda or .usdc")
+    add_overwrite(command)
     default = RigOptions()
-    command.add_argument("--neutral", default="", help="neutral mesh of a folder")
+    command.add_argument(
+        "--neutral",
+        default="",
+        help="neutral mesh of a folder (default: the one named so; of MakeHuman: base.obj)",
+    )
     command.add_argument(
         "--meters-per-unit",
         type=float,
         default=default.meters_per_unit,
-        help="unit of OBJ and PLY files (default: %(default)s, centimetres)",
+        help="unit of a folder's meshes (default: OBJ and PLY 0.01, centimetres; MakeHuman 0.1, "
+        "decimetres)",
     )
     command.add_argument("--up-axis", choices=("Y", "Z"), default=default.up_axis)
     add_asset_root(command)
@@ -40,7 +53,13 @@ def add_rig(commands: Any, summary: str) -> None:
 def _rig(parsed: argparse.Namespace) -> int:
     options = RigOptions(**settings(parsed, RigOptions))
     with progress(parsed) as step:
-        result = pipeline.make_rig(parsed.source, parsed.output, options=options, on_progress=step)
+        result = pipeline.make_rig(
+            parsed.source,
+            parsed.output,
+            overwrite=parsed.overwrite,
+            options=options,
+            on_progress=step,
+        )
     return report(parsed, result)
 
 
@@ -49,6 +68,7 @@ def add_take(commands: Any, summary: str) -> None:
     command = add_command(commands, "take", _take, summary, writes=("sheet",))
     command.add_argument("source", type=Path, nargs="+", help=_formats(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
+    add_overwrite(command)
     command.add_argument(
         "--cameras",
         type=Path,
@@ -129,6 +149,7 @@ def _take(parsed: argparse.Namespace) -> int:
             sync=parsed.sync,
             options=options,
             sheet=parsed.sheet,
+            overwrite=parsed.overwrite,
             on_progress=step,
         )
     return report(parsed, result)
@@ -139,6 +160,7 @@ def add_export(commands: Any, summary: str) -> None:
     command = add_command(commands, "export", _export, summary)
     command.add_argument("scene", type=Path)
     add_output(command, _formats(EXPORT_TARGETS))
+    add_overwrite(command)
     command.add_argument("--clip", default="", metavar="NAME", help="export only this clip")
     command.add_argument(
         "--pointer",
@@ -172,7 +194,12 @@ def _export(parsed: argparse.Namespace) -> int:
     options = ExportOptions(**settings(parsed, ExportOptions))
     with progress(parsed) as step:
         result = pipeline.export_scene(
-            parsed.scene, parsed.output, every_frame=every, options=options, on_progress=step
+            parsed.scene,
+            parsed.output,
+            every_frame=every,
+            overwrite=parsed.overwrite,
+            options=options,
+            on_progress=step,
         )
     return report(parsed, result)
 
@@ -182,6 +209,7 @@ def add_import(commands: Any, summary: str) -> None:
     command = add_command(commands, "import", _import, summary)
     command.add_argument("source", type=Path)
     add_output(command, ".usda or .usdc")
+    add_overwrite(command)
     command.add_argument(
         "--rig",
         type=Path,
@@ -200,6 +228,7 @@ def _import(parsed: argparse.Namespace) -> int:
             parsed.output,
             rig=parsed.rig,
             every_frame=every,
+            overwrite=parsed.overwrite,
             options=options,
             on_progress=step,
         )

@@ -10,6 +10,7 @@ from usdface.cli.command import (
     add_asset_root,
     add_command,
     add_output,
+    add_overwrite,
     add_skip_hook,
     report,
     settings,
@@ -84,6 +85,7 @@ def add_process(commands: Any, summary: str) -> None:
     _add_pieces(command)
     add_asset_root(command)
     add_skip_hook(command)
+    add_overwrite(command)
     result = command.add_mutually_exclusive_group()
     result.add_argument(
         "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
@@ -170,6 +172,8 @@ def _process(parsed: argparse.Namespace) -> int:
     if parsed.openjd:
         return _write_job(parsed)
     if parsed.pieces:
+        if not parsed.piece:
+            _check_outputs(parsed)  # `process` does so, too, but after the pieces
         with progress(parsed) as step:
             solved = pipeline.solve_pieces(
                 parsed.shot,
@@ -193,6 +197,7 @@ def _process(parsed: argparse.Namespace) -> int:
             deliver=parsed.deliver,
             delivery=delivery,
             in_place=parsed.in_place,
+            overwrite=parsed.overwrite,
             asset_root=parsed.asset_root,
             strict=parsed.strict,
             cache=parsed.cache or None,
@@ -204,6 +209,20 @@ def _process(parsed: argparse.Namespace) -> int:
     return report(parsed, result)
 
 
+def _check_outputs(parsed: argparse.Namespace) -> None:
+    from usdface.pipeline.process_outputs import process_outputs
+
+    outputs = process_outputs(
+        output=parsed.output,
+        gltf=parsed.gltf,
+        figure=parsed.figure,
+        sheet=parsed.sheet,
+        deliver=parsed.deliver,
+        in_place=parsed.in_place,
+    )
+    outputs.check(parsed.shot, parsed.overwrite)
+
+
 # Options that a job repeats: of all its steps, and of the last.
 _OF_STEPS = (
     *("no_express", "no_closure", "no_head", "no_clean", "solve", "exaggeration", "gains"),
@@ -211,7 +230,7 @@ _OF_STEPS = (
 )
 _OF_LAST = (
     *("gltf", "figure", "sheet", "deliver", "start", "end", "handles", "rate", "cache"),
-    *("output", "in_place", "strict"),
+    *("output", "in_place", "overwrite", "strict"),
 )
 
 
@@ -274,6 +293,7 @@ def add_calibrate(commands: Any, summary: str) -> None:
         action="store_true",
         help="the take is a range of motion: each movement goes to its extreme",
     )
+    add_overwrite(command)
     add_skip_hook(command)
 
 
@@ -283,6 +303,7 @@ def _calibrate(parsed: argparse.Namespace) -> int:
             parsed.shot,
             parsed.output,
             extremes=parsed.extremes,
+            overwrite=parsed.overwrite,
             skip_hooks=parsed.skip_hooks,
             on_progress=step,
         )

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_command, add_output, add_overwrite, report, settings
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import BindOptions, CorrectionOptions, MarkerOptions
@@ -30,11 +30,7 @@ def add_shot(commands: Any, summary: str) -> None:
         "--take", type=Path, required=True, help="USD take, as `usdface take` makes it"
     )
     add_output(command, "the shot, .usda")
-    command.add_argument(
-        "--overwrite",
-        action="store_true",
-        help="replace the shot also where it was edited since usdface wrote it",
-    )
+    add_overwrite(command)
     _binding_options(command.add_argument_group("binding of the markers"))
     _correction_options(command.add_argument_group("correction of the solved weights"))
     command.add_argument(
@@ -201,6 +197,7 @@ def add_markers(commands: Any, summary: str) -> None:
     command.add_argument(
         "--figure", type=Path, metavar="FILE", help="draw the places: .png, .svg, .pdf"
     )
+    add_overwrite(command)
 
 
 def _markers(parsed: argparse.Namespace) -> int:
@@ -211,6 +208,7 @@ def _markers(parsed: argparse.Namespace) -> int:
             bind=parsed.bind,
             output=parsed.output,
             figure=parsed.figure,
+            overwrite=parsed.overwrite,
             options=options,
             on_progress=step,
         )

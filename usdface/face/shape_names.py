@@ -78,8 +78,9 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
             used.update(columns)
     if not used:
         raise InputError(
-            f"no curve of the take {take.source} has the name of a blend shape of the rig; "
-            f"curves: {', '.join(take.names[:6])}, ...; blend shapes: {', '.join(names[:6])}, ...",
+            f"no curve of the take {take.source} has the name of a blend shape of the rig, in any "
+            f"spelling; curves: {_some(take.names)}; blend shapes: {_some(names)}; rename the "
+            "rig's shapes like the curves (a phone's are ARKit's names), or use one that has them",
             "SHAPE_UNKNOWN",
         )
     findings = []
@@ -105,3 +106,8 @@ def rename_weights(take: WeightsTake, names: tuple[str, ...]) -> tuple[WeightsTa
         take.source,
     )
     return renamed, findings
+
+
+def _some(names: tuple[str, ...]) -> str:
+    more = ", ..." if len(names) > _NAMED else ""
+    return ", ".join(names[:_NAMED]) + more if names else "none"

@@ -21,7 +21,8 @@ named is not chosen, unless its `choice` says "auto"; a solve whose agility is n
 how weights move, unless its `prior` says "learned". `exaggeration` has factors on the solved
 weights, of the face and of its regions "brows", "eyes" and "mouth", or is one number for the face.
 `made_with`, written by usdface, tells the mesh and the take: another mesh is refused, neutral and
-peak frames are not carried to another take.
+peak frames are not carried to another take. `fingerprint` tells whether a person edited a file that
+usdface wrote (`usdface.io.json_fingerprint`); it is not read.
 """
 
 import json
@@ -35,6 +36,7 @@ import numpy as np
 from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError
 from usdface.findings import Finding
+from usdface.io.json_fingerprint import FINGERPRINT, sign
 from usdface.io.json_values import checked_object, whole_number
 from usdface.options import (
     EXAGGERATION_PARTS,
@@ -67,6 +69,7 @@ _KEYS = frozenset(
         "closure",
         "exaggeration",
         "made_with",
+        FINGERPRINT,
     )
 )
 _NEUTRAL_KEYS = frozenset(("start", "end", "weights"))
@@ -342,7 +345,7 @@ def bind_json(setup: RetargetSetup) -> str:
         document["made_with"] = asdict(setup.origin)
     if setup.exaggeration:
         document["exaggeration"] = dict(setup.exaggeration)
-    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+    return json.dumps(sign(document), indent=1, ensure_ascii=False) + "\n"
 
 
 def _neutral_entry(setup: RetargetSetup) -> object:

@@ -141,6 +141,8 @@ class FormatTable(Generic[F]):
         if path.is_dir():
             folders = [each.name for each in self.built_in if getattr(each, "folder", False)]
             kind, expected = "folders like this", ", ".join(folders) or "a file"
+            if all(each.name.startswith(".") for each in path.iterdir()):
+                kind = "empty folders"
         else:
             kind, expected = f"{noun} of kind {path.suffix!r}", self.summary
         message = f"{path}: {kind} are not {verb}; expected {expected}"

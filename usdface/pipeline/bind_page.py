@@ -5,7 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from usdface.binding.resolve_binding import UnsureBindingError, binding_findings, resolve_binding
+from usdface.binding.resolve_binding import (
+    UnsureBindingError,
+    binding_findings,
+    bound_count,
+    resolve_binding,
+)
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -103,7 +108,7 @@ def make_bind_page(
             setup, new_findings = read_bind(Path(bind))
             findings += new_findings
     with progress.step("bind"):
-        mesh, setup, new_findings = _bound(rig, recorded, setup, binding)
+        mesh, setup, new_findings = _bound(rig, recorded, setup, binding, str(bind or ""))
         findings += new_findings
     with progress.step("page"):
         setup = replace(setup, binding=replace(setup.binding, mesh=_mesh_name(rig, mesh)))
@@ -122,7 +127,7 @@ def make_bind_page(
         write_text(page, text)
     summary = {
         "markers": len(recorded.names),
-        "markers_bound": len(setup.binding.markers),
+        "markers_bound": bound_count(setup, recorded),
         "markers_unsure": len(setup.unsure.markers),
         "size_mb": round(len(text) / 1e6, 2),
     }
@@ -161,9 +166,12 @@ def _read(
 
 
 def _bound(
-    rig: Rig, take: MarkerTake, given: RetargetSetup | None, options: BindOptions
+    rig: Rig, take: MarkerTake, given: RetargetSetup | None, options: BindOptions, source: str
 ) -> tuple[Mesh, RetargetSetup, list[Finding]]:
-    """Return the mesh and the setup as given or proposed, also where no place is sure."""
+    """Return the mesh and the setup as given or proposed, also where no place is sure.
+
+    `source` is the file of the given setup.
+    """
     try:
         resolved = resolve_binding(rig, take, given, options=options)
     except UnsureBindingError as error:
@@ -179,4 +187,4 @@ def _bound(
             given or _NOTHING,
             [finding("PLACES_NOT_PROPOSED", take.source, message, error)],
         )
-    return resolved.mesh, resolved.setup, binding_findings(resolved, take)
+    return resolved.mesh, resolved.setup, binding_findings(resolved, take, source)

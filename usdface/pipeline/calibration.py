@@ -9,6 +9,7 @@ from usdface.io.atomic import StrPath, write_text
 from usdface.io.calibration_file import calibration_json
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.plugins import hook_report, installed_hooks
+from usdface.io.replaced import check_replaced
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
 from usdface.pipeline.schemas import register_schemas
@@ -26,6 +27,7 @@ def calibrate(
     output: StrPath,
     *,
     extremes: bool = False,
+    overwrite: bool = False,
     skip_hooks: Sequence[str] = (),
     on_progress: OnProgress | None = None,
 ) -> Result[Calibration]:
@@ -39,6 +41,8 @@ def calibrate(
         The calibration, .json, for `make_shot`.
     extremes : bool
         The take is a range of motion: each movement goes to its extreme.
+    overwrite : bool
+        Replace `output` also where it is no calibration that usdface wrote.
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
     on_progress : callable, optional
@@ -67,6 +71,7 @@ def calibrate(
         hooks, findings = installed_hooks(skip_hooks)
         stage = open_shot(path)
         check_outputs([output], files_read(path))
+        check_replaced([(output, "calibration")], overwrite)
         staged, new_findings = read_shot(stage, str(path))
         shot_read = staged.shot
         findings += new_findings

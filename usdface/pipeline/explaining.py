@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.neutral_check import NeutralResponse, neutral_responses
 from usdface.errors import InputError
-from usdface.explanation import Explanation, explain_result
+from usdface.explanation import Explanation, check_frame, explain_result, nearest_frame
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read
@@ -77,6 +78,7 @@ def explain(
         check_outputs([picture], files_read(path))
         hooks, skipped = installed_hooks(skip_hooks)
         read, findings = _read(path)
+        _check_frame(read.take.times, frame, time)
     options = ProcessOptions(trace=True)
     solved = retarget(read, options=options, hooks=hooks, on_progress=progress)
     explanation = explain_result(solved)
@@ -132,6 +134,14 @@ def check_neutral(
     with progress.step("evaluate"):
         responses = neutral_responses(read.rig, read.setup, read.system)
     return Result(responses, (), tuple(findings), seconds=progress.seconds)
+
+
+def _check_frame(times: FloatArray, frame: int | None, time: float | None) -> None:
+    """Refuse a frame that the take does not have before it is solved."""
+    if frame is not None:
+        check_frame(times, frame)
+    if time is not None:
+        nearest_frame(times, time)
 
 
 def _read(path: Path) -> tuple[Shot, list[Finding]]:

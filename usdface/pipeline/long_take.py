@@ -12,6 +12,7 @@ import numpy as np
 
 from usdface.arrays import IntArray
 from usdface.blas_threads import one_blas_thread
+from usdface.correct_shot import check_gains
 from usdface.errors import ERROR_CODES, InputError, SolveError
 from usdface.findings import Finding
 from usdface.hooks import Hook
@@ -77,8 +78,9 @@ class KeptPieces:
 
     def estimates(self) -> EstimatedTake:
         """Return the estimates of the take, from the folder or computed from its sample."""
-        neutral = self.read(np.array([0])).setup.neutral
-        sample = self.cuts.sample(neutral)
+        first_frame = self.read(np.array([0]))
+        check_gains(first_frame, self._options.gains)
+        sample = self.cuts.sample(first_frame.setup.neutral)
         blocks = [
             (first, self.read(np.arange(first, end)))
             for first, end in self.cuts.blocks_over(0, self.cuts.frames)

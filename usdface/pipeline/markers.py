@@ -10,6 +10,7 @@ from usdface.face.fitted_setup import fit_setup
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.replaced import check_replaced
 from usdface.io.usd.rig import read_rig
 from usdface.options import MarkerOptions
 from usdface.progress import OnProgress, Progress
@@ -26,6 +27,7 @@ def make_markers(
     bind: StrPath | None = None,
     output: StrPath | None = None,
     figure: StrPath | None = None,
+    overwrite: bool = False,
     options: MarkerOptions = MarkerOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[Binding]:
@@ -41,6 +43,8 @@ def make_markers(
         Write the binding with the new markers, JSON.
     figure : path, optional
         Draw the markers on the face: .png, .svg or .pdf.
+    overwrite : bool
+        Replace `output` also where it was edited since usdface wrote it, or is of another origin.
     options : MarkerOptions
     on_progress : callable, optional
 
@@ -66,6 +70,7 @@ def make_markers(
     progress = Progress.of(on_progress)
     written = tuple(path for path in (output, figure) if path)
     check_outputs(written, files_read(rig, bind))
+    check_replaced([(output, "binding")], overwrite)
     if figure:
         from usdface.figures.picture import check_picture
 

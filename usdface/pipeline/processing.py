@@ -1,25 +1,23 @@
 """The main job, retarget and correct: `usdface process`, and on a host's open stage."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from usdface.blas_threads import one_blas_thread
-from usdface.clips import Clip
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
 from usdface.findings import Finding
-from usdface.hooks import Hook, run_hooks
+from usdface.hooks import Hook
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
-from usdface.io.generation import Generation, generation_of, outdated_gltf
-from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.io.generation import generation_of, outdated_gltf
+from usdface.io.inputs import files_written
 from usdface.io.layer_paths import layer_paths
 from usdface.io.plugins import hook_report, installed_hooks
 from usdface.io.usd.animation import (
-    animation_path,
     apply_animation,
     closure_animation,
     express_animation,
@@ -27,9 +25,10 @@ from usdface.io.usd.animation import (
 )
 from usdface.io.usd.layers import open_shot, write_layers
 from usdface.io.usd.shot import StagedShot, read_shot
-from usdface.io.usd.stage import Stage, open_stage
+from usdface.io.usd.stage import Stage
 from usdface.options import DeliverOptions, ProcessOptions
 from usdface.pipeline.earlier_result import correct_earlier
+from usdface.pipeline.process_outputs import process_outputs
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -56,6 +55,7 @@ def process(
     deliver: StrPath | None = None,
     delivery: DeliverOptions = DeliverOptions(),
     in_place: bool = False,
+    overwrite: bool = False,
     asset_root: StrPath | None = None,
     strict: bool = False,
     cache: StrPath | None = None,
@@ -85,6 +85,9 @@ def process(
         Its range and rate.
     in_place : bool
         Add the layers to the shot's own subLayers, in place of a root layer of the result.
+    overwrite : bool
+        Replace the root layer, the glTF and the deliverable also where they were edited since
+        usdface wrote them, or are of another origin.
     asset_root : path, optional
         A folder that textures may come from beside those of the layers that name them.
     strict : bool
@@ -128,26 +131,18 @@ def process(
     'good'
     """
     path = Path(shot)
-    places = (output, gltf, figure, sheet, deliver)
-    root, glb, picture, faces, clean = (Path(p) if p else None for p in places)
-    folder = asset_folder(asset_root)
-    for drawn in filter(None, (picture, faces)):
-        from usdface.figures.picture import check_picture
-
-        check_picture(drawn)
+    outputs = process_outputs(
+        output=output, gltf=gltf, figure=figure, sheet=sheet, deliver=deliver, in_place=in_place
+    )
+    root, folder = outputs.root, asset_folder(asset_root)
     register_schemas()
     progress = Progress.of(on_progress)
     with progress.step("read"):
         hooks, skipped = installed_hooks(skip_hooks)
-        ours = layer_paths(path, root)
         stage = open_shot(path, root)
-        # Layers that an earlier run put into the shot itself are written anew.
-        read = files_read(path, apart=ours.layers)
-        new_root = None if in_place else ours.root
-        check_outputs([new_root, *ours.layers, glb, picture, faces, clean], read)
+        read = outputs.check(path, overwrite)
         staged, findings = read_shot(stage, str(path), folder)
-        if clean:
-            _check_delivery(stage, clean, staged, delivery)
+        outputs.check_delivery(stage, staged, delivery)
     kept = _stage_cache(cache, path)
     pieced = _pieced_stages(pieces, path, options, asset_root, hooks, kept)
     solved, reported = _retarget(
@@ -161,23 +156,20 @@ def process(
     )
     if strict:
         refuse_unusable(reported.verdict)
-    generation = generation_of(solved, path if in_place else ours.root)
+    generation = generation_of(solved, path if in_place else layer_paths(path, root).root)
     with all_or_none():
-        if glb:
-            with progress.step("gltf"):
-                lost = _write_gltf(staged, solved, glb, hooks, read, generation)
-                reported = replace(reported, findings=(*reported.findings, *lost))
-        with progress.step("draw") if picture or faces else nullcontext():
-            _draw(solved, reported, picture, faces)
+        with progress.step("gltf") if gltf else nullcontext():
+            lost = outputs.write_gltf(staged, solved, hooks, read, generation)
+        with progress.step("draw") if figure or sheet else nullcontext():
+            outputs.draw(solved, reported)
         with progress.step("write"):
             known = reported.verdict, _deviations(reported)
             made = (*known, generation["generation"])
             written = write_layers(path, stage, staged, solved, root, in_place, *made)
-    if clean:
-        with progress.step("deliver"):
-            lost = _deliver(written[0], staged, clean, delivery)
-            reported = replace(reported, findings=(*reported.findings, *lost))
-    written += [*(files_written(glb, read) if glb else ()), *filter(None, (picture, faces, clean))]
+    with progress.step("deliver") if deliver else nullcontext():
+        lost += outputs.write_deliverable(written[0], staged, delivery)
+    reported = replace(reported, findings=(*reported.findings, *lost))
+    written += [*(files_written(outputs.gltf, read) if outputs.gltf else ()), *outputs.beside]
     older = outdated_gltf(written[0].parent, generation, written)
     reported = replace(reported, findings=(*reported.findings, *older))
     return replace(reported, written=tuple(written), seconds=progress.seconds)
@@ -310,55 +302,6 @@ def _retarget(
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
 
 
-def _check_delivery(stage: Stage, path: Path, staged: StagedShot, options: DeliverOptions) -> None:
-    from usdface.io.usd.deliverable import check_delivery  # only here: most runs write none
-
-    check_delivery(stage, path, staged.codes, options)
-
-
-def _deliver(root: Path, staged: StagedShot, path: Path, options: DeliverOptions) -> list[Finding]:
-    """Write the deliverable of a result, as USD composes it."""
-    from usdface.io.usd.deliverable import write_deliverable  # only here: most runs write none
-
-    return write_deliverable(
-        open_stage(root), animation_path(staged.prims), path, staged.codes, options
-    )
-
-
-def _draw(
-    solved: ShotResult, reported: Result[ShotResult], figure: Path | None, sheet: Path | None
-) -> None:
-    if figure:
-        from usdface.figures.take import write_take_figure  # only here: most runs draw none
-
-        write_take_figure(solved, reported.details, figure)
-    if sheet:
-        from usdface.figures.sheet import write_sheet
-
-        write_sheet(solved, sheet)
-
-
 def _deviations(reported: Result[ShotResult]) -> dict[str, float]:
     """Return the standard deviation of the weight of each blend shape; {} if not known."""
     return dict(reported.details.get("confidence", {}).get("standard_deviation", {}))
-
-
-def _write_gltf(
-    staged: StagedShot,
-    solved: ShotResult,
-    path: Path,
-    hooks: Sequence[Hook],
-    read: Iterable[Path],
-    generation: Generation,
-) -> list[Finding]:
-    from usdface.io.gltf.write import write_gltf  # only here: most runs write none
-    from usdface.io.head_clip import head_clip
-
-    rig, clip = staged.shot.rig, Clip("take", solved.weights)
-    if solved.head_motion is not None and staged.prims.head is not None:
-        rig, joints = head_clip(
-            rig, staged.prims.head.joint, solved.head_motion, solved.solved.times
-        )
-        clip = replace(clip, joints=joints)
-    (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
-    return findings + write_gltf(rig, path, clips, read=read, metadata=generation)

@@ -7,8 +7,10 @@ from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.io.replaced import check_replaced
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig_write import write_rig
+from usdface.io.usd.stage import check_usd_name
 from usdface.options import RigOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -22,6 +24,7 @@ def make_rig(
     source: StrPath,
     output: StrPath,
     *,
+    overwrite: bool = False,
     options: RigOptions = RigOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[Rig]:
@@ -32,6 +35,8 @@ def make_rig(
     source : path
     output : path
         .usda or .usdc.
+    overwrite : bool
+        Replace `output` also where it is no rig that usdface wrote.
     options : RigOptions
         Unit, up axis and neutral mesh, where the source does not name them.
     on_progress : callable, optional
@@ -55,8 +60,10 @@ def make_rig(
     """
     source, output = Path(source), Path(output)
     progress = Progress.of(on_progress)
+    check_usd_name(output)
     read = files_read(source)
     check_outputs([output], read)
+    check_replaced([(output, "rig")], overwrite)
     with progress.step("read"):
         rig, findings = read_rig_file(source, options)
         findings += report_size(rig) + report_stray(rig)

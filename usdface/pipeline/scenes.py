@@ -18,6 +18,7 @@ from usdface.io.atomic import StrPath
 from usdface.io.export_targets import EXPORT_TARGETS, GLTF, pack_stage, write_scene
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.plugins import hook_report, installed_hooks
+from usdface.io.replaced import check_replaced
 from usdface.options import ExportOptions, ImportOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
@@ -33,6 +34,7 @@ def export_scene(
     output: StrPath,
     *,
     every_frame: bool = False,
+    overwrite: bool = False,
     skip_hooks: Sequence[str] = (),
     options: ExportOptions = ExportOptions(),
     on_progress: OnProgress | None = None,
@@ -47,6 +49,8 @@ def export_scene(
         .glb, .gltf, .usdz, or a suffix that `list_formats` names.
     every_frame : bool
         Compare the vertices in every frame, not in as many as take a fraction of a second.
+    overwrite : bool
+        Replace a glTF also where usdface did not write it.
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
     options : ExportOptions
@@ -75,6 +79,7 @@ def export_scene(
     check_outputs([output], read)
     hooks, skipped = installed_hooks(skip_hooks)
     target, problems = EXPORT_TARGETS.find(output)
+    check_replaced([(output, "glTF")] if target.format is GLTF else [], overwrite)
     problems += skipped
     target.format.check_options(output, options)
     if target.format.pack:
@@ -125,6 +130,7 @@ def import_scene(
     *,
     rig: StrPath | None = None,
     every_frame: bool = False,
+    overwrite: bool = False,
     options: ImportOptions = ImportOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[Certificate | None]:
@@ -141,6 +147,8 @@ def import_scene(
         has any, do not count. Joints and blend shapes are matched by name.
     every_frame : bool
         As of `export_scene`.
+    overwrite : bool
+        Replace `output` also where it is no rig that usdface wrote.
     options : ImportOptions
     on_progress : callable, optional
 
@@ -148,7 +156,8 @@ def import_scene(
     -------
     Result of Certificate or None
         By how much the USD is off; None where nothing can be compared. Keys of the summary:
-        ``meshes``, ``blend_shapes``, ``clips``, ``frames``, and those of `Certificate.summary`.
+        ``meshes``, ``blend_shapes``, ``clips``, ``frames``, with clips ``rate_hz``, and those of
+        `Certificate.summary`.
 
     Raises
     ------
@@ -163,21 +172,26 @@ def import_scene(
     """
     from usdface.io.compare_conversion import certify_conversion
     from usdface.io.gltf.read import read_gltf
+    from usdface.io.usd.clips_write import clock_of
     from usdface.io.usd.rig_write import write_rig
-    from usdface.io.usd.stage import open_stage
+    from usdface.io.usd.stage import check_usd_name, open_stage
 
     source, output = Path(source), Path(output)
     progress = Progress.of(on_progress)
     folder = asset_folder(options.asset_root)
     of = Path(rig) if rig is not None else None
+    check_usd_name(output)
     read = files_read(source, of)
     check_outputs([output], read)
+    check_replaced([(output, "rig")], overwrite)
     with progress.step("read"):
         if of is None:
             character, clips, findings = read_gltf(source, folder)
         else:
             character, clips, findings = _rig_with_clips(source, of, folder)
     summary = _summary(character, clips, "blend_shapes")
+    if summary["clips"]:
+        summary["rate_hz"] = round(clock_of(clips), 3)
     with progress.step("write"):
         findings += write_rig(character, output, clips, read)
         written = files_written(output, read)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from usdface.binding.resolve_binding import bound_count
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
@@ -98,9 +99,11 @@ def set_up(
         character, findings = rig_of_stage(stage, rig, joints=True)
         findings += report_size(character) + report_stray(character)
         recorded = _take_at(stage, take) if isinstance(take, str) else take
+        bind_file = ""
         if bind is None or isinstance(bind, RetargetSetup):
             setup = bind
         else:
+            bind_file = str(bind)
             setup, new_findings = read_bind(Path(bind))
             findings += new_findings
     with progress.step("bind"):
@@ -108,6 +111,7 @@ def set_up(
             character,
             recorded,
             setup=setup,
+            setup_source=bind_file,
             binding=binding,
             calibration=calibration,
             poses=poses,
@@ -117,7 +121,7 @@ def set_up(
         )
     with progress.step("write"):
         author_shot(stage, scope, shot, take if isinstance(take, str) else "", start_code)
-    summary = {"markers_bound": len(shot.setup.binding.markers), "scope": scope}
+    summary = {"markers_bound": bound_count(shot.setup, shot.take), "scope": scope}
     return Result(shot, (), (*findings, *new_findings), summary, seconds=progress.seconds)
 
 

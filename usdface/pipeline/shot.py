@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.resolve_binding import UnsureBindingError, proposal_summary
+from usdface.binding.resolve_binding import UnsureBindingError, bound_count, proposal_summary
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
@@ -14,11 +14,11 @@ from usdface.io.calibration_file import read_calibration_file
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
-from usdface.io.usd.fingerprint import check_unedited
+from usdface.io.replaced import check_replaced
 from usdface.io.usd.shared_layers import SharedLayers
 from usdface.io.usd.shot import read_character
 from usdface.io.usd.shot_write import write_shot
-from usdface.io.usd.stage import default_prim, open_stage
+from usdface.io.usd.stage import check_usd_name, default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
 from usdface.options import BindOptions
 from usdface.pipeline.schemas import register_schemas
@@ -80,7 +80,8 @@ def make_shot(
         rig, binding, expressions and fuzzy system. One that is not there is written; one that is
         stays as it is, also where it differs (`LAYER_KEPT`).
     overwrite : bool
-        Replace `output` also where it was edited since usdface wrote it, or is of another origin.
+        Replace `output` and `write_bind` also where they were edited since usdface wrote them, or
+        are of another origin.
     on_progress : callable, optional
         Called with each `Step`; an exception from it ends the job before anything is written.
 
@@ -97,7 +98,8 @@ def make_shot(
         If the binding does not fit rig and take, or no places can be proposed; with the code
         BINDING_UNSURE if most of them are unsure.
     OutputError
-        If `output` was edited and `overwrite` is not set, or it cannot be written.
+        If an output was edited or is of another origin and `overwrite` is not set, or it cannot be
+        written.
 
     Examples
     --------
@@ -110,13 +112,14 @@ def make_shot(
     register_schemas()
     progress = Progress.of(on_progress)
     rig, take, shot_path = Path(rig), Path(take), Path(output)
+    check_usd_name(shot_path)
     files = [Path(path) for path in (bind, fuzzy, expressions, calibration) if path]
+    written_bind = Path(write_bind) if write_bind else None
     others = [Path(path) for path in (write_bind, figure) if path]
     shared = SharedLayers(*(Path(p) if p else None for p in (performer_layer, character_layer)))
     new = [p for p in (shared.performer, shared.character) if p and not p.exists()]
     check_outputs([shot_path, *new, *others], files_read(rig, take, *files))
-    if not overwrite:
-        check_unedited(shot_path)
+    check_replaced([(shot_path, "shot"), (written_bind, "binding")], overwrite)
     if figure:
         from usdface.figures.picture import check_picture
 
@@ -136,6 +139,7 @@ def make_shot(
                 character,
                 recorded,
                 setup=setup,
+                setup_source=str(bind or ""),
                 binding=binding,
                 calibration=read_calibration_file(Path(calibration)) if calibration else None,
                 poses=read_expressions_file(Path(expressions)) if expressions else None,
@@ -174,7 +178,7 @@ def _write_binding(
 
 def _summary(shot: Shot) -> dict[str, Any]:
     return {
-        "markers_bound": len(shot.setup.binding.markers),
+        "markers_bound": bound_count(shot.setup, shot.take),
         **proposal_summary(shot.setup),
         "blend_shapes": len(shot.rig.shape_names),
         "expressions": [expression.name for expression in shot.expressions],

@@ -10,7 +10,7 @@ import numpy as np
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.inputs import files_read
-from usdface.io.usd.fingerprint import check_unedited
+from usdface.io.replaced import check_replaced
 from usdface.io.usd.named_files import named_files
 from usdface.options import BindOptions, DeliverOptions, ProcessOptions
 from usdface.pipeline.processing import process
@@ -104,7 +104,7 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
     missing = [path for file in (making.rig, making.take) for path in named_files(file)[1]]
     before = record_of(folder, read=read, absent=missing, options=making.options)
     try:
-        check_unedited(plan.file)
+        check_replaced([(plan.file, "shot")])
     except OutputError:
         message = "its rig, take or binding changed, but it was edited since: it is kept as it is"
         return [finding("SHOT_KEPT", plan.name, message)]

@@ -11,9 +11,11 @@ from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.images.sequence import is_pattern, may_be_images
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.replaced import check_replaced
 from usdface.io.takes.camera_views import read_views
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS
+from usdface.io.usd.stage import check_usd_name
 from usdface.io.usd.take import write_take
 from usdface.options import TakeOptions
 from usdface.progress import OnProgress, Progress
@@ -35,6 +37,7 @@ def make_take(
     sync: Sequence[int] = (),
     options: TakeOptions = TakeOptions(),
     sheet: StrPath | None = None,
+    overwrite: bool = False,
     on_progress: OnProgress | None = None,
 ) -> Result[MarkerTake | WeightsTake]:
     """Convert a take of any format that `list_formats` names to USD.
@@ -53,6 +56,8 @@ def make_take(
         Unit, up axis and rate in place of the file's own.
     sheet : path, optional
         Of images: a picture of every n-th one with its labelled dots, .png, .svg or .pdf.
+    overwrite : bool
+        Replace `output` also where it is no take that usdface wrote.
     on_progress : callable, optional
 
     Returns
@@ -81,7 +86,9 @@ def make_take(
     drawn = None if sheet is None else Path(sheet)
     progress = Progress.of(on_progress)
     beside = [Path(each) for each in _beside(options) if each]
+    check_usd_name(output)
     check_outputs([output, drawn], files_read(*sources, calibration, *beside))
+    check_replaced([(output, "take")], overwrite)
     filmed = is_pattern(sources[0]) or may_be_images(sources[0])
     if drawn:
         _check_sheet(sources, drawn, filmed)

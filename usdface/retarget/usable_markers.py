@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
+from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import IN_LINE
 from usdface.retarget.neutral import neutral_markers, on_plane, resting_frames
@@ -18,6 +19,7 @@ __all__ = [
     "determined",
     "neutral_frames",
     "occlusions",
+    "unknown_marker",
     "unsolved_frames",
     "usable_markers",
 ]
@@ -50,6 +52,22 @@ def check_bound_markers(setup: RetargetSetup, take: MarkerTake) -> None:
         )
 
 
+def unknown_marker(name: str, unbound: Sequence[str], source: str = "") -> Finding:
+    """Report a bound marker that the take does not have.
+
+    Parameters
+    ----------
+    name : str
+    unbound : sequence of str
+        Markers of the take that the binding does not name, one of which may be meant.
+    source : str
+        File of the binding, if it is known.
+    """
+    hint = Prose(did_you_mean(name, unbound))
+    where = f"{source}: {name}" if source else name
+    return finding("MARKER_UNKNOWN", where, "the take has no marker {marker!r}{hint}", name, hint)
+
+
 def usable_markers(
     take: MarkerTake, points: FloatArray, setup: RetargetSetup
 ) -> tuple[list[int], FloatArray, list[Finding]]:
@@ -57,9 +75,9 @@ def usable_markers(
     check_bound_markers(setup, take)
     binding, findings = setup.binding, []
     known = [i for i, name in enumerate(binding.markers) if name in take.names]
-    for name in sorted(set(binding.markers) - set(take.names)):
-        findings.append(finding("MARKER_UNKNOWN", name, "the take has no marker {marker!r}", name))
     unbound = [name for name in take.names if name not in binding.markers]
+    for name in sorted(set(binding.markers) - set(take.names)):
+        findings.append(unknown_marker(name, unbound))
     if unbound:
         findings.append(finding("MARKER_UNBOUND", take.source, "not bound: {markers}", unbound))
     positions = take.select(tuple(binding.markers[i] for i in known))

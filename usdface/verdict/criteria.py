@@ -150,7 +150,8 @@ CRITERIA: tuple[Criterion, ...] = (
         2.0,
         np.inf,
         "the skin of a region travels {value} times less than the performer's: {where}",
-        "check its markers' vertices; --exaggeration REGION=FACTOR enlarges it",
+        "check its markers' vertices and the character's blend shapes; REGION_MUTED says whether "
+        "--exaggeration helps",
         unit="times",
     ),
     Criterion(

@@ -34,6 +34,14 @@ def test_the_suffix_must_be_one_of_gltf(tmp_path: Path, suffix: str) -> None:
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.parametrize("name", ["a.glb", "a.gltf"])
+def test_an_empty_file_is_called_so(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).touch()
+    with pytest.raises(InputError, match="is empty") as raised:
+        load_document(tmp_path / name)
+    assert raised.value.code == "FILE_UNREADABLE"
+
+
 def test_a_document_without_data_has_no_buffer(tmp_path: Path) -> None:
     save_document(pygltflib.GLTF2(), b"", {}, tmp_path / "a.gltf")
     assert load_document(tmp_path / "a.gltf").buffers == ()

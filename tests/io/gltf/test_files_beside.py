@@ -3,8 +3,14 @@ from pathlib import Path
 import pytest
 from composed import GLTF, compose
 
+from usdface.errors import OutputError
 from usdface.io.gltf.document import save_document
-from usdface.io.gltf.files_beside import files_beside, may_be_gltf
+from usdface.io.gltf.files_beside import (
+    check_gltf_name,
+    files_beside,
+    generator_of,
+    may_be_gltf,
+)
 
 
 def test_buffers_and_images_in_the_folder_are_found(tmp_path: Path) -> None:
@@ -46,3 +52,23 @@ def test_entries_of_other_types_are_passed_by(tmp_path: Path) -> None:
     text = '{"buffers": 3, "images": [4, {"uri": 5}, {"uri": "a\\u0000b"}, {}, null]}'
     (tmp_path / "a.gltf").write_text(text)
     assert files_beside(tmp_path / "a.gltf") == []
+
+
+def test_the_generator_is_named_or_is_none(tmp_path: Path) -> None:
+    for text, found in (
+        ('{"asset": {"generator": "usdface 1"}}', "usdface 1"),
+        ('{"asset": {}}', ""),
+        ('{"asset": 7}', ""),
+        ("[]", ""),
+        ("notes", ""),
+        ("glTF", ""),
+    ):
+        (tmp_path / "a.gltf").write_text(text)
+        assert generator_of(tmp_path / "a.gltf") == found
+    assert generator_of(tmp_path / "none.glb") == ""
+
+
+def test_a_gltf_is_named_as_one() -> None:
+    check_gltf_name(Path("a.GLB"))
+    with pytest.raises(OutputError, match=r"a.fbx: a glTF file ends in .glb or .gltf"):
+        check_gltf_name(Path("a.fbx"))

@@ -23,6 +23,38 @@ def test_folders_by_what_is_in_them(tmp_path):
     assert read_rig_file(tmp_path)[0].shape_names == ("frown",)
 
 
+def test_targets_without_a_base_mesh_are_mentioned(tmp_path):
+    triangle = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n"
+    (tmp_path / "frown.target").write_text("0 0 -1 0\n")
+    with pytest.raises(InputError, match=r"1 MakeHuman \.target files but no base mesh: base\.obj"):
+        read_rig_file(tmp_path)
+    (tmp_path / "human.obj").write_text(triangle)
+    assert read_rig_file(tmp_path, RigOptions(neutral="human"))[0].shape_names == ("frown",)
+    # Several meshes are shapes of a folder; they may be a body and its eyes.
+    (tmp_path / "eyes.obj").write_text("v 0 0 0\n" + triangle)
+    with pytest.raises(InputError, match=r"its 1 MakeHuman \.target files need their mesh"):
+        read_rig_file(tmp_path, RigOptions(neutral="human"))
+    (tmp_path / "smile.obj").write_text(triangle)
+    _, findings = read_rig_file(tmp_path, RigOptions(neutral="human"))
+    (dropped,) = [f for f in findings if f.code == "FEATURE_DROPPED"]
+    assert dropped.values == {"file_count": 1, "feature": "makehuman_targets"}
+
+
+def test_a_folder_with_one_mesh_says_what_it_lacks(tmp_path):
+    (tmp_path / "base.obj").write_text("v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n")
+    with pytest.raises(InputError, match=r"no blend shapes; .* a file for each shape"):
+        read_rig_file(tmp_path)
+
+
+def test_an_empty_folder_is_said_to_be_empty(tmp_path):
+    (tmp_path / ".DS_Store").touch()
+    with pytest.raises(InputError, match="empty folders are not read; expected folder of OBJ"):
+        read_rig_file(tmp_path)
+    (tmp_path / "notes.txt").touch()
+    with pytest.raises(InputError, match="folders like this are not read"):
+        read_rig_file(tmp_path)
+
+
 def test_gltf_by_its_suffix(shared_data):
     path = shared_data / "gltf_morph" / "AnimatedMorphCube" / "glTF" / "AnimatedMorphCube.gltf"
     assert len(read_rig_file(path)[0].shape_names) == 2

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.io.rigs.makehuman import is_makehuman, read_makehuman
+from usdface.io.rigs.makehuman import is_makehuman, makehuman_files, read_makehuman
+from usdface.options import RigOptions
 
 BASE = """v 9 9 9
 v 0 0 0
@@ -40,9 +41,28 @@ def test_helpers_go_and_targets_follow_their_points(folder):
     assert [f.code for f in findings] == ["FEATURE_DROPPED"]
 
 
+def test_the_unit_holds_for_the_base_mesh_and_the_targets(folder):
+    mesh = read_makehuman(folder, RigOptions(meters_per_unit=0.01))[0].mesh()
+    np.testing.assert_allclose(mesh.points[2], (0.01, 0.01, 0))
+    np.testing.assert_allclose(mesh.shapes[0].offsets, [(0, 0.005, 0)])
+
+
+@pytest.mark.parametrize("wanted", ["human", "human.obj"])
+def test_the_base_mesh_may_have_another_name(folder, wanted):
+    (folder / "base.obj").rename(folder / "human.obj")
+    assert is_makehuman(folder)
+    rig, _ = read_makehuman(folder, RigOptions(neutral=wanted))
+    assert rig.shape_names == ("smile",)
+    assert {path.name for path in makehuman_files(folder)} == {"human.obj", "smile.target"}
+    (folder / "base.obj").write_text("v 0 0 0\n")  # the one that is named counts
+    assert len(read_makehuman(folder, RigOptions(neutral=wanted))[0].mesh().points) == 4
+
+
 def test_the_folder_of_targets_will_do(folder):
     assert is_makehuman(folder) and is_makehuman(folder / "targets")
-    assert read_makehuman(folder / "targets")[0].shape_names == ("smile",)
+    for neutral in ("", "base"):
+        rig, _ = read_makehuman(folder / "targets", RigOptions(neutral=neutral))
+        assert rig.shape_names == ("smile",)
 
 
 def test_targets_in_folders_are_named_by_their_path(folder):
@@ -75,10 +95,15 @@ def test_a_damaged_target_is_one_clear_line(folder, text, message):
         read_makehuman(folder)
 
 
-def test_missing_parts_are_named(folder, tmp_path):
-    (folder / "base.obj").unlink()
-    assert not is_makehuman(folder)
-    with pytest.raises(InputError, match=r"no base\.obj"):
+def test_missing_parts_are_named(folder):
+    (folder / "base.obj").rename(folder / "human.obj")
+    with pytest.raises(InputError, match=r"1 MakeHuman .*base\.obj.*--neutral: human\.obj"):
+        read_makehuman(folder)
+    with pytest.raises(InputError, match=r"no OBJ mesh 'body'.*--neutral: human\.obj"):
+        read_makehuman(folder, RigOptions(neutral="body"))
+    (folder / "human.obj").unlink()
+    assert is_makehuman(folder)
+    with pytest.raises(InputError, match=r"add MakeHuman's base\.obj"):
         read_makehuman(folder)
     (folder / "targets" / "smile.target").unlink()
     with pytest.raises(InputError, match=r"no MakeHuman \.target"):

@@ -77,6 +77,7 @@ def test_files_and_folders_of_another_package_are_rigs(install: Install, tmp_pat
         read_rig_file(tmp_path / "a.head", RigOptions(up_axis="Z"))
     folder = tmp_path / "scans"
     folder.mkdir()
+    (folder / "notes.txt").touch()
     with pytest.raises(InputError, match="folders like this are not read"):
         read_rig_file(folder)
     (folder / "scan.txt").touch()

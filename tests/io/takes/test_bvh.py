@@ -96,14 +96,28 @@ def test_options_win(read):
 
 
 def test_motion_that_ends_early_is_read_and_told(read):
-    text = bvh_text(frames=12)
-    take, findings = read(text)
+    take, findings = read(bvh_text(frames=12))
     assert len(take.times) == 7
     assert codes(findings)[0] == "FRAMES_MISSING"
-    cut = bvh_text()[:-25]
-    take, findings = read(cut)
-    assert len(take.times) == 6
-    assert codes(findings)[0] == "FRAMES_MISSING"
+
+
+@pytest.mark.parametrize("frames", [7, 12])
+def test_motion_that_is_cut_off_within_a_frame_is_refused(read, frames):
+    whole = bvh_text(frames=frames).rstrip()
+    start, last = whole.rindex("\n") + 1, whole.rindex(" ")
+    line = whole.count("\n") + 1
+    for end in (start + 9, last, len(whole) - 1)[: 2 if frames == 7 else 3]:
+        with pytest.raises(InputError, match=rf"line {line}: .* cut off within") as raised:
+            read(whole[:end])
+        assert raised.value.code == "FILE_CUT_OFF"
+    with pytest.raises(InputError, match=f"line {line}: 3 of 9 cells, fewer rows"):
+        read(whole[:start] + "1 2 3\n")
+
+
+def test_numbers_after_the_announced_frames_are_not_read(read):
+    take, findings = read(bvh_text() + "1 2 3\n")
+    assert len(take.times) == 7
+    assert codes(findings)[0] == "FRAMES_UNREAD"
 
 
 def test_numbers_that_are_none_hide_what_hangs_on_them(read):

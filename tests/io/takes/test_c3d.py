@@ -262,7 +262,7 @@ def test_a_file_cut_off_within_a_frame_is_refused(read):
 @pytest.mark.parametrize(
     ("data", "says"),
     [
-        (b"", "not a C3D file"),
+        (b"", r"take\.c3d is empty"),
         (b"hello " * 300, "not a C3D file"),
         (c3d_bytes()[:600], "not a C3D file"),
         (c3d_bytes()[:1024], "no points, or is cut off"),

@@ -27,6 +27,19 @@ def livelink_text(seconds, base=60, names=NAMES, empty=()):
     return "\n".join(",".join(line) for line in lines) + "\n"
 
 
+GOOD = livelink_text(np.arange(90) / 30)
+ROWS = GOOD.rstrip().split("\n")[1:]
+
+
+def with_cell(line, name, value, text=GOOD):
+    """The text with another value in a line of the file, from 1."""
+    lines = text.split("\n")
+    cells = lines[line - 1].split(",")
+    cells[lines[0].split(",").index(name)] = value
+    lines[line - 1] = ",".join(cells)
+    return "\n".join(lines)
+
+
 @pytest.fixture
 def read(tmp_path):
     def read(text, **options):
@@ -96,6 +109,46 @@ def test_rows_of_a_lost_face_are_left_out(read):
     assert "3 of 90" in findings[0].message
 
 
+@pytest.mark.parametrize("missing", ["", "NaN", "null", "inf"])
+def test_a_missing_weight_is_bridged_in_its_own_curve(read, missing):
+    text = livelink_text(np.delete(np.arange(91) / 30, 40))  # one step of two frames
+    text = with_cell(41, "JawLeft", missing, text)
+    whole, _ = read(livelink_text(np.delete(np.arange(91) / 30, 40)))
+    take, findings = read(text)
+    np.testing.assert_array_equal(take.times, whole.times)
+    before, after = whole.column("jawLeft")[[38, 40]]
+    expected = whole.weights.copy()
+    expected[39, 2] = before + (after - before) / 3  # a third of the time on
+    np.testing.assert_allclose(take.weights, expected, atol=1e-9)
+    assert codes(findings) == ["CHANNEL_IGNORED", "WEIGHT_BRIDGED", "FRAMES_DROPPED"]
+    assert findings[1].values == {"lines": [41]}
+    assert findings[1].where.endswith("take.csv: jawLeft")
+
+
+def test_missing_weights_at_the_ends_are_held(read):
+    text = with_cell(91, "JawLeft", "", with_cell(2, "JawLeft", "", with_cell(3, "JawLeft", "")))
+    take, findings = read(with_cell(2, "TongueOut", "", text))
+    assert take.column("jawLeft")[[0, 1, 2, -2, -1]] == pytest.approx([0.22] * 3 + [1.08] * 2)
+    bridged = {f.where.split()[-1]: f.values["lines"] for f in findings if f.severity == "warning"}
+    assert bridged == {"jawLeft": [2, 3, 91], "tongueOut": [2]}
+
+
+def test_a_curve_without_any_weight_is_left_out(read):
+    lines = [",".join([*line.split(",")[:3], "", *line.split(",")[4:]]) for line in ROWS]
+    take, findings = read("\n".join([GOOD.split("\n")[0], *lines]))
+    assert take.names == ("eyeBlinkLeft", "jawLeft", "tongueOut")
+    assert take.weights.shape == (90, 3)
+    assert findings[0].message == "no row has a weight of JawRight"
+
+
+@pytest.mark.parametrize("cells", [3, 5, 6, 9])
+def test_a_file_that_is_cut_off_within_a_row_is_refused(read, cells):
+    last = ",".join(ROWS[-1].split(",")[:cells])
+    with pytest.raises(InputError, match=f"line 91: {cells} cells; expected 10") as raised:
+        read(GOOD[: GOOD.rstrip().rindex("\n") + 1] + last)
+    assert raised.value.code == "FILE_CUT_OFF"
+
+
 def test_a_take_may_run_over_midnight(read):
     take, findings = read(livelink_text(86398.5 + np.arange(90) / 30))
     np.testing.assert_allclose(take.times, np.arange(90) / 30, atol=1e-4)
@@ -106,9 +159,6 @@ def test_the_rate_of_the_options_stretches_the_times(read):
     take, _ = read(livelink_text(np.arange(90) / 30), rate=60)
     assert take.rate == 60
     np.testing.assert_allclose(take.times, np.arange(90) / 60, atol=1e-4)
-
-
-GOOD = livelink_text(np.arange(90) / 30)
 
 
 @pytest.mark.parametrize(
@@ -123,6 +173,7 @@ GOOD = livelink_text(np.arange(90) / 30)
         (GOOD.replace("00:00:01:00.000", "00:00:01:500.0"), "more than a second holds"),
         (livelink_text([0.0], names=("JawOpen", "jawOpen")), "'jawOpen' occurs twice"),
         (GOOD.replace(",0.31,", ",much,"), "'much' is not a number"),
+        (with_cell(51, "JawLeft", "x1"), "line 51, column 5: 'x1' is not a number"),
     ],
 )
 def test_bad_files_are_refused_in_one_line(read, text, says):

@@ -104,6 +104,14 @@ def test_fewer_frames_than_announced(read):
     assert "FRAMES_MISSING" in codes(read(motive_text(Total_Exported_Frames="30004"))[1])
 
 
+def test_a_last_number_that_is_cut_is_refused(read):
+    cut = motive_text(Total_Exported_Frames="30004").rstrip()[:-3]
+    with pytest.raises(InputError, match="line 11: no line end, fewer rows") as raised:
+        read(cut)
+    assert raised.value.code == "FILE_CUT_OFF"
+    assert len(read(motive_text().rstrip())[0].times) == 4
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [

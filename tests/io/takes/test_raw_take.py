@@ -58,6 +58,17 @@ def test_what_the_file_does_not_say_is_announced(raw):
     assert finish_take(raw(unit=None, up_axis=None), options)[1] == []
 
 
+def test_an_unknown_unit_is_named(raw):
+    take, (found,) = finish_take(raw(unit=None, unit_name="furlong"), TakeOptions())
+    assert found.code == "UNITS_ASSUMED"
+    assert found.message == "'furlong' is no known unit of length; taken as mm"
+    assert found.values == {"found": "furlong", "unit": "mm"}
+    assert take.meters_per_unit == 0.001
+    assert finish_take(raw(unit=None, unit_name="furlong"), TakeOptions(units="m"))[1] == []
+    take, findings = finish_take(raw(unit=None, unit_name="Meters"), TakeOptions())
+    assert (take.meters_per_unit, findings) == (1.0, [])
+
+
 def test_image_markers_are_pixels_with_y_turned_up(raw):
     options = TakeOptions(
         dimension=2, image_size=(640, 480), focal_length=500.0, units="mm", up_axis="Z"

@@ -8,7 +8,13 @@ from usdface.io.takes.deeplabcut import read_deeplabcut
 from usdface.io.takes.files import read_take
 from usdface.io.takes.mediapipe import read_mediapipe
 from usdface.io.takes.sleap import read_sleap
-from usdface.io.takes.text_table import positive, read_numbers, read_rows, read_text
+from usdface.io.takes.text_table import (
+    positive,
+    read_numbers,
+    read_rows,
+    read_text,
+    refuse_cut_end,
+)
 from usdface.options import TakeOptions
 
 
@@ -104,3 +110,18 @@ def test_a_table_that_is_cut_off_is_refused_with_its_line(tmp_path, reader):
         with pytest.raises(InputError, match=r"line \d: \d cells; expected") as raised:
             reader(path, options)
         assert raised.value.code == "FILE_CUT_OFF"
+
+
+@pytest.mark.parametrize("short", [False, True])
+@pytest.mark.parametrize("ending", ["", "\t ", "\n", "\r\n", "\n \t"])
+@pytest.mark.parametrize("missing", [False, True])
+def test_two_signs_of_three_make_a_cut_row(tmp_path, short, ending, missing):
+    cells = ["2", "0.1"] if short else ["2", "0.1", "5"]
+    text = "1\t0.0\t4\n" + "\t".join(cells) + ending
+    signs = short + (not ending.strip(" \t")) + missing
+    if signs < 2:
+        refuse_cut_end(tmp_path / "a.trc", text, (2, cells), 3, missing)
+        return
+    with pytest.raises(InputError, match=r"a\.trc, line 2: .* cut off within this row") as raised:
+        refuse_cut_end(tmp_path / "a.trc", text, (2, cells), 3, missing)
+    assert raised.value.code == "FILE_CUT_OFF"

@@ -53,6 +53,14 @@ def test_what_is_written_is_read(read, delimiter, units, metres):
     assert codes(findings) == ["UP_AXIS_ASSUMED"]
 
 
+def test_frames_may_count_from_0_without_a_line_of_axes(read):
+    lines = trc_text().splitlines()
+    rows = [f"{n}\t{line.split(chr(9), 1)[1]}" for n, line in enumerate(lines[6:])]
+    take, findings = read("\n".join([*lines[:4], *rows]) + "\n")
+    np.testing.assert_allclose(take.positions, POSITIONS * 1e-3, atol=1e-9)
+    assert codes(findings) == ["UP_AXIS_ASSUMED"]
+
+
 def test_empty_cells_are_occluded_also_at_the_end_of_a_row(read):
     positions = POSITIONS.copy()
     positions[2, 0] = positions[3, 2] = np.nan
@@ -68,17 +76,46 @@ def test_fewer_frames_than_announced_are_read_and_told(read):
     assert "FRAMES_MISSING" in codes(findings)
 
 
-def test_a_frame_that_breaks_off_is_not_read(read):
-    whole = trc_text()
-    take, findings = read(whole[: whole.rstrip().rindex("\t") - 5])
+@pytest.mark.parametrize("frames", [6, 1590])
+def test_a_file_that_is_cut_off_within_a_row_is_refused(read, frames):
+    """The last number that is left may be cut, too: a position that is wrong without a trace."""
+    whole = trc_text(frames=frames).rstrip()
+    start, last = whole.rindex("\n") + 1, whole.rindex("\t")
+    ends = range(start + 1, last + 1 if frames == 6 else len(whole) + 1)
+    for end in ends:
+        with pytest.raises(InputError, match=r"line 12: .*no line end.* cut off") as raised:
+            read(whole[:end])
+        assert raised.value.code == "FILE_CUT_OFF"
+    take, findings = read(whole[:start])
     assert len(take.times) == 5
     assert "FRAMES_MISSING" in codes(findings)
+
+
+def test_a_short_last_row_is_cut_off_only_where_rows_are_missing(read):
+    positions = POSITIONS.copy()
+    positions[5, 2] = np.nan
+    stripped = trc_text(positions).rstrip() + "\n"
+    take, findings = read(stripped)
+    assert np.argwhere(~take.visible).tolist() == [[5, 2]]
+    assert codes(findings) == ["UP_AXIS_ASSUMED", "MARKER_OCCLUDED"]
+    with pytest.raises(InputError, match="line 12: 8 of 11 cells, fewer rows than"):
+        read(trc_text(positions, frames=7).rstrip() + "\n")
+
+
+def test_a_whole_file_needs_no_last_line_end(read):
+    assert len(read(trc_text().rstrip())[0].times) == 6
 
 
 def test_without_units_millimetres_are_assumed(read):
     take, findings = read(trc_text(units=""))
     assert take.meters_per_unit == 0.001
     assert "UNITS_ASSUMED" in codes(findings)
+
+
+def test_a_unit_that_is_not_known_is_named(read):
+    take, findings = read(trc_text(units="furlong"))
+    assert take.meters_per_unit == 0.001
+    assert "'furlong' is no known unit" in findings[0].message
 
 
 def test_options_win(read):

@@ -35,7 +35,9 @@ def test_it_holds_the_animation_alone(shot: Path) -> None:
     (prim,) = stage.Traverse()
     assert prim.GetTypeName() == "SkelAnimation"
     assert [x.realPath for x in stage.GetUsedLayers() if not x.anonymous] == [str(place)]
-    assert "usdface" not in place.read_text()
+    # Beside the animation only the mark by which the next run knows it.
+    assert list(stage.GetRootLayer().customLayerData["usdface"]) == ["fingerprint"]
+    assert "usdface:" not in place.read_text() and "UsdFace" not in place.read_text()
     assert codes == list(range(40))
     assert (stage.GetTimeCodesPerSecond(), stage.GetFramesPerSecond()) == (30, 30)
     assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (0, 39)

@@ -86,6 +86,16 @@ def test_what_fits_nothing_is_said_and_left_out(samples: dict[str, object], said
     assert len(pins) == len(samples) - 1
 
 
+def test_the_time_codes_of_all_samples_that_are_left_out_are_said() -> None:
+    prim = prim_with({"jawOpen": {11.0: 0.5, 12.0: 1.0, 7200.5: 0.5}})
+    (pin,), (found,) = read_pins(prim, NAMES, CODES)
+    assert pin.frames.tolist() == [1]
+    assert found.message == "the take has no frame at time codes 11, 7200.5"
+    assert found.values["time_codes"] == [11, 7200.5]
+    _, (found,) = read_pins(prim_with({"jawOpen": {10.0: 1.5, 14.0: -2, 16.0: 3}}), NAMES, CODES)
+    assert found.message.endswith("at time code 10 is outside 0 to 1, as those at 14, 16")
+
+
 # Through the files
 
 

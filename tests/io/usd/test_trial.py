@@ -50,6 +50,17 @@ def test_text_that_is_nested_too_deeply(tmp_path: Path, capfd: pytest.CaptureFix
     assert capfd.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize("name", ["a.usdc", "a.usda", "a.usd", "a.usdz"])
+def test_an_empty_file_is_called_so(tmp_path: Path, asked: list[str], name: str) -> None:
+    path = tmp_path / name
+    path.touch()
+    for opens in (open_stage, open_layer):
+        with pytest.raises(InputError, match=f"{name} is empty") as raised:
+            opens(path)
+        assert raised.value.code == "FILE_UNREADABLE"
+    assert not dependencies(path) and not asked
+
+
 @pytest.mark.slow
 def test_references_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for n in range(9):

@@ -20,6 +20,7 @@ from usdface.errors import InputError, OutputError
 from usdface.io.asset_folder import OUTSIDE, is_inside, read_file
 from usdface.io.atomic import all_or_none, staged_files, write_bridge, write_bytes
 from usdface.io.gltf.decode import decode_document
+from usdface.io.gltf.files_beside import check_gltf_name
 from usdface.io.gltf.user_data import UserData, user_data_of
 from usdface.io.staging import finish_dead_runs
 
@@ -85,7 +86,7 @@ def load_document(path: Path, asset_root: Path | None = None) -> GltfFile:
     Raises
     ------
     InputError
-        If the file or a buffer is missing, truncated, not glTF 2.0, reaches outside its
+        If the file or a buffer is missing, empty, truncated, not glTF 2.0, reaches outside its
         folder, or requires an extension that is not decoded here.
     """
     finish_dead_runs(path.parent)
@@ -99,6 +100,8 @@ def load_document(path: Path, asset_root: Path | None = None) -> GltfFile:
         data = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot be read: {error.strerror or error}", "FILE_UNREADABLE") from error
+    if not data:
+        raise InputError("the file is empty", "FILE_UNREADABLE")
     text, chunk = _split_glb(data) if data[:4] == b"glTF" else (data, None)
     document, node_weights, user_data = _parse(text)
     _check_extensions(document)
@@ -242,9 +245,8 @@ def save_document(
     OutputError
         If the suffix is neither, the data are too large, or a file cannot be written.
     """
+    check_gltf_name(path)
     binary = path.suffix.lower() == ".glb"
-    if not binary and path.suffix.lower() != ".gltf":
-        raise OutputError(f"cannot write {path}: a glTF file ends in .glb or .gltf")
     size = sum(map(len, blob))
     blob = [*blob, bytes(-size % 4)]
     size += -size % 4

@@ -9,7 +9,9 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
 
-__all__ = ["files_beside", "may_be_gltf", "metadata_of"]
+from usdface.errors import OutputError
+
+__all__ = ["check_gltf_name", "files_beside", "generator_of", "may_be_gltf", "metadata_of"]
 
 _HEADER = 20  # bytes: that of the file, and length and type of the first chunk
 _LARGEST = 2**32  # bytes
@@ -44,17 +46,41 @@ def files_beside(path: Path) -> list[Path]:
     return list(dict.fromkeys(place for place in places if place))
 
 
+def check_gltf_name(path: Path) -> None:
+    """Refuse to write glTF under another name, before any work.
+
+    Raises
+    ------
+    OutputError
+        If it does not end in .glb or .gltf.
+    """
+    if path.suffix.lower() not in (".glb", ".gltf"):
+        raise OutputError(f"cannot write {path}: a glTF file ends in .glb or .gltf")
+
+
 def metadata_of(path: Path) -> dict[str, Any]:
     """Return the metadata of conversions in the extras of a file's asset; {} where it has none."""
+    document: Any = _asset(path)
+    for key in ("extras", "usdface"):
+        document = document.get(key) if _is_object(document) else None
+    return document if isinstance(document, dict) else {}
+
+
+def generator_of(path: Path) -> str:
+    """Return the name of the program that wrote a file; "" where it names none."""
+    return str(_asset(path).get("generator", ""))
+
+
+def _asset(path: Path) -> dict[str, Any]:
+    """Return the asset of a file; {} where it has none, or is no glTF that can be read."""
     try:
         if path.stat().st_size > _LARGEST_TEXT and not _is_binary(path):
             return {}
         document = json.loads(_text(path))
     except (OSError, ValueError, RecursionError, struct.error):
         return {}
-    for key in ("asset", "extras", "usdface"):
-        document = document.get(key) if _is_object(document) else None
-    return document if isinstance(document, dict) else {}
+    asset = document.get("asset") if _is_object(document) else None
+    return asset if isinstance(asset, dict) else {}
 
 
 def _is_binary(path: Path) -> bool:

@@ -5,6 +5,7 @@ Source: glTF 2.0 specification, section 3.11 (animations); KHR_animation_pointer
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from pygltflib import Animation
@@ -16,7 +17,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.channels import Channel, channels_of
 from usdface.io.gltf.document import GltfFile
-from usdface.io.gltf.frame_rate import frame_rate
+from usdface.io.gltf.frame_rate import chosen_rate, frame_rate
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.read_skin import Armature
 from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, shared_weights
@@ -27,6 +28,7 @@ from usdface.rigs import Mesh
 __all__ = ["animated_nodes", "clips_of"]
 
 _KINDS = {"translation": ("VEC3", 3), "rotation": ("VEC4", 4), "scale": ("VEC3", 3)}
+_FASTEST = 1e6  # [Hz] of a rate that is kept; JSON has numbers that floats do not
 _SHEAR = 1e-5  # of a matrix, as the certificate's limit
 
 
@@ -53,12 +55,16 @@ def animated_nodes(file: GltfFile, tree: NodeTree) -> frozenset[int]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Motion:
-    """One animation, taken apart: curves of weights by mesh, of transforms by node and path."""
+    """One animation, taken apart: curves of weights by mesh, of transforms by node and path.
+
+    `inserted` and `rate` are those of `WeightsMotion`.
+    """
 
     name: str
     weights: dict[int, Curve]
     transforms: dict[int, dict[str, Curve]]
     inserted: FloatArray = field(repr=False)
+    rate: float
 
 
 def clips_of(
@@ -107,7 +113,7 @@ def clips_of(
             message = "it moves nothing that is kept" if animation.channels else "it is empty"
             count = len(animation.channels)
             found.append(finding("ANIMATION_DROPPED", motion.name, message, channel_count=count))
-    parts = [WeightsMotion(m.weights, m.inserted) for m in motions]
+    parts = [WeightsMotion(m.weights, m.inserted, m.rate) for m in motions]
     if not parts or any(placed.weights.any() for placed in meshes):
         parts.append(WeightsMotion({}, np.zeros(0)))
     whole, takes, new_findings = shared_weights(meshes, parts)
@@ -158,7 +164,8 @@ def _motion(
         message = "channels that move nothing that is kept were left out: {channels}"
         found.append(finding("ANIMATION_DROPPED", name, message, lost))
     curves = {place: _joined(parts, meshes[place].weights) for place, parts in weights.items()}
-    return _Motion(name, curves, transforms, _inserted(animation, curves)), found
+    inserted, rate = _inserted(animation, curves), _stated_rate(animation)
+    return _Motion(name, curves, transforms, inserted, rate), found
 
 
 def _weights_curve(
@@ -189,12 +196,25 @@ def _joined(parts: Sequence[tuple[int | None, Curve]], rest: FloatArray) -> Curv
 
 def _inserted(animation: Animation, curves: Mapping[int, Curve]) -> FloatArray:
     """Return the times [s] of keys that were inserted where weights pass inbetweens."""
-    ours = animation.extras.get("usdface") if isinstance(animation.extras, Mapping) else None
-    keys = ours.get("insertedKeys") if isinstance(ours, Mapping) else None
+    keys = _kept(animation).get("insertedKeys")
     if not isinstance(keys, list) or not all(type(key) is int for key in keys):
         return np.zeros(0)
     inserted = [c.times[[k for k in keys if 0 <= k < len(c.times)]] for c in curves.values()]
     return np.concatenate([np.zeros(0), *inserted])
+
+
+def _stated_rate(animation: Animation) -> float:
+    """Return the frame rate [Hz] of the scene that was exported, 0 where it is not kept."""
+    rate = _kept(animation).get("framesPerSecond")
+    if isinstance(rate, bool) or not isinstance(rate, int | float):
+        return 0.0
+    return float(rate) if 0.0 < rate < _FASTEST else 0.0
+
+
+def _kept(animation: Animation) -> Mapping[str, Any]:
+    """Return what an export of usdface left in the extras."""
+    ours = animation.extras.get("usdface") if isinstance(animation.extras, Mapping) else None
+    return ours if isinstance(ours, Mapping) else {}
 
 
 def _joints(
@@ -225,7 +245,8 @@ def _joints(
         parts.append(joint)
     joints = tuple(armature.skeleton.joints[armature.nodes[node]] for node in nodes)
     moves, turns, sizes = (np.stack(values, 1) for values in zip(*parts, strict=True))
-    rate = frame_rate(np.unique(np.concatenate([curve.keys for curve in curves])))
+    keys = np.unique(np.concatenate([curve.keys for curve in curves]))
+    rate = chosen_rate(frame_rate(keys), motion.rate)
     return JointsTake(joints, times, moves, turns, sizes, rate), found
 
 

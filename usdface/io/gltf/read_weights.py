@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
-from usdface.io.gltf.frame_rate import frame_rate
+from usdface.io.gltf.frame_rate import chosen_rate, frame_rate
 from usdface.io.gltf.inbetweens import Step, folded
 from usdface.io.gltf.samplers import Curve, check_size
 from usdface.rigs import Mesh
@@ -32,11 +32,13 @@ class PlacedMesh:
 class WeightsMotion:
     """How one animation moves weights: a curve by place of a mesh.
 
-    `inserted` are times [s] of keys that an export added for inbetweens.
+    `inserted` are times [s] of keys that an export added for inbetweens; `rate` is the frame rate
+    [Hz] that it stated, 0 = none.
     """
 
     curves: Mapping[int, Curve]
     inserted: FloatArray
+    rate: float = 0.0
 
 
 def shared_weights(
@@ -90,7 +92,7 @@ def shared_weights(
         weights = np.stack([c[end - len(clock) : end] for c in columns.values()], 1)
         times, weights = _drop_redundant_keys(motion.inserted, clock, weights)
         authored = np.concatenate([np.zeros(0), *(c.keys for c in motion.curves.values())])
-        rate = frame_rate(np.setdiff1d(authored, motion.inserted))
+        rate = chosen_rate(frame_rate(np.setdiff1d(authored, motion.inserted)), motion.rate)
         takes.append(WeightsTake(tuple(columns), times, weights, rate))
     return tuple(renamed), takes, found
 

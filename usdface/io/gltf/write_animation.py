@@ -5,6 +5,7 @@ Source: glTF 2.0 specification, section 3.11 (animations).
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pygltflib
@@ -14,6 +15,7 @@ from usdface.clips import Clip, JointsTake
 from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER, pointer_to
+from usdface.io.gltf.frame_rate import chosen_rate, frame_rate
 from usdface.io.gltf.inbetweens import crossings, flat_weights
 from usdface.rigs import Mesh
 from usdface.takes import WeightsTake
@@ -35,7 +37,8 @@ def write_animation(
 
     A channel for each mesh whose weights move, all on the same times, with keys inserted where a
     weight passes an inbetween (`usdface.io.gltf.inbetweens`); and one for each translation,
-    rotation and scale of a joint that differs from its rest. All are LINEAR.
+    rotation and scale of a joint that differs from its rest. All are LINEAR. Extras hold the
+    clip's rate where its keys do not show it.
 
     Parameters
     ----------
@@ -60,14 +63,19 @@ def write_animation(
     animation = pygltflib.Animation(name=clip.name or "weights")
     shift = max(0.0, -float(clip.times.min(initial=0.0)))
     found: list[Finding] = []
+    shown = 0.0
     if clip.weights is not None:
         take = replace(clip.weights, times=_times(clip.weights.times + shift))
+        shown = frame_rate(take.times)
         found += _write_weights(take, carriers, animation, builder, pointer)
     if clip.joints is not None:
         moved = replace(clip.joints, times=_times(clip.joints.times + shift))
+        shown = max(shown, frame_rate(moved.times))
         found += _write_joints(moved, joints, animation, builder)
     if not animation.channels:
         return None, found
+    if chosen_rate(shown, clip.rate) != shown:
+        _keep(animation, framesPerSecond=clip.rate)
     if shift:
         message = "glTF has no times below 0; all are {shift_s:g} s later"
         found.append(
@@ -98,7 +106,7 @@ def _write_weights(
     clock = builder.array(moments[:, None], bounds=True)
     inserted = np.flatnonzero(~np.isin(moments, times))
     if len(inserted):
-        animation.extras = {"usdface": {"insertedKeys": inserted.tolist()}}
+        _keep(animation, insertedKeys=inserted.tolist())
     for node, mesh in moved:
         own = keys.reordered(mesh.shape_names).weights
         values = flat_weights(mesh, _at(moments, times, own))
@@ -173,6 +181,11 @@ def _write_joints(
                 clock = all_keys
             _channel(animation, _core(index, kind), clock, builder.array(curve))
     return found
+
+
+def _keep(animation: pygltflib.Animation, **ours: Any) -> None:
+    """Add to what the extras hold for `usdface import`."""
+    animation.extras = {"usdface": (animation.extras or {}).get("usdface", {}) | ours}
 
 
 def _continuous(rotations: FloatArray) -> FloatArray:

@@ -36,8 +36,21 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
         rig, found = read_combinations(path, rig)
         findings += found
     if not rig.shape_names:
-        raise InputError(f"{path} has no blend shapes; a rig needs at least one", "SHAPES_MISSING")
+        raise InputError(_without_shapes(path), "SHAPES_MISSING")
     return rig, findings
+
+
+def _without_shapes(path: Path) -> str:
+    """Return the message for a rig that has no blend shape."""
+    message = f"{path} has no blend shapes; a rig needs at least one"
+    if not path.is_dir():
+        return message
+    from usdface.io.rigs.makehuman import target_files
+
+    targets = target_files(path)[1]
+    if targets:
+        return f"{message}: its {len(targets)} MakeHuman .target files need their mesh as base.obj"
+    return f"{message}: beside the neutral mesh a file for each shape, or MakeHuman's .target files"
 
 
 def folder_files(folder: Path) -> list[Path]:

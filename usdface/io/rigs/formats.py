@@ -18,7 +18,7 @@ def mesh_files(folder: Path) -> list[Path]:
 
 
 def is_makehuman_folder(folder: Path) -> bool:
-    """Return whether a folder has MakeHuman targets and a base mesh, there or above."""
+    """Return whether a folder has MakeHuman targets, and is no folder of shapes."""
     from usdface.io.rigs.makehuman import is_makehuman
 
     return is_makehuman(folder)
@@ -57,6 +57,7 @@ RIG_READERS = FormatTable(
             name="folder of MakeHuman targets",
             folder=True,
             sniff=is_makehuman_folder,
+            options=("meters_per_unit", "neutral"),
             read=lazy_function("usdface.io.rigs.makehuman", "read_makehuman"),
         ),
     ),

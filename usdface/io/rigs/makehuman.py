@@ -7,34 +7,43 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.rigs.formats import mesh_files
 from usdface.io.rigs.obj import ObjMesh, read_obj
 from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Mesh, Rig
 
-__all__ = ["is_makehuman", "makehuman_files", "read_makehuman"]
+__all__ = ["is_makehuman", "makehuman_files", "read_makehuman", "target_files"]
 
-_METERS_PER_UNIT = 0.1  # "Asset format: targets"
+_METERS_PER_UNIT = 0.1  # "Asset format: targets"; of the base mesh and the targets alike
 _BODY = "body"
 
 
 def is_makehuman(folder: Path) -> bool:
-    """Return whether `folder` has a base mesh, or is below one, and has targets."""
-    return _base(folder) is not None and bool(_targets(folder)[1])
+    """Return whether `folder` has targets, and `base.obj` there or above, or one mesh at most.
+
+    Without `base.obj` a mesh may be the base under another name, or missing; both are said where
+    the folder is read. Several meshes are a folder of shapes.
+    """
+    if _base(folder) is None and len(mesh_files(folder)) > 1:
+        return False
+    return bool(target_files(folder)[1])
 
 
 def makehuman_files(folder: Path) -> list[Path]:
-    """Return the base mesh and the targets of `folder`."""
+    """Return what reading `folder` may read: its meshes, `base.obj` above it, the targets."""
     base = _base(folder)
-    return [*([base] if base else []), *_targets(folder)[1]]
+    meshes = mesh_files(folder)
+    return [*meshes, *([base] if base and base not in meshes else []), *target_files(folder)[1]]
 
 
 def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Rig, list[Finding]]:
     """Read `base.obj` and all `.target` files as one mesh with blend shapes.
 
     `folder` holds `base.obj` and `targets/`, or is the folder of targets with `base.obj` one
-    level up. A target's name is its path in the folder of targets, without the suffix. Only
-    the faces of the group `body` are kept: the others are helpers for clothes and joints. No option
-    applies: the format defines its unit and its up axis.
+    level up; `options.neutral` names another base mesh, an OBJ in `folder`. A target's name is
+    its path in the folder of targets, without the suffix. Only the faces of the group `body` are
+    kept: the others are helpers for clothes and joints. One unit is a decimetre unless
+    `options.meters_per_unit` says otherwise; Y is up.
 
     Raises
     ------
@@ -46,16 +55,13 @@ def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Ri
     MakeHuman, "Asset format: targets": a line is a vertex index from 0 and three offsets;
     one unit is a decimetre, Y up.
     """
-    place, files = _targets(folder)
+    place, files = target_files(folder)
     if not files:
         raise InputError(f"{folder} has no MakeHuman .target files", "SHAPES_MISSING")
-    base = _base(folder)
-    if base is None:
-        raise InputError(
-            f"{folder} has targets but no base.obj, nor has the folder above it", "NEUTRAL_UNKNOWN"
-        )
+    base = _chosen_base(folder, len(files), options.neutral)
+    unit = _METERS_PER_UNIT if options.meters_per_unit is None else options.meters_per_unit
     obj = read_obj(base)
-    mesh, kept, findings = _body(obj, base)
+    mesh, kept, findings = _body(obj, base, unit)
     place_of = np.full(len(obj.points), -1, np.int64)
     place_of[kept] = np.arange(len(kept))
     shapes: list[BlendShape] = []
@@ -64,7 +70,7 @@ def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Ri
         indices, offsets = _read_target(path, len(obj.points))
         dense = np.zeros((len(kept), 3))
         on_body = place_of[indices] >= 0
-        dense[place_of[indices[on_body]]] = offsets[on_body] * _METERS_PER_UNIT
+        dense[place_of[indices[on_body]]] = offsets[on_body] * unit
         shapes.append(BlendShape.from_dense(name, dense))
         if not len(shapes[-1].indices):
             findings.append(finding("SHAPE_EMPTY", str(path)))
@@ -74,7 +80,8 @@ def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Ri
     return Rig(folder.resolve().name, (whole,), None, (), str(folder)), findings
 
 
-def _targets(folder: Path) -> tuple[Path, list[Path]]:
+def target_files(folder: Path) -> tuple[Path, list[Path]]:
+    """Return the folder of targets in `folder`, or itself, and the `.target` files below that."""
     inner = folder / "targets"
     place = inner if inner.is_dir() else folder
     return place, sorted(p for p in place.rglob("*.target") if not p.name.startswith("."))
@@ -85,8 +92,28 @@ def _base(folder: Path) -> Path | None:
     return next((path for path in places if path.is_file()), None)
 
 
-def _body(obj: ObjMesh, path: Path) -> tuple[Mesh, IntArray, list[Finding]]:
-    """Return the body alone and which points of the file it keeps: (V,) int64."""
+def _chosen_base(folder: Path, target_count: int, wanted: str) -> Path:
+    """Return the mesh that the targets move."""
+    base = _base(folder)
+    meshes = {path for path in mesh_files(folder) if path.suffix.lower() == ".obj"}
+    meshes |= {base} if base else set()
+    if wanted:
+        base = next((path for path in sorted(meshes) if wanted in (path.name, path.stem)), None)
+        missing = f"no OBJ mesh {wanted!r}"
+    else:
+        missing = "no base mesh: base.obj is neither there nor in the folder above it"
+    if base is not None:
+        return base
+    names = ", ".join(sorted(path.name for path in meshes))
+    remedy = f"name it with --neutral: {names}" if names else "add MakeHuman's base.obj"
+    raise InputError(
+        f"{folder} has {target_count} MakeHuman .target files but {missing}; {remedy}",
+        "NEUTRAL_UNKNOWN",
+    )
+
+
+def _body(obj: ObjMesh, path: Path, unit: float) -> tuple[Mesh, IntArray, list[Finding]]:
+    """Return the body alone [m] and which points of the file it keeps: (V,) int64."""
     on_body = np.array([group == _BODY for group in obj.groups], bool)
     if not on_body.any():
         on_body[:] = True  # not the base mesh as published: helpers are not marked
@@ -94,7 +121,7 @@ def _body(obj: ObjMesh, path: Path) -> tuple[Mesh, IntArray, list[Finding]]:
     kept, indices = np.unique(obj.face_indices[corners], return_inverse=True)
     mesh = Mesh(
         _BODY,
-        obj.points[kept] * _METERS_PER_UNIT,
+        obj.points[kept] * unit,
         obj.face_counts[on_body],
         indices.ravel(),
         None,

@@ -12,12 +12,14 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import to_metres
 from usdface.io.rigs.formats import mesh_files
+from usdface.io.rigs.makehuman import target_files
 from usdface.io.rigs.obj import read_obj
 from usdface.options import RigOptions
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
 
 __all__ = ["read_shape_folder"]
 
+_METERS_PER_UNIT = 0.01  # centimetres, as most programs write OBJ of heads
 _NEUTRAL_WORDS = frozenset({"neutral", "basis", "base", "rest"})
 
 
@@ -38,7 +40,8 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     if not files:
         raise InputError(f"{folder} has no OBJ or PLY files", "FILE_UNREADABLE")
     chosen = _neutral(folder, files, options.neutral)
-    space = to_metres(options.meters_per_unit, options.up_axis)
+    unit = _METERS_PER_UNIT if options.meters_per_unit is None else options.meters_per_unit
+    space = to_metres(unit, options.up_axis)
     neutral, materials, findings = _read_neutral(chosen, space)
     shapes: dict[str, BlendShape] = {}
     for path in files:
@@ -67,6 +70,7 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
         shapes[path.stem] = BlendShape.from_dense(path.stem, points @ space - neutral.points)
         if not len(shapes[path.stem].indices):
             findings.append(finding("SHAPE_EMPTY", str(path)))
+    findings += _left_out_targets(folder)
     mesh = Mesh(
         neutral.name,
         neutral.points,
@@ -80,6 +84,14 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
         neutral.subsets,
     )
     return Rig(folder.resolve().name, (mesh,), None, materials, str(folder)), findings
+
+
+def _left_out_targets(folder: Path) -> list[Finding]:
+    """Report MakeHuman's targets, which need a folder with one mesh or `base.obj`."""
+    count = len(target_files(folder)[1])
+    message = "{file_count} .target files are left out: MakeHuman's need their mesh as base.obj"
+    told = finding("FEATURE_DROPPED", str(folder), message, count, feature="makehuman_targets")
+    return [told] if count else []
 
 
 def _neutral(folder: Path, files: list[Path], wanted: str) -> Path:

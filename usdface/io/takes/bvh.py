@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
-from usdface.io.takes.text_table import positive, read_text
+from usdface.io.takes.text_table import positive, read_text, refuse_cut_end
 from usdface.io.takes.timing import nominal_rate
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
@@ -40,7 +40,8 @@ def read_bvh(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     Raises
     ------
     InputError
-        If the file is missing, not BVH, or its motion does not fit its hierarchy.
+        If the file is missing, not BVH, cut off within a frame, or its motion does not fit its
+        hierarchy.
     """
     text = read_text(path)
     parts = re.split(r"^\s*MOTION\s*$", text, maxsplit=1, flags=re.MULTILINE)
@@ -50,7 +51,7 @@ def read_bvh(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
             f"{path} is not a BVH file: expected HIERARCHY ... MOTION", "FILE_UNREADABLE"
         )
     joints, width = _hierarchy(path, tokens[1:])
-    motion, step, findings = _motion(path, parts[1], width)
+    motion, step, findings = _motion(path, text, parts[1], width)
     check_size(path, len(motion), len(joints))
     raw = RawTake(
         path=path,
@@ -100,14 +101,16 @@ def _hierarchy(path: Path, tokens: list[str]) -> tuple[list[_Joint], int]:
     return joints, width
 
 
-def _motion(path: Path, text: str, width: int) -> tuple[FloatArray, float, list[Finding]]:
+def _motion(
+    path: Path, text: str, section: str, width: int
+) -> tuple[FloatArray, float, list[Finding]]:
     """Return the channels (F, width), the frame time [s] (0 = none) and missing frames."""
-    header = _HEADER.match(text)
+    header = _HEADER.match(section)
     if header is None:
         raise InputError(
             f"{path}: 'Frames:' and 'Frame Time:' are missing below MOTION", "SCHEMA_BROKEN"
         )
-    words = text[header.end() :].split()
+    words = section[header.end() :].split()
     try:
         numbers = np.fromiter(map(float, words), np.float64, len(words))
     except ValueError as error:
@@ -115,16 +118,20 @@ def _motion(path: Path, text: str, width: int) -> tuple[FloatArray, float, list[
             f"{path}: the motion holds something else than numbers: {error}", "ROW_WRONG"
         ) from error
     count, announced = len(words) // width, int(header[1])
+    rest = len(words) % width
+    if words:
+        last = text.rstrip().count("\n") + 1, words[-(rest or width) :]
+        refuse_cut_end(path, text, last, width, count < announced)
     motion = numbers[: count * width].reshape(count, width)
     motion[~np.isfinite(motion)] = np.nan
-    if count >= announced and len(words) % width == 0:
-        return motion, positive(header[2]), []
-    message = "the header announces {expected_count} frames, the file holds {frame_count}"
-    return (
-        motion,
-        positive(header[2]),
-        [finding("FRAMES_MISSING", str(path), message, announced, count)],
-    )
+    findings = []
+    if count < announced:
+        message = "the header announces {expected_count} frames, the file holds {frame_count}"
+        findings = [finding("FRAMES_MISSING", str(path), message, announced, count)]
+    elif rest:
+        message = "a part of a frame after {frame_count} whole ones is not read"
+        findings = [finding("FRAMES_UNREAD", str(path), message, count)]
+    return motion, positive(header[2]), findings
 
 
 def _forward_kinematics(joints: list[_Joint], motion: FloatArray) -> FloatArray:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.geometry.units_and_axes import METERS_PER_UNIT
 from usdface.io.takes.c3d_parameters import ByteOrder, Parameters, floats, read_parameters
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, finish_take
 from usdface.options import TakeOptions
@@ -68,7 +67,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     Raises
     ------
     InputError
-        If the file is missing, not C3D, damaged, cut off, or never shows a marker.
+        If the file is missing, empty, not C3D, damaged, cut off, or never shows a marker.
     """
     if not path.is_file():
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
@@ -76,6 +75,8 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         data = np.frombuffer(path.read_bytes(), np.uint8)
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}", "FILE_UNREADABLE") from error
+    if not len(data):
+        raise InputError(f"{path} is empty", "FILE_UNREADABLE")
     if len(data) < 2 * _BLOCK or data[1] != _KEY:
         raise InputError(
             f"{path} is not a C3D file, or is cut off within its header", "FILE_UNREADABLE"
@@ -96,7 +97,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         labels=labels,
         positions=positions,
         rate=layout.rate,
-        unit=METERS_PER_UNIT.get(_text(parameters, "POINT:UNITS").lower()),
+        unit_name=_text(parameters, "POINT:UNITS"),
         up_axis=up_axis,
         start_timecode=_timecode(parameters),
     )

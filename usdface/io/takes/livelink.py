@@ -16,7 +16,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.drop_frame import dropped_labels
 from usdface.io.takes.raw_take import DEFAULTS
-from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text
+from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text, refuse_cut_table
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
 from usdface.takes import WeightsTake, check_range
@@ -43,14 +43,15 @@ _ROTATION = ("Yaw", "Pitch", "Roll")
 def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsTake, list[Finding]]:
     """Read a Live Link Face CSV as weights, columns by name (`EyeBlinkLeft` -> `eyeBlinkLeft`).
 
-    Head and eye rotations are left out, as are rows without data (the face was lost).
-    Dropped frames stay gaps in the times; a recording may run over midnight.
+    Head and eye rotations are left out, as are rows without weights (the face was lost). A weight
+    that is missing in a row with others is bridged (WEIGHT_BRIDGED). Dropped frames stay gaps in
+    the times; a recording may run over midnight.
 
     Raises
     ------
     InputError
-        If the file is missing, not such a file, holds no row with data, or its timecodes
-        do not increase.
+        If the file is missing, cut off, not such a file, holds no row with weights, or its
+        timecodes do not increase.
     """
     rows = read_rows(path, read_text(path), ",")
     header = rows[0][1]
@@ -62,14 +63,19 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     columns = [c for c, name in enumerate(header[2:], 2) if name and not name.endswith(_ROTATION)]
     if not columns:
         raise InputError(f"{path}: there are no blend shape columns", "COLUMNS_WRONG")
+    if any(rows[-1][1][2:]):  # a row of a lost face has two cells
+        refuse_cut_table(path, rows)
+    kept, weights, findings = _rows_with_weights(path, rows[1:], columns)
+    columns, weights, absent = _columns_with_weights(path, header, columns, weights)
     names = tuple(header[c][0].lower() + header[c][1:] for c in columns)
-    kept, weights, findings = _rows_with_data(path, rows[1:], columns)
+    findings += absent
     ignored = [name for name in header[2:] if name.endswith(_ROTATION)]
     if ignored:
         message = "head and eye rotations are not read: {channels}"
         findings.append(finding("CHANNEL_IGNORED", str(path), message, ignored))
     seconds, base_findings = _seconds(path, kept)
     times, rate, time_findings = take_times(path, len(kept), seconds=seconds, override=options.rate)
+    findings += _bridge(path, names, kept, times, weights)
     try:
         take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name)
         check_range(take)
@@ -78,14 +84,13 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     return take, findings + base_findings + time_findings
 
 
-def _rows_with_data(
+def _rows_with_weights(
     path: Path, rows: list[Row], columns: list[int]
 ) -> tuple[list[Row], FloatArray, list[Finding]]:
-    """Return the rows with a weight for every shape, the weights (F, S), the others announced."""
-    full = [row for row in rows if len(row[1]) > columns[-1]]
-    weights = read_numbers(path, full, columns)
-    complete = np.all(np.isfinite(weights), axis=1)
-    kept = [row for row, whole in zip(full, complete, strict=True) if whole]
+    """Return the rows with a weight, the weights (F, S), NaN where one is missing; findings."""
+    weights = read_numbers(path, rows, columns)
+    tracked = np.any(np.isfinite(weights), axis=1)
+    kept = [row for row, seen in zip(rows, tracked, strict=True) if seen]
     if not kept:
         raise InputError(
             f"{path}: no row has blend shape weights; expected at least one", "TAKE_EMPTY"
@@ -100,7 +105,35 @@ def _rows_with_data(
         empty,
         len(rows),
     )
-    return kept, weights[complete], [found]
+    return kept, weights[tracked], [found]
+
+
+def _columns_with_weights(
+    path: Path, header: list[str], columns: list[int], weights: FloatArray
+) -> tuple[list[int], FloatArray, list[Finding]]:
+    """Leave out columns without any weight, which no neighbour could bridge."""
+    written = np.any(np.isfinite(weights), axis=0)
+    if written.all():
+        return columns, weights, []
+    kept = [column for column, has in zip(columns, written, strict=True) if has]
+    empty = [header[column] for column in columns if column not in kept]
+    found = finding("CHANNEL_IGNORED", str(path), "no row has a weight of {channels}", empty)
+    return kept, weights[:, written], [found]
+
+
+def _bridge(
+    path: Path, names: tuple[str, ...], rows: list[Row], times: FloatArray, weights: FloatArray
+) -> list[Finding]:
+    """Fill missing weights (F, S) in place: linear in time, held at the ends of a curve."""
+    findings = []
+    missing = ~np.isfinite(weights)
+    for shape in np.flatnonzero(missing.any(axis=0)).tolist():
+        gaps, curve = missing[:, shape], weights[:, shape]
+        curve[gaps] = np.interp(times[gaps], times[~gaps], curve[~gaps])
+        lines = [rows[row][0] for row in np.flatnonzero(gaps)]
+        message = "no weight in line {lines}; bridged from the rows around it"
+        findings.append(finding("WEIGHT_BRIDGED", f"{path}: {names[shape]}", message, lines))
+    return findings
 
 
 def _seconds(path: Path, rows: list[Row]) -> tuple[FloatArray, list[Finding]]:

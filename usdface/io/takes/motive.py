@@ -10,7 +10,6 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.geometry.units_and_axes import METERS_PER_UNIT
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import (
     Row,
@@ -18,6 +17,7 @@ from usdface.io.takes.text_table import (
     read_numbers,
     read_rows,
     read_text,
+    refuse_cut_end,
     refuse_cut_table,
 )
 from usdface.options import TakeOptions
@@ -41,7 +41,8 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     InputError
         If the file is missing, cut off, not a Motive export, or holds no usable marker frame.
     """
-    rows = read_rows(path, read_text(path), ",")
+    text = read_text(path)
+    rows = read_rows(path, text, ",")
     first = rows[0][1]
     if first[0] != "Format Version":
         raise InputError(
@@ -56,6 +57,8 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     refuse_cut_table(path, rows[top:])
     markers, ignored = _columns(path, rows[1 : top + 1])
     data = rows[top + 1 :]
+    announced = positive(about.get("Total Exported Frames", ""))
+    refuse_cut_end(path, text, rows[-1], len(rows[top][1]), announced > len(data))
     check_size(path, len(data), len(markers))
     columns = [column for triple in markers.values() for column in triple]
     table = read_numbers(path, data, [0, 1, *columns])
@@ -66,13 +69,12 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         positions=table[:, 2:].reshape(len(data), len(markers), 3),
         seconds=table[:, 1],
         rate=rate,
-        unit=METERS_PER_UNIT.get(about.get("Length Units", "").lower()),
+        unit_name=about.get("Length Units", ""),
         assumed_unit="m",
         up_axis="Y",
         start_timecode=_start(rows[top][1], data, about, rate),
     )
     take, findings = finish_take(raw, options)
-    announced = positive(about.get("Total Exported Frames", ""))
     if announced > len(data):
         message = "the header announces {expected_count:g} frames, the file holds {frame_count}"
         findings.insert(0, finding("FRAMES_MISSING", str(path), message, announced, len(data)))

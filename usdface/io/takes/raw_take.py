@@ -15,6 +15,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
+from usdface.io.takes.take_size import report_take_size
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
 from usdface.takes import FARTHEST, MarkerTake
@@ -44,9 +45,11 @@ class RawTake:
     rate : float [Hz]
         0 = the file does not say.
     unit : float [m], optional
-        None = the file does not say.
+        None = `unit_name` counts.
+    unit_name : str
+        The file's word for its unit, known or not; "" = the file does not say.
     assumed_unit : {"mm", "cm", "m"}
-        The usual unit of the format, for a file without one.
+        The usual unit of the format, for a file without a known one.
     up_axis : {"Y", "Z"}, optional
         None = the file does not say.
     start_timecode : str
@@ -76,6 +79,7 @@ class RawTake:
     frames: FloatArray | None = None
     rate: float = 0.0
     unit: float | None = None
+    unit_name: str = ""
     assumed_unit: str = "mm"
     up_axis: str | None = None
     start_timecode: str = ""
@@ -175,6 +179,8 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         findings.append(finding("MARKER_SPIKE", str(path), message, far.sum(), limit))
     hidden = far | np.any(~np.isfinite(positions), axis=2)
     positions[hidden] = np.nan
+    if positions.shape[2] == 3:
+        findings += report_take_size(path, positions, unit)
     seen, occlusion = find_occlusion(path, labels, hidden)
     findings += occlusion
     take = MarkerTake(
@@ -234,13 +240,22 @@ def _in_metres(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, s
     findings = []
     unit = METERS_PER_UNIT[options.units] if options.units else raw.unit
     if unit is None:
+        unit = METERS_PER_UNIT.get(raw.unit_name.lower())
+    if unit is None:
         unit = METERS_PER_UNIT[raw.assumed_unit]
-        findings.append(finding("UNITS_ASSUMED", where, "taken as {unit}", raw.assumed_unit))
+        findings.append(_assumed(where, raw))
     up_axis = options.up_axis or raw.up_axis
     if up_axis is None:
         up_axis = "Y"
         findings.append(finding("UP_AXIS_ASSUMED", where, "taken as Y up"))
     return in_metres(raw.positions, unit, up_axis), unit, up_axis, findings
+
+
+def _assumed(where: str, raw: RawTake) -> Finding:
+    if not raw.unit_name:
+        return finding("UNITS_ASSUMED", where, "taken as {unit}", raw.assumed_unit)
+    message = "{found!r} is no known unit of length; taken as {unit}"
+    return finding("UNITS_ASSUMED", where, message, raw.unit_name, raw.assumed_unit)
 
 
 def find_occlusion(

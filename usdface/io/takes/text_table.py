@@ -12,7 +12,15 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 
-__all__ = ["Row", "positive", "read_numbers", "read_rows", "read_text", "refuse_cut_table"]
+__all__ = [
+    "Row",
+    "positive",
+    "read_numbers",
+    "read_rows",
+    "read_text",
+    "refuse_cut_end",
+    "refuse_cut_table",
+]
 
 Row: TypeAlias = tuple[int, list[str]]  # line number from 1, cells without outer blanks
 
@@ -102,6 +110,32 @@ def refuse_cut_table(path: Path, rows: Sequence[Row]) -> None:
         raise InputError(
             f"{path}, line {line}: {len(cells)} cells; expected {len(header)}, as many as columns. "
             "The file is cut off; export or copy it again, or delete this line",
+            "FILE_CUT_OFF",
+        )
+
+
+def refuse_cut_end(path: Path, text: str, last: Row, width: int, rows_missing: bool) -> None:
+    """Refuse a table that ends within its last row, where a header announces how many there are.
+
+    Two of three signs tell: the last row has fewer cells than columns, it has no line end, rows are
+    missing. One alone is usual: programs leave out empty cells at the end of a row, editors the
+    last line end, and recordings are stopped.
+
+    Raises
+    ------
+    InputError
+        If it is so; the message names the line.
+    """
+    line, cells = last
+    signs = [f"{len(cells)} of {width} cells"] if len(cells) < width else []
+    if not text.rstrip(" \t").endswith(("\n", "\r")):
+        signs.append("no line end")
+    if rows_missing:
+        signs.append("fewer rows than the header announces")
+    if len(signs) > 1:
+        raise InputError(
+            f"{path}, line {line}: {', '.join(signs)}. The file is cut off within this row; export "
+            "or copy it again, or delete this line",
             "FILE_CUT_OFF",
         )
 

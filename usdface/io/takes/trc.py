@@ -10,9 +10,15 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.geometry.units_and_axes import METERS_PER_UNIT
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
-from usdface.io.takes.text_table import Row, positive, read_numbers, read_rows, read_text
+from usdface.io.takes.text_table import (
+    Row,
+    positive,
+    read_numbers,
+    read_rows,
+    read_text,
+    refuse_cut_end,
+)
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -22,12 +28,12 @@ __all__ = ["read_trc"]
 def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
     """Read a TRC file; an empty cell = occluded.
 
-    The format names no up axis. A row that breaks off counts as a missing frame.
+    The format names no up axis. A file that ends after a row gives its rows, and FRAMES_MISSING.
 
     Raises
     ------
     InputError
-        If the file is missing, not a TRC file, or holds no usable frame.
+        If the file is missing, not a TRC file, cut off within a row, or holds no usable frame.
     """
     text = read_text(path)
     if not text.lstrip().lower().startswith("pathfiletype"):
@@ -50,9 +56,10 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
             f"line {rows[3][0]} names {len(labels)}",
             "COLUMNS_WRONG",
         )
-    frames, findings = _whole_frames(path, rows[4:], header, 2 + 3 * len(labels))
-    check_size(path, len(frames), len(labels))
-    table = read_numbers(path, frames, range(1, 2 + 3 * len(labels)))
+    check_size(path, len(rows) - 4, len(labels))
+    width = 2 + 3 * len(labels)
+    frames, findings = _frames(path, text, rows[4:], header, width)
+    table = read_numbers(path, frames, range(1, width))
     seconds = table[:, 0]
     raw = RawTake(
         path=path,
@@ -60,21 +67,22 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         positions=table[:, 1:].reshape(len(frames), len(labels), 3),
         seconds=None if np.isnan(seconds).all() else seconds,
         rate=positive(header.get("datarate", "")),
-        unit=METERS_PER_UNIT.get(header.get("units", "").lower()),
+        unit_name=header.get("units", ""),
     )
     take, take_findings = finish_take(raw, options)
     return take, findings + take_findings
 
 
-def _whole_frames(
-    path: Path, rows: list[Row], header: dict[str, str], width: int
+def _frames(
+    path: Path, text: str, rows: list[Row], header: dict[str, str], width: int
 ) -> tuple[list[Row], list[Finding]]:
-    """Leave out the line of axes and a last row that breaks off; compare with the header."""
-    if rows and not positive(rows[0][1][0]):
+    """Return the rows of frames, without the line of axes; compare with the header."""
+    first = rows[0][1][0].strip()
+    if first != "0" and not positive(first):
         rows = rows[1:]
     announced = positive(header.get("numframes", ""))
-    if rows and len(rows[-1][1]) < width and len(rows) <= announced:
-        rows = rows[:-1]
+    if rows:
+        refuse_cut_end(path, text, rows[-1], width, announced > len(rows))
     if announced <= len(rows):
         return rows, []
     message = "the header announces {expected_count:g} frames, the file holds {frame_count}"

@@ -42,6 +42,7 @@ __all__ = ["animated_rig", "clips_of_stage"]
 _SAME_SCALE = 1e-5  # a fiftieth of the step of 16-bit scales at 1 (2**-11)
 _POSED = 1e-5  # of a matrix: SkelAnimations hold float32, and scales of 16 bits near 1
 _SAME_WEIGHT = 1e-6  # 8 roundings of float32
+_SAME_RATE = 5e-4  # of a rate: half of the way from 30 to 29.97 Hz
 _OWN_NAMES: ShapeNames = {}
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
@@ -213,9 +214,11 @@ class _Clock:
         return np.asarray((codes - self.start) / self.rate)
 
     def grid(self, times: FloatArray) -> float:
-        """Return the frame rate [Hz] of samples at `times`."""
+        """Return the frame rate [Hz] of samples at `times`: the stage's or their own."""
         step = frame_step(times)
-        return round(1 / step, 6) if step > 0 else self.rate
+        if step <= 0 or abs(1 / step - self.rate) < _SAME_RATE * self.rate:
+            return self.rate
+        return round(1 / step, 6)
 
 
 def _names(bound: BoundAnimation, names: ShapeNames) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from pxr import Sdf, UsdSkel, Vt
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.head_motion import HEAD_OP
 from usdface.io.usd.stage import Metrics, Stage, metrics_of, new_layer, save_layer
 from usdface.options import DeliverOptions
@@ -77,6 +78,7 @@ def write_deliverable(
         if moved.HasAttribute(HEAD_OP):
             message = "the head's motion is on the SkelRoot, which is no animation: it stays behind"
             findings.append(finding("FEATURE_DROPPED", str(moved.GetPath()), message))
+    sign(layer)
     save_layer(layer, path)
     return findings
 

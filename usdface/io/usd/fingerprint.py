@@ -4,16 +4,14 @@ It is ``customLayerData["usdface"]["fingerprint"]``, a digest of all else in the
 """
 
 import hashlib
-from pathlib import Path
+from collections.abc import Mapping
 
 from pxr import Sdf
 
-from usdface.errors import InputError, OutputError
 from usdface.io.usd.closed_layers import hold_specs
 from usdface.io.usd.conversion_metadata import KEY
-from usdface.io.usd.stage import is_usd, open_layer
 
-__all__ = ["check_unedited", "is_unedited", "sign"]
+__all__ = ["is_signed", "is_unedited", "sign"]
 
 _FINGERPRINT = "fingerprint"
 
@@ -24,31 +22,20 @@ def sign(layer: Sdf.Layer) -> None:
     layer.customLayerData = {**data, KEY: {**data.get(KEY, {}), _FINGERPRINT: _digest(layer)}}
 
 
+def is_signed(layer: Sdf.Layer) -> bool:
+    """Return whether a layer has a fingerprint, be it that of its content or not."""
+    return _found(layer) is not None
+
+
 def is_unedited(layer: Sdf.Layer) -> bool:
     """Return whether a layer has a fingerprint, and that of its content."""
-    mine = layer.customLayerData.get(KEY)
-    found = mine.get(_FINGERPRINT) if isinstance(mine, dict) else None
+    found = _found(layer)
     return found is not None and found == _digest(layer)
 
 
-def check_unedited(path: Path) -> None:
-    """Refuse to replace a file that usdface did not write, or that was edited since.
-
-    Raises
-    ------
-    OutputError
-    """
-    if not path.is_file():
-        return
-    try:
-        unedited = is_usd(path) and is_unedited(open_layer(path))
-    except InputError:
-        unedited = False
-    if not unedited:
-        raise OutputError(
-            f"{path} was edited since usdface wrote it, or is of another origin; --overwrite "
-            "replaces it, another name keeps it"
-        )
+def _found(layer: Sdf.Layer) -> object:
+    mine = layer.customLayerData.get(KEY)
+    return mine.get(_FINGERPRINT) if isinstance(mine, Mapping) else None
 
 
 def _digest(layer: Sdf.Layer) -> str:

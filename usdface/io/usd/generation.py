@@ -8,7 +8,7 @@ from pxr import Sdf
 from usdface.io.usd.conversion_metadata import KEY
 from usdface.io.usd.stage import Stage
 
-__all__ = ["generation_of_stage", "mark_generation", "stage_generations"]
+__all__ = ["generation_of_stage", "layer_generation", "mark_generation", "stage_generations"]
 
 _ID = "generation"
 
@@ -21,7 +21,7 @@ def mark_generation(layer: Sdf.Layer, generation: str) -> None:
 
 def stage_generations(stage: Stage) -> dict[Path, str]:
     """Return the generation of each layer of a stage that has one."""
-    found = {Path(layer.realPath): _generation(layer) for layer in stage.GetUsedLayers()}
+    found = {Path(layer.realPath): layer_generation(layer) for layer in stage.GetUsedLayers()}
     return {path: generation for path, generation in found.items() if generation}
 
 
@@ -31,6 +31,7 @@ def generation_of_stage(stage: Stage, path: Path) -> dict[str, str]:
     return {_ID: found.pop(), "result": path.name} if len(found) == 1 else {}
 
 
-def _generation(layer: Sdf.Layer) -> str:
+def layer_generation(layer: Sdf.Layer) -> str:
+    """Return the generation of a layer; "" where it has none."""
     mine = layer.customLayerData.get(KEY)
     return str(mine.get(_ID, "")) if isinstance(mine, Mapping) else ""

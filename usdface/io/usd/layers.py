@@ -102,6 +102,7 @@ def write_layers(
         else:
             root_layer = _root_layer(stage, metrics, paths, shot_path, stronger_first)
             mark_generation(root_layer, generation)
+            sign(root_layer)  # last: of all that is in it
             save_layer(root_layer, paths.root)
         for path in paths.layers:  # of an earlier run that had one more
             if path not in stronger_first:

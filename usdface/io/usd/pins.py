@@ -13,6 +13,7 @@ from usdface.schemas import tokens
 
 __all__ = ["read_pins"]
 
+_Problem = tuple[str, *tuple[object, ...]]  # a template of a message, and its values
 _ON_FRAME = 1e-3  # of the time between two frames
 
 
@@ -71,26 +72,54 @@ def read_pins(
 
 def _pinned(
     attribute: Usd.Attribute, codes: FloatArray
-) -> tuple[list[int], list[float], list[tuple[str, object]]]:
+) -> tuple[list[int], list[float], list[_Problem]]:
     """Return frame indices and weights of the usable samples, and the problems of the others."""
     step = float(np.min(np.diff(codes))) if len(codes) > 1 else 1.0
     found: dict[int, float] = {}
-    problems: list[tuple[str, object]] = []
+    outside: list[tuple[object, float | None]] = []
+    between: list[float] = []
     for code, frame in _samples(attribute, codes):
         value = _value_at(attribute, code, step)
-        moment = f"at time code {code:g}" if isinstance(code, float) else "throughout"
         if value is None:  # blocked
             continue
         if not isinstance(value, (int, float)) or not 0.0 <= value <= 1.0:
-            problems.append((f"the weight {{weight}} {moment} is outside 0 to 1", value))
+            outside.append((value, code if isinstance(code, float) else None))
         elif isinstance(code, float) and abs(codes[frame] - code) > _ON_FRAME * step:
-            problems.append(("the take has no frame at time code {time_code:g}", code))
+            between.append(code)
         elif isinstance(code, float):
             found[frame] = float(value)
         else:
             found = dict.fromkeys(range(len(codes)), float(value))
     frames = sorted(found)
-    return frames, [found[frame] for frame in frames], problems
+    return frames, [found[frame] for frame in frames], list(_problems(outside, between))
+
+
+def _problems(
+    outside: list[tuple[object, float | None]], between: list[float]
+) -> Iterator[_Problem]:
+    """Yield a template and its values for each kind of problem of an attribute.
+
+    `outside` are wrong weights with their time codes, None where they are those of the whole take;
+    `between` are time codes of no frame.
+    """
+    if outside:
+        (value, code), *others = outside
+        moment = "throughout" if code is None else f"at time code {code:g}"
+        message = f"the weight {{weight}} {moment} is outside 0 to 1"
+        if others:
+            codes = [_number(other) for _, other in others if other is not None]
+            yield f"{message}, as those at {{time_codes}}", value, codes
+        else:
+            yield message, value
+    if between:
+        message = f"the take has no frame at time code{'s' * (len(between) > 1)} {{time_codes}}"
+        yield message, [_number(code) for code in between]
+
+
+def _number(code: float) -> float:
+    """Return a time code as it is written: whole ones without a point."""
+    number = float(f"{code:.9g}")
+    return int(number) if number.is_integer() else number
 
 
 def _value_at(attribute: Usd.Attribute, code: float | Usd.TimeCode, step: float) -> object:

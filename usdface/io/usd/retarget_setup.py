@@ -14,8 +14,9 @@ from usdface.io.usd.performer_face import author_performer_face, read_performer_
 from usdface.options import CleanOptions, ClosureOptions, MapOptions, SolveOptions, solve_settings
 from usdface.retarget_setup import Binding, Calibration, Expression, RetargetSetup
 from usdface.schemas import tokens
+from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["read_expressions", "read_setup", "write_expressions", "write_setup"]
+__all__ = ["check_neutral", "read_expressions", "read_setup", "write_expressions", "write_setup"]
 
 _NAMES = Sdf.ValueTypeNames
 _ORIGIN = "usdface:madeWith"  # of the custom data of bound vertices
@@ -162,6 +163,27 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
         )
     except InputError as error:
         raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
+
+
+def check_neutral(
+    prim: Usd.Prim, setup: RetargetSetup, take: MarkerTake | WeightsTake, count: int
+) -> None:
+    """Refuse neutral frames that a marker take of `count` frames does not have.
+
+    Raises
+    ------
+    InputError
+        Naming prim and attribute.
+    """
+    if setup.neutral is None or not isinstance(take, MarkerTake):
+        return
+    first, last = setup.neutral
+    if not 0 <= first <= last < count:
+        raise InputError(
+            f"prim <{prim.GetPath()}>: {tokens.NEUTRAL_RANGE} is ({first}, {last}), which is not "
+            f"within the frames of the take {take.source}: 0 to {count - 1}",
+            "FRAMES_OUTSIDE",
+        )
 
 
 def _author_origin(prim: Usd.Prim, origin: BindingOrigin) -> None:

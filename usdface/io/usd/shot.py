@@ -17,10 +17,7 @@ from usdface.io.usd.fuzzy import read_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
 from usdface.io.usd.ignored_attributes import ignored_attributes
 from usdface.io.usd.pins import read_pins
-from usdface.io.usd.retarget_setup import (
-    read_expressions,
-    read_setup,
-)
+from usdface.io.usd.retarget_setup import check_neutral, read_expressions, read_setup
 from usdface.io.usd.rig import rig_of_stage, spaces_of_meshes
 from usdface.io.usd.stage import (
     Metrics,
@@ -153,6 +150,8 @@ def _read(
     setup = read_setup(prim)
     take_prim = _target(stage, prim, tokens.TAKE, where)
     take, codes = read_take_prim(take_prim, frames)
+    count = len(codes) if frames is None else count_frames(take_prim)
+    check_neutral(prim, setup, take, count)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     root = str(scope[0]) if scope else ""
     rig, turn, findings = _facing_front(stage, root, setup, asset_root)

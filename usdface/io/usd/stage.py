@@ -32,6 +32,7 @@ __all__ = [
     "Stage",
     "author_metrics",
     "check_clocks",
+    "check_usd_name",
     "codes_of",
     "default_prim",
     "is_usd",
@@ -302,6 +303,18 @@ def matrices(values: ArrayLike) -> Vt.Matrix4dArray:
     return Vt.Matrix4dArray([Gf.Matrix4d(*m.ravel().tolist()) for m in array])
 
 
+def check_usd_name(path: Path) -> None:
+    """Refuse to write USD under another name, before any work.
+
+    Raises
+    ------
+    OutputError
+        If it does not end in .usda, .usdc or .usd.
+    """
+    if path.suffix not in (".usda", ".usdc", ".usd"):
+        raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
+
+
 def save_layer(layer: Sdf.Layer, path: Path, *, names_files: bool = True) -> None:
     """Write a layer to `path` atomically; `.usda`, `.usdc` and `.usd` give the format.
 
@@ -325,8 +338,7 @@ def save_layers(layers: Sequence[tuple[Path, Sdf.Layer]], *, names_files: bool =
         If one cannot be written; then none is replaced.
     """
     for path, _ in layers:
-        if path.suffix not in (".usda", ".usdc", ".usd"):
-            raise OutputError(f"{path} is no USD file name; end it in .usda, .usdc or .usd")
+        check_usd_name(path)
     with all_or_none():
         for path, layer in layers:
             bridge = _bridge(layer, path) if names_files else None

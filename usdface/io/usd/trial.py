@@ -43,8 +43,10 @@ def try_to_open(path: Path) -> None:
     Raises
     ------
     RefusedError
-        If that process ends, or takes too much memory or time, or cannot read a value.
+        If it is empty, or that process ends, takes too much memory or time, or cannot read a value.
     """
+    if path.is_file() and not path.stat().st_size:  # USD's words for it are those of mmap
+        raise RefusedError(f"{path} is empty", "FILE_UNREADABLE")
     if os.environ.get(_TRUSTED, "0") not in ("", "0"):
         return
     python = _python()

@@ -1,0 +1,149 @@
+"""The files that `process` writes beside its layers: checked before any work, and written."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from usdface.clips import Clip
+from usdface.findings import Finding
+from usdface.hooks import Hook, run_hooks
+from usdface.io.atomic import StrPath
+from usdface.io.generation import Generation
+from usdface.io.gltf.files_beside import check_gltf_name
+from usdface.io.inputs import check_outputs, files_read
+from usdface.io.layer_paths import layer_paths
+from usdface.io.replaced import check_replaced
+from usdface.io.usd.animation import animation_path
+from usdface.io.usd.shot import StagedShot
+from usdface.io.usd.stage import Stage, check_usd_name, open_stage
+from usdface.options import DeliverOptions
+from usdface.result import Result
+from usdface.shot import ShotResult
+
+__all__ = ["ProcessOutputs", "process_outputs"]
+
+
+@dataclass(frozen=True, slots=True)
+class ProcessOutputs:
+    """Where the outputs of `process` go; None: not written.
+
+    `root` is that of the result as it was given; None: beside the shot, or in place.
+    """
+
+    root: Path | None
+    gltf: Path | None
+    figure: Path | None
+    sheet: Path | None
+    deliver: Path | None
+    in_place: bool
+
+    @property
+    def beside(self) -> tuple[Path, ...]:
+        """The files beside layers and glTF."""
+        return tuple(filter(None, (self.figure, self.sheet, self.deliver)))
+
+    def check(self, shot: Path, overwrite: bool) -> dict[Path, Path]:
+        """Refuse files that must not be replaced; return those that are read.
+
+        Layers that an earlier run put into the shot itself are not read, but written anew.
+
+        Raises
+        ------
+        InputError
+            If the root is not named as a USD file.
+        OutputError
+        """
+        ours = layer_paths(shot, self.root)
+        root = None if self.in_place else ours.root
+        read = files_read(shot, apart=ours.layers)
+        check_outputs([root, *ours.layers, self.gltf, *self.beside], read)
+        check_replaced(
+            [(root, "result"), (self.gltf, "glTF"), (self.deliver, "deliverable")], overwrite
+        )
+        return read
+
+    def check_delivery(self, stage: Stage, staged: StagedShot, options: DeliverOptions) -> None:
+        """Refuse a deliverable of a range without a frame of the take."""
+        if self.deliver is None:
+            return
+        from usdface.io.usd.deliverable import check_delivery  # only here: most runs write none
+
+        check_delivery(stage, self.deliver, staged.codes, options)
+
+    def write_gltf(
+        self,
+        staged: StagedShot,
+        solved: ShotResult,
+        hooks: Sequence[Hook],
+        read: Iterable[Path],
+        generation: Generation,
+    ) -> list[Finding]:
+        """Write the character and its final weights as glTF, if it is wanted."""
+        if self.gltf is None:
+            return []
+        from usdface.io.gltf.write import write_gltf  # only here: most runs write none
+        from usdface.io.head_clip import head_clip
+
+        rig, clip = staged.shot.rig, Clip("take", solved.weights)
+        if solved.head_motion is not None and staged.prims.head is not None:
+            rig, joints = head_clip(
+                rig, staged.prims.head.joint, solved.head_motion, solved.solved.times
+            )
+            clip = replace(clip, joints=joints)
+        (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
+        return findings + write_gltf(rig, self.gltf, clips, read=read, metadata=generation)
+
+    def draw(self, solved: ShotResult, reported: Result[ShotResult]) -> None:
+        """Draw figure and sheet, if they are wanted."""
+        if self.figure:
+            from usdface.figures.take import write_take_figure  # only here: most runs draw none
+
+            write_take_figure(solved, reported.details, self.figure)
+        if self.sheet:
+            from usdface.figures.sheet import write_sheet
+
+            write_sheet(solved, self.sheet)
+
+    def write_deliverable(
+        self, root: Path, staged: StagedShot, options: DeliverOptions
+    ) -> list[Finding]:
+        """Write the deliverable of a result, as USD composes it, if it is wanted."""
+        if self.deliver is None:
+            return []
+        from usdface.io.usd.deliverable import write_deliverable  # only here: most runs write none
+
+        return write_deliverable(
+            open_stage(root), animation_path(staged.prims), self.deliver, staged.codes, options
+        )
+
+
+def process_outputs(
+    *,
+    output: StrPath | None,
+    gltf: StrPath | None,
+    figure: StrPath | None,
+    sheet: StrPath | None,
+    deliver: StrPath | None,
+    in_place: bool,
+) -> ProcessOutputs:
+    """Return the outputs of `process`, whose names end as their formats do.
+
+    Raises
+    ------
+    InputError
+        If a picture is not named as one, or cannot be drawn.
+    OutputError
+        If the glTF or the deliverable is not named as one.
+    """
+    places = (Path(p) if p else None for p in (output, gltf, figure, sheet, deliver))
+    root, scene, picture, faces, clean = places
+    named = ProcessOutputs(root, scene, picture, faces, clean, in_place)
+    for drawn in filter(None, (named.figure, named.sheet)):
+        from usdface.figures.picture import check_picture
+
+        check_picture(drawn)
+    if named.gltf:
+        check_gltf_name(named.gltf)
+    if named.deliver:
+        check_usd_name(named.deliver)
+    return named
