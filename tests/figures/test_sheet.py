@@ -1,3 +1,4 @@
+import re
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,8 @@ def test_many_reasons_take_two_lines(
     drawn = path.read_text()
     assert many not in drawn
     assert "correction, residual, brows," in drawn and "cheeks, jaw, mouth" in drawn
+    width = float(re.search(r'<svg [^>]*?width="([\d.]+)pt"', drawn, re.DOTALL)[1])
+    assert width == pytest.approx(2 * 250 / 110 * 72)  # as wide as its two pictures
 
 
 @pytest.mark.slow

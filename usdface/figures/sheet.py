@@ -39,13 +39,14 @@ def write_sheet(result: ShotResult, path: Path) -> None:
     images = rig_pictures(rig, solved.names, weights, face_view(rig, _SIZE))
 
     def draw(figure: Any) -> None:
-        rows = 2 * -(-len(numbers) // _COLUMNS)
-        figure.set_size_inches(_COLUMNS * _SIZE[0] / _DPI, rows * (_SIZE[1] / _DPI + 0.35))
-        axes = figure.subplots(rows, _COLUMNS, squeeze=False)
+        columns = min(_COLUMNS, len(numbers))
+        rows = 2 * -(-len(numbers) // columns)
+        figure.set_size_inches(columns * _SIZE[0] / _DPI, rows * (_SIZE[1] / _DPI + 0.35))
+        axes = figure.subplots(rows, columns, squeeze=False)
         for axis in axes.ravel():
             axis.set(xticks=[], yticks=[], frame_on=False)
         for place, frame in enumerate(numbers):
-            block, column = divmod(place, _COLUMNS)
+            block, column = divmod(place, columns)
             above, below = axes[2 * block, column], axes[2 * block + 1, column]
             above.imshow(images[place])
             below.imshow(images[len(numbers) + place])
