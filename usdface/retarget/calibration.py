@@ -204,6 +204,8 @@ def _weights_in_wide_bounds(
         solution.rest,
         offsets[..., :axes],
         solution.weights.times,
+        # Without names and size, so without the terms of weights in 0 to 1: restraint would drive
+        # weights further below 0 that may be there.
         Regularisation(solution.noise, solution.misfit, setup.solve),
         moving_head=solution.head == "solve",
         within=(-LARGEST_OFFSET, AMPLITUDE_RANGE[1]),
