@@ -125,6 +125,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "DEFAULT_PRIM_CHOSEN": ("info", "nothing", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "name_up_axis", "the file does not name its up axis"),
     "RATE_ASSUMED": ("warning", "name_rate", "the file does not name its frame rate"),
+    "TIMES_IN_MILLISECONDS": (
+        "warning",
+        "nothing",
+        "a file's times fit its rate as milliseconds, not as seconds",
+    ),
     "RATE_CONTRADICTED": (
         "warning",
         "name_rate",

@@ -120,10 +120,11 @@ def _shown(cost: NeutralCost, unlike: float) -> FloatArray:
         left = cost.mean(neutral)
         if cost.mean(none) - left < max(_WORTH, _RESEMBLES * unlike * left):
             return none
-        is_rare = cost.needed_in(neutral) < _NEEDED
-        if not is_rare.any():
+        needed = cost.needed_in(neutral)
+        rarest = int(needed.argmin())
+        if needed[rarest] >= _NEEDED:
             return neutral
-        largest[is_rare] = 0.0
+        largest[rarest] = 0.0  # one at a time: another may be rare only beside it
     return none
 
 

@@ -133,12 +133,31 @@ def test_missing_weights_at_the_ends_are_held(read):
     assert bridged == {"jawLeft": [2, 3, 91], "tongueOut": [2]}
 
 
-def test_a_curve_without_any_weight_is_left_out(read):
-    lines = [",".join([*line.split(",")[:3], "", *line.split(",")[4:]]) for line in ROWS]
+@pytest.mark.parametrize(("missing", "kept"), [(90, False), (50, False), (40, True)])
+def test_a_curve_of_which_most_weights_are_missing_is_left_out(read, missing, kept):
+    lines = [
+        ",".join([*line.split(",")[:3], "", *line.split(",")[4:]]) if n < missing else line
+        for n, line in enumerate(ROWS)
+    ]
     take, findings = read("\n".join([GOOD.split("\n")[0], *lines]))
-    assert take.names == ("eyeBlinkLeft", "jawLeft", "tongueOut")
-    assert take.weights.shape == (90, 3)
-    assert findings[0].message == "no row has a weight of JawRight"
+    assert ("jawRight" in take.names) == kept and len(take.names) == 3 + kept
+    assert take.weights.shape == (90, 3 + kept)
+    left_out = "more than half of the rows have no weight of JawRight"
+    assert (findings[0].message == left_out) != kept
+
+
+def test_a_file_of_which_most_weights_are_missing_is_refused(read):
+    """Each row has a weight, of another curve than its neighbours."""
+    lines = []
+    for n, line in enumerate(ROWS):
+        cells = line.split(",")
+        lines.append(
+            ",".join(
+                c if i not in range(2, 6) or i == 2 + n % 4 else "" for i, c in enumerate(cells)
+            )
+        )
+    with pytest.raises(InputError, match="no curve has weights in half of the rows"):
+        read("\n".join([GOOD.split("\n")[0], *lines]))
 
 
 @pytest.mark.parametrize("cells", [3, 5, 6, 9])

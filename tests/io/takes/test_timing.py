@@ -34,9 +34,21 @@ def test_regular_times_count_where_the_file_names_another_rate(named, own):
     np.testing.assert_allclose(times, seconds)
     assert (rate, codes(findings)) == (own, ["RATE_CONTRADICTED"])
     assert f"{own:g} Hz, not at {named:g}" in findings[0].message
-    same, rate, _ = take_times(FILE, 60, rate=named, seconds=seconds, override=own)
+    same, rate, findings = take_times(FILE, 60, rate=named, seconds=seconds, override=own)
     np.testing.assert_allclose(same, seconds)
-    assert rate == own
+    assert (rate, findings) == (own, [])
+    stretched, rate, _ = take_times(FILE, 60, rate=named, seconds=seconds, override=named)
+    np.testing.assert_allclose(stretched, np.arange(60) / named)
+    assert rate == named
+
+
+@pytest.mark.parametrize("rate", [30.0, 60.0, 120.0])
+def test_times_in_milliseconds_are_told_by_the_rate_of_the_file(rate):
+    times, found, findings = take_times(
+        FILE, 60, rate=rate, seconds=np.round(1000.0 * np.arange(60) / rate, 1)
+    )
+    np.testing.assert_allclose(times, np.arange(60) / rate)
+    assert (found, codes(findings)) == (rate, ["TIMES_IN_MILLISECONDS"])
 
 
 def test_irregular_times_say_nothing_against_the_rate_of_the_file():

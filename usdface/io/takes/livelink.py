@@ -38,6 +38,7 @@ _ASSUMED_BASE = 60  # that of all recordings seen
 _NTSC = 1.001  # s, of as many frames as drop-frame timecode counts a second (SMPTE ST 12)
 _DAY = 86400.0  # s
 _ROTATION = ("Yaw", "Pitch", "Roll")
+_WRITTEN = 0.5  # of the rows, at least, have a weight of a curve that is read
 
 
 def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsTake, list[Finding]]:
@@ -111,13 +112,22 @@ def _rows_with_weights(
 def _columns_with_weights(
     path: Path, header: list[str], columns: list[int], weights: FloatArray
 ) -> tuple[list[int], FloatArray, list[Finding]]:
-    """Leave out columns without any weight, which no neighbour could bridge."""
-    written = np.any(np.isfinite(weights), axis=0)
+    """Leave out columns of which most weights are missing: bridges would be its motion."""
+    written = np.isfinite(weights).mean(axis=0) >= _WRITTEN
     if written.all():
         return columns, weights, []
+    if not written.any():
+        raise InputError(
+            f"{path}: no curve has weights in half of the rows; expected at least one", "TAKE_EMPTY"
+        )
     kept = [column for column, has in zip(columns, written, strict=True) if has]
     empty = [header[column] for column in columns if column not in kept]
-    found = finding("CHANNEL_IGNORED", str(path), "no row has a weight of {channels}", empty)
+    found = finding(
+        "CHANNEL_IGNORED",
+        str(path),
+        "more than half of the rows have no weight of {channels}",
+        empty,
+    )
     return kept, weights[:, written], [found]
 
 

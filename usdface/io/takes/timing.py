@@ -65,6 +65,7 @@ def take_times(
     InputError
         If there is no frame, or times do not increase by a microsecond or more.
     """
+    findings: list[Finding]
     if count == 0:
         raise InputError(
             f"{path}: there are no frames of data; expected at least one", "TAKE_EMPTY"
@@ -83,10 +84,15 @@ def take_times(
                 "or more, so the times are in another unit than seconds",
                 "TIMES_WRONG",
             )
-        findings: list[Finding] = []
-        if rate and _is_contradicted(rate, own, seconds):
+        findings = []
+        if rate and _agree(1000.0 * own, rate):
+            message = "at {named_hz:g} Hz its times are milliseconds, not seconds; read as such"
+            findings = [finding("TIMES_IN_MILLISECONDS", str(path), message, rate)]
+            seconds, own = seconds / 1000.0, 1000.0 * own
+        elif rate and not _agree(own, rate) and _is_regular(seconds, own):
             message = "its times step at {times_hz:g} Hz, not at {named_hz:g}; the times count"
-            findings = [finding("RATE_CONTRADICTED", str(path), message, own, rate)]
+            if override is None:
+                findings = [finding("RATE_CONTRADICTED", str(path), message, own, rate)]
             rate = own
         rate = rate or own or (override or 0.0)
     else:
@@ -113,11 +119,14 @@ def take_times(
     return seconds, rate, findings
 
 
-def _is_contradicted(rate: float, own: float, seconds: FloatArray) -> bool:
-    """Return whether times that step regularly, at `own` [Hz], are not those of the rate."""
+def _agree(own: float, rate: float) -> bool:
+    return abs(own / rate - 1.0) < _RATE_TOLERANCE
+
+
+def _is_regular(seconds: FloatArray, own: float) -> bool:
+    """Return whether times step at a rate of `own` [Hz], but for a few."""
     steps = np.diff(seconds) * own
-    regular = len(steps) > 1 and (np.abs(steps - 1.0) < _RATE_TOLERANCE).mean() > _REGULAR
-    return bool(regular and abs(own / rate - 1.0) > _RATE_TOLERANCE)
+    return len(steps) > 1 and bool((np.abs(steps - 1.0) < _RATE_TOLERANCE).mean() > _REGULAR)
 
 
 def _from_zero(path: Path, values: FloatArray, subject: str) -> FloatArray:
