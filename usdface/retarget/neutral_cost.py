@@ -45,6 +45,11 @@ class NeutralCost:
         """Return the mean cost for neutral weights (P,)."""
         return float(self._of_windows(neutral)[0].sum())
 
+    def unexplained(self, neutral: FloatArray) -> float:
+        """Return the part of the mean cost that is of displacements, not of weights."""
+        left = self.moved + (neutral - self._weights(neutral)) @ self.offsets
+        return 0.5 * float(self.shares @ (left**2).sum(axis=1))
+
     def minimised(self, start: FloatArray, penalty: FloatArray, largest: FloatArray) -> FloatArray:
         """Return the neutral weights (P,) in [0, largest] of the least mean cost with a penalty.
 
@@ -84,12 +89,16 @@ class NeutralCost:
 
     def _of_windows(self, neutral: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the windows' parts of the mean cost (W,), and its gradient (P,)."""
-        normal = self._normal + np.eye(len(neutral)) / _SPREAD**2
-        weights = solve_bounded(normal, self._right + neutral @ self._normal)
+        weights = self._weights(neutral)
         left = self.moved + (neutral - weights) @ self.offsets
         costs = 0.5 * (left**2).sum(axis=1) + 0.5 * (weights**2).sum(axis=1) / _SPREAD**2
         costs += _SPARSITY / _SPREAD * weights.sum(axis=1)
         return self.shares * costs, self.shares @ left @ self.offsets.T
+
+    def _weights(self, neutral: FloatArray) -> FloatArray:
+        """Return the best weights (W, P) of the windows."""
+        normal = self._normal + np.eye(len(neutral)) / _SPREAD**2
+        return solve_bounded(normal, self._right + neutral @ self._normal)
 
 
 def _effective_number(costs: FloatArray) -> float:

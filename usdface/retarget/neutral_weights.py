@@ -49,10 +49,10 @@ _RELIEF = 0.02
 # at most; where the neutral shows a mouth open by 0.1, or seven to ten shapes at 0.05 to 0.15, by
 # 0.7 to 12 on a rig that makes the performer's movements.
 _WORTH = 0.7
-# Another rig's misfit may resemble a blend shape: then by such a share of the cost that is left,
-# too. Of neutrals that show nothing, on MakeHuman and the example, at most 0.21 (a performer who
-# presses the chin up for 20 s); of a mouth open by 0.1, 0.53 and more on MakeHuman, 0.17 to 0.24 on
-# the example.
+# Another rig's misfit may resemble a blend shape: then by such a share of what is left unexplained,
+# too. Of neutrals that show nothing, at most 0.25 (a performer who presses the chin up for 20 s, on
+# MakeHuman; 21 others, on MakeHuman, the example and ICT, 0.22); of a mouth open by 0.1, 0.8 and
+# more on MakeHuman and ICT, 0.16 to 0.37 on the example; of ten shapes at 0.05, 0.63 to 1.4 on ICT.
 _RESEMBLES = 0.3
 # Weights that few windows need, by those in which the face moves, are a movement that the rig does
 # not make: nearly all movements leave an expression of the neutral. Of neutrals that show nothing,
@@ -117,8 +117,8 @@ def _shown(cost: NeutralCost, unlike: float) -> FloatArray:
             neutral = cost.minimised(neutral, penalty, largest)
             penalty = _COST * _RELIEF / (neutral + _RELIEF)
         neutral = np.where(neutral < _LEAST, 0.0, neutral)
-        left = cost.mean(neutral)
-        if cost.mean(none) - left < max(_WORTH, _RESEMBLES * unlike * left):
+        saved = cost.mean(none) - cost.mean(neutral)
+        if saved < max(_WORTH, _RESEMBLES * unlike * cost.unexplained(neutral)):
             return none
         needed = cost.needed_in(neutral)
         rarest = int(needed.argmin())
