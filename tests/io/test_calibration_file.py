@@ -6,6 +6,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.calibration_file import calibration_json, read_calibration_file
+from usdface.io.json_fingerprint import is_unedited
 from usdface.performer_face import PerformerFace
 from usdface.retarget_setup import Calibration
 
@@ -19,6 +20,7 @@ def test_what_was_written_is_read(tmp_path: Path) -> None:
     assert found.shapes == ("a", "b")
     assert (found.amplitudes == gains).all() and (found.offsets == offsets).all()
     assert json.loads(text)["shapes"]["a"]["deviation"] == 0.125
+    assert is_unedited(json.loads(text))
 
 
 def test_a_gain_is_enough(tmp_path: Path) -> None:
@@ -77,6 +79,7 @@ def test_a_face_that_was_written_is_read(tmp_path: Path) -> None:
     assert (found.markers, found.shapes, found.frames) == (FACE.markers, FACE.shapes, 30)
     for name in ("vertices", "shifts", "rest", "displacements"):
         np.testing.assert_allclose(getattr(found, name), getattr(FACE, name), atol=1e-7)
+    assert is_unedited(json.loads(written(FACE)))
     path.write_text('{"shapes": {"a": {}}, "face": null}')
     assert read_calibration_file(path).face is None
 

@@ -31,7 +31,7 @@ def refusal(place: Path, kind: OutputKind, overwrite: bool | None = False) -> st
 
 def test_the_line_says_what_is_there_and_the_way_out(folder: Path) -> None:
     (folder / "notes.usda").write_text("#usda 1.0\n")
-    way = "; --overwrite replaces it, another name keeps it"
+    way = "; overwrite (--overwrite) replaces it, another name keeps it"
     assert refusal(folder / "take.usda", "shot") == f"is a take, not a shot{way}"
     assert refusal(folder / "rig.usda", "take") == f"is a rig, not a take{way}"
     assert refusal(folder / "bind.json", "report") == f"is a binding, not a report{way}"
@@ -48,13 +48,35 @@ def test_nothing_is_lost_with_no_file_an_empty_one_or_by_wish(folder: Path) -> N
 
 
 @pytest.mark.parametrize(
-    "text", ["{", "[]", "7", '{"name": "x"}', "[1]", '{"markers": 7}', "[" * 100_000, "\udcff"]
+    "text",
+    [
+        "{",
+        "7",
+        '{"name": "x"}',
+        "[1]",
+        '{"markers": 7}',
+        '{"shapes": {}}',
+        "[" * 100_000,
+        "\udcff",
+    ],
 )
 def test_other_json_is_of_another_origin(tmp_path: Path, text: str) -> None:
     place = tmp_path / "a.json"
     place.write_bytes(text.encode(errors="surrogateescape"))
     for kind in ("binding", "calibration", "report"):
         assert "another origin" in refusal(place, kind)  # type: ignore[arg-type]
+
+
+def test_an_empty_list_is_a_report(tmp_path: Path) -> None:
+    (tmp_path / "a.json").write_text("[]")
+    check_replaced([(tmp_path / "a.json", "report")])
+    assert refusal(tmp_path / "a.json", "binding").startswith("is a report, not a binding")
+
+
+def test_json_that_is_too_large_is_not_looked_into(tmp_path: Path) -> None:
+    with (tmp_path / "a.json").open("wb") as file:
+        file.truncate(2**28 + 1)
+    assert refusal(tmp_path / "a.json", "report").startswith("is too large to look into; ")
 
 
 def test_a_binding_that_a_person_edited_is_kept(folder: Path) -> None:
@@ -75,6 +97,37 @@ def test_a_binding_that_a_person_edited_is_kept(folder: Path) -> None:
     shoot(folder, "edited.usda", bind=made)  # it is read as before
     shoot(folder, bind=folder / "bind.json", write_bind=made, overwrite=True)
     assert json.loads(made.read_text()) != edited
+
+
+def test_a_calibration_that_a_person_edited_is_kept(folder: Path) -> None:
+    shot, who = shoot(folder, bind=folder / "bind.json"), folder / "who.json"
+    for _ in range(2):
+        calibrate(shot, who)
+    edited = json.loads(who.read_text())
+    name = next(iter(edited["shapes"]))
+    edited["shapes"][name]["gain"] = 1.25
+    who.write_text(json.dumps(edited))
+    with pytest.raises(OutputError, match=r"who\.json was edited since usdface wrote it"):
+        calibrate(shot, who)
+    shoot(folder, "edited.usda", bind=folder / "bind.json", calibration=who)  # read as before
+    del edited["fingerprint"]  # as an older version wrote it
+    who.write_text(json.dumps(edited))
+    assert refusal(who, "calibration").startswith("may hold values set by hand; ")
+    calibrate(shot, who, overwrite=True)
+    assert json.loads(who.read_text()) != edited
+    calibrate(shot, who)
+
+
+def test_what_a_link_leads_to_is_looked_at_and_stays(folder: Path) -> None:
+    edited, link = shoot(folder, "kept.usda", bind=folder / "bind.json"), folder / "link.usda"
+    link.symlink_to(edited.name)
+    before = edited.read_bytes()
+    shoot(folder, "link.usda", bind=folder / "bind.json")
+    assert not link.is_symlink() and edited.read_bytes() == before
+    link.unlink()
+    link.symlink_to(edited.name)
+    edited.write_bytes(before + b'\nover "Mine" {}\n')
+    assert refusal(link, "shot").startswith("was edited since usdface wrote it; ")
 
 
 def test_takes_rigs_and_calibrations_replace_their_own(folder: Path) -> None:
@@ -102,6 +155,26 @@ def test_takes_rigs_and_calibrations_replace_their_own(folder: Path) -> None:
     assert rig.read_bytes() != before[rig]
 
 
+@pytest.mark.parametrize("action", ["convert shot.usda", "fit --shot shot.usda", "paper"])
+def test_a_fuzzy_system_replaces_no_shot(
+    folder: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    action: str,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    shoot(folder, bind=folder / "bind.json")
+    victim = shoot(folder, "victim.usda", bind=folder / "bind.json")
+    monkeypatch.chdir(folder)
+    before, words = victim.read_bytes(), ["fuzzy", *action.split(), "-o", "victim.usda"]
+    assert main(words) == 1
+    assert "victim.usda is a shot, not a fuzzy system; " in capfd.readouterr().err
+    assert victim.read_bytes() == before
+    for more in (["--overwrite"], []):  # then it is one
+        assert main([*words, *more]) == 0
+    (folder / "system.fis").write_text("notes")  # text is not looked at
+    check_replaced([(folder / "system.fis", "fuzzy system")])
+
+
 def test_a_gltf_of_another_program_is_kept(folder: Path) -> None:
     place = folder / "face.gltf"
     place.write_text('{"asset": {"version": "2.0", "generator": "Khronos glTF Blender I/O"}}')
@@ -109,6 +182,39 @@ def test_a_gltf_of_another_program_is_kept(folder: Path) -> None:
     assert "Blender" in place.read_text()
     assert main(["export", str(folder / "rig.usda"), "-o", str(place), "--overwrite"]) == 0
     assert main(["export", str(folder / "rig.usda"), "-o", str(place)]) == 0
+
+
+@pytest.mark.parametrize(
+    ("command", "shows"),
+    [
+        *(("rig", False), ("take", False), ("import", False), ("export", False)),
+        *(("fuzzy convert", False), ("fuzzy fit", False), ("fuzzy paper", False)),
+        *(("process", True), ("sequence", True), ("shot", True), ("markers", True)),
+        ("calibrate", True),
+    ],
+)
+def test_the_help_says_whether_an_edit_shows(
+    capsys: pytest.CaptureFixture[str], command: str, shows: bool
+) -> None:
+    with pytest.raises(SystemExit):
+        main([*command.split(), "--help"])
+    said = " ".join(capsys.readouterr().out.split())
+    said = said[said.index("replace outputs also where") :][:180]
+    assert ("they were edited since usdface wrote them" in said) == shows
+    assert shows or "does not show)" in said
+
+
+def test_a_buffer_beside_a_gltf_is_kept(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    scene, buffer = folder / "face.gltf", folder / "face.bin"
+    words = ["export", str(folder / "rig.usda"), "-o", str(scene)]
+    buffer.write_text("notes")
+    assert main(words) == 1 and not scene.exists()
+    assert "face.bin is not the buffer of a .gltf that usdface wrote" in capfd.readouterr().err
+    assert buffer.read_text() == "notes"
+    for more in (["--overwrite"], []):  # then it is
+        assert main([*words, *more]) == 0
+    buffer.write_text("notes")
+    assert main([*words[:-1], str(folder / "face.glb")]) == 0  # has none beside it
 
 
 @pytest.mark.parametrize(

@@ -97,9 +97,27 @@ def test_a_result_that_a_person_edited_is_kept(
     layer.documentation = "pins of the animator"
     layer.Save()
     said = refused("--deliver", "face.usda")
-    assert f"{name} was edited since usdface wrote it; --overwrite replaces it" in said
+    assert f"{name} was edited since usdface wrote it; overwrite (--overwrite) replaces it" in said
     process(shot, deliver=shot.with_name("face.usda"), overwrite=True)
     assert "animator" not in shot.with_name(name).read_text()
+
+
+@pytest.mark.parametrize("edited", [False, True])
+def test_a_root_layer_of_an_older_version(
+    shot: Path, refused: Callable[..., str], edited: bool
+) -> None:
+    root = process(shot).written[0]
+    layer = Sdf.Layer.FindOrOpen(str(root))
+    mine = layer.customLayerData["usdface"]
+    layer.customLayerData = {"usdface": {"generation": mine["generation"]}}
+    if edited:
+        Sdf.CreatePrimInLayer(layer, "/Shot").specifier = Sdf.SpecifierOver
+    layer.Save()
+    if edited:
+        said = refused()
+        assert f"{root.name} may hold edits; an older version wrote it; overwrite" in said
+    process(shot, overwrite=edited)
+    assert "fingerprint" in root.read_text()
 
 
 def test_pieces_are_not_solved_for_a_file_that_is_kept(

@@ -113,6 +113,8 @@ def test_a_shot_that_takes_too_long_fails_and_one_that_is_kept_does_not(folder: 
         (["--table", "show.txt"], "a page is HTML"),
         (["--openjd", "job", "--index", "0", "--cache", "c"], "takes no --cache, --index"),
         (["--gather", "--watch"], "--gather takes no --watch"),
+        (["--gather", "--overwrite"], "--gather takes no --overwrite"),
+        (["--openjd", "job", "--overwrite"], "--openjd takes no --overwrite"),
         (["--chunk", "2"], "--openjd DIR"),
     ],
 )

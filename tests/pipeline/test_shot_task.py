@@ -1,6 +1,7 @@
 """A result is kept where a run would make it again, and made anew after any change."""
 
 import errno
+import json
 import os
 import shutil
 from collections.abc import Callable
@@ -9,10 +10,12 @@ from pathlib import Path
 
 import pytest
 from composed import image
+from pxr import Sdf
 from worlds import make_world
 
 from usdface.errors import OutputError, UsdFaceError
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
+from usdface.io.usd.own_layers import kind_of_usd
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
 from usdface.pipeline import process_sequence
@@ -231,6 +234,39 @@ def test_a_shot_is_made_anew_from_a_changed_binding_but_not_over_edits(place: Pa
     (place / "bind.json").write_text(bind)
     row = run_shot({"plan": plan.as_dict()})
     assert shot.read_bytes() == edited and row["findings"]["SHOT_KEPT"] == 1
+
+
+def unsign(path: Path) -> None:
+    """Make a layer what a version without fingerprints wrote."""
+    layer = Sdf.Layer.FindOrOpen(str(path))
+    mine = dict(layer.customLayerData["usdface"])
+    del mine["fingerprint"]
+    layer.customLayerData = {"usdface": mine} if mine else {}
+    layer.Save()
+
+
+def test_results_of_an_older_version_are_replaced_if_the_record_knows_them(place: Path) -> None:
+    plan = replace(plan_in(place), deliver={})
+    run_shot({"plan": plan.as_dict()})
+    unsign(plan.deliver_path)
+    record = place / "shots/a.usdface/record.json"
+    with pytest.raises(OutputError, match=r"a\.face\.usdc may hold edits; an older version wrote"):
+        run_shot({"plan": plan.as_dict()})
+    known = json.loads(record.read_text())
+    known["outputs"]["a.face.usdc"] = keys.file_digest(plan.deliver_path)  # as that version did
+    record.write_text(json.dumps(known))
+    run_shot({"plan": plan.as_dict()})
+    assert kind_of_usd(plan.deliver_path) == ("deliverable", "")
+
+
+@pytest.mark.slow
+def test_an_edited_result_is_replaced_only_if_told_to(place: Path) -> None:
+    root, file = place / "shots/a.usdface.usda", show(place)
+    root.write_text(f'{root.read_text()}\nover "Mine" {{}}\n')
+    (row,) = process_sequence(file, workers=1).value
+    assert row.code == "OUTPUT_UNWRITABLE" and "was edited since" in row.error
+    (row,) = process_sequence(file, workers=1, overwrite=True).value
+    assert row.state == "processed" and "Mine" not in root.read_text()
 
 
 def test_a_full_disk_fails_the_shot_and_leaves_the_old_result(

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "DONE",
+    "EDITED",
+    "EDITED_RESULT",
     "FAILED",
     "add_asset_root",
     "add_command",
@@ -28,6 +30,9 @@ __all__ = [
 ]
 
 DONE, FAILED = 0, 1
+# Where outputs are kept without --overwrite.
+EDITED = "they were edited since usdface wrote them, or are of another origin"
+EDITED_RESULT = f"{EDITED} (an edit of a glTF does not show)"
 
 
 def add_command(
@@ -82,13 +87,10 @@ def add_output(command: argparse.ArgumentParser, summary: str) -> None:
     command.add_argument("-o", "--output", type=Path, required=True, metavar="FILE", help=summary)
 
 
-def add_overwrite(command: argparse.ArgumentParser) -> None:
-    """Add the option ``--overwrite``."""
+def add_overwrite(command: argparse.ArgumentParser, where: str = EDITED) -> None:
+    """Add the option ``--overwrite``; `where` says what is kept without it."""
     command.add_argument(
-        "--overwrite",
-        action="store_true",
-        help="replace outputs also where they were edited since usdface wrote them, or are of "
-        "another origin",
+        "--overwrite", action="store_true", help=f"replace outputs also where {where}"
     )
 
 

@@ -32,7 +32,7 @@ def add_rig(commands: Any, summary: str) -> None:
     command = add_command(commands, "rig", _rig, summary)
     command.add_argument("source", type=Path, help=_formats(RIG_READERS))
     add_output(command, "the rig, .usda or .usdc")
-    add_overwrite(command)
+    add_overwrite(command, "they are of another origin (an edit of a rig does not show)")
     default = RigOptions()
     command.add_argument(
         "--neutral",
@@ -68,7 +68,7 @@ def add_take(commands: Any, summary: str) -> None:
     command = add_command(commands, "take", _take, summary, writes=("sheet",))
     command.add_argument("source", type=Path, nargs="+", help=_formats(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
-    add_overwrite(command)
+    add_overwrite(command, "they are of another origin (an edit of a take does not show)")
     command.add_argument(
         "--cameras",
         type=Path,
@@ -160,7 +160,7 @@ def add_export(commands: Any, summary: str) -> None:
     command = add_command(commands, "export", _export, summary)
     command.add_argument("scene", type=Path)
     add_output(command, _formats(EXPORT_TARGETS))
-    add_overwrite(command)
+    add_overwrite(command, "they are glTF of another program (an edit does not show)")
     command.add_argument("--clip", default="", metavar="NAME", help="export only this clip")
     command.add_argument(
         "--pointer",
@@ -209,7 +209,7 @@ def add_import(commands: Any, summary: str) -> None:
     command = add_command(commands, "import", _import, summary)
     command.add_argument("source", type=Path)
     add_output(command, ".usda or .usdc")
-    add_overwrite(command)
+    add_overwrite(command, "they are of another origin (an edit of a rig does not show)")
     command.add_argument(
         "--rig",
         type=Path,

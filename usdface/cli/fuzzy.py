@@ -5,8 +5,16 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import DONE, add_command, add_output, add_skip_hook, report, reported
-from usdface.cli.fuzzy_fit import add_fit
+from usdface.cli.command import (
+    DONE,
+    add_command,
+    add_output,
+    add_overwrite,
+    add_skip_hook,
+    report,
+    reported,
+)
+from usdface.cli.fuzzy_fit import KEPT, add_fit
 from usdface.cli.progress import progress
 
 __all__ = ["add_fuzzy"]
@@ -42,9 +50,11 @@ def add_fuzzy(commands: Any, summary: str) -> None:
     command = add_command(actions, "convert", _convert, "convert between .fis, .fcl, .fll and USD")
     command.add_argument("source", type=Path, help="MATLAB .fis, FCL, FLL, or USD with one system")
     add_output(command, ".fis, .fcl, .fll, .usda or .usdc")
+    add_overwrite(command, KEPT)
     summary = "write the fuzzy system of the paper, as printed"
     command = add_command(actions, "paper", _paper, summary)
     add_output(command, ".fis, .fcl, .fll, .usda or .usdc")
+    add_overwrite(command, KEPT)
     add_fit(actions)
 
 
@@ -84,11 +94,15 @@ def _neutral(parsed: argparse.Namespace) -> int:
 
 def _convert(parsed: argparse.Namespace) -> int:
     with progress(parsed) as step:
-        result = pipeline.convert_fuzzy(parsed.source, parsed.output, on_progress=step)
+        result = pipeline.convert_fuzzy(
+            parsed.source, parsed.output, overwrite=parsed.overwrite, on_progress=step
+        )
     return report(parsed, result)
 
 
 def _paper(parsed: argparse.Namespace) -> int:
     with progress(parsed) as step:
-        result = pipeline.write_paper_system(parsed.output, on_progress=step)
+        result = pipeline.write_paper_system(
+            parsed.output, overwrite=parsed.overwrite, on_progress=step
+        )
     return report(parsed, result)

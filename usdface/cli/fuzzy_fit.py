@@ -5,12 +5,15 @@ from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, add_output, report, settings
+from usdface.cli.command import add_command, add_output, add_overwrite, report, settings
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import FitOptions
 
-__all__ = ["add_fit"]
+__all__ = ["KEPT", "add_fit"]
+
+# Where the actions of `fuzzy` keep a file.
+KEPT = "they are USD files other than a fuzzy system (an edit of one does not show)"
 
 
 def add_fit(actions: Any) -> None:
@@ -33,6 +36,7 @@ def add_fit(actions: Any) -> None:
         "intensity (default: the rig's own expression poses)",
     )
     add_output(command, ".usda, .usdc, .fis, .fcl or .fll")
+    add_overwrite(command, KEPT)
     command.add_argument(
         "--expressions", type=Path, metavar="FILE.json", help="also write the expression poses"
     )
@@ -72,6 +76,7 @@ def _fit(parsed: argparse.Namespace) -> int:
             poses=parsed.expressions,
             figure=parsed.figure,
             options=options,
+            overwrite=parsed.overwrite,
             on_progress=step,
         )
     if parsed.format == "text":

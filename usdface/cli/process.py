@@ -7,6 +7,7 @@ from typing import Any
 
 from usdface import pipeline
 from usdface.cli.command import (
+    EDITED_RESULT,
     add_asset_root,
     add_command,
     add_output,
@@ -85,7 +86,7 @@ def add_process(commands: Any, summary: str) -> None:
     _add_pieces(command)
     add_asset_root(command)
     add_skip_hook(command)
-    add_overwrite(command)
+    add_overwrite(command, EDITED_RESULT)
     result = command.add_mutually_exclusive_group()
     result.add_argument(
         "-o", "--output", default="", metavar="ROOT", help="root layer of the result"

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from usdface import pipeline
-from usdface.cli.command import add_command, report
+from usdface.cli.command import EDITED_RESULT, add_command, add_overwrite, report
 from usdface.cli.progress import progress
 from usdface.errors import InputError, UsdFaceError
 
@@ -19,9 +19,14 @@ __all__ = ["add_sequence"]
 # Options that have no effect beside another.
 _EXCLUSIVE = {
     "openjd": frozenset(
-        ("index", "workers", "time_limit", "table", "watch", "cache", "no_cache", "gather")
+        (
+            *("index", "workers", "time_limit", "table", "watch", "cache", "no_cache"),
+            *("gather", "overwrite"),
+        )
     ),
-    "gather": frozenset(("watch", "cache", "no_cache", "workers", "time_limit", "pages")),
+    "gather": frozenset(
+        ("watch", "cache", "no_cache", "workers", "time_limit", "pages", "overwrite")
+    ),
 }
 
 
@@ -59,6 +64,7 @@ def add_sequence(commands: Any, summary: str) -> None:
         metavar="DIR",
         help="names in the sources are relative to it",
     )
+    add_overwrite(command, f"{EDITED_RESULT}; an edited shot of a show file is kept")
     command.add_argument("--watch", action="store_true", help="process changed shots, until Ctrl-C")
     command.add_argument(
         "--keep-going",
@@ -151,6 +157,7 @@ def _run(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
             root=parsed.root,
             gather=parsed.gather,
             cache=parsed.cache or not parsed.no_cache,
+            overwrite=parsed.overwrite,
             on_progress=step,
             **limits,
         )

@@ -12,9 +12,11 @@ that `usdface calibrate` wrote has the performer's face, too, in metres::
      "face": {"frames": 30,
               "markers": {"chin": {"point": 812, "shift": [0.0, 0.001, 0.0],
                                    "rest": [0.01, 1.52, 0.11]}, ...},
-              "displacements": {"jawOpen": [[0.0, -0.021, 0.002], ...], ...}}}
+              "displacements": {"jawOpen": [[0.0, -0.021, 0.002], ...], ...}},
+     "fingerprint": "3f0c..."}
 
-with a displacement for each marker, in their order.
+with a displacement for each marker, in their order. The fingerprint tells whether the file was
+edited since (`usdface.io.json_fingerprint`); a reader needs none.
 """
 
 import json
@@ -24,6 +26,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
+from usdface.io.json_fingerprint import FINGERPRINT, sign
 from usdface.io.json_values import checked_object, whole_number
 from usdface.io.takes.text_table import read_text
 from usdface.performer_face import PerformerFace
@@ -132,22 +135,21 @@ def calibration_json(calibration: Calibration, deviations: FloatArray, peaks: Fl
         peaks,
         strict=True,
     )
-    document: dict[str, object] = {
-        "shapes": {
-            name: {
-                "gain": round(float(gain), _DIGITS),
-                "deviation": round(float(deviation), _DIGITS),
-                "offset": round(float(offset), _DIGITS),
-                "peak": round(float(peak), _DIGITS),
-            }
-            for name, gain, deviation, offset, peak in rows
+    shapes = {
+        name: {
+            "gain": round(float(gain), _DIGITS),
+            "deviation": round(float(deviation), _DIGITS),
+            "offset": round(float(offset), _DIGITS),
+            "peak": round(float(peak), _DIGITS),
         }
+        for name, gain, deviation, offset, peak in rows
     }
-    text = json.dumps(document, indent=1, ensure_ascii=False)
-    if calibration.face is not None:
-        # In a line of its own: it is no table to be edited.
-        text = f'{text[:-2]},\n "face": {json.dumps(_face_document(calibration.face))}\n}}'
-    return text + "\n"
+    face = {} if calibration.face is None else {"face": _face_document(calibration.face)}
+    signed = sign({"shapes": shapes, **face})
+    text = json.dumps({"shapes": shapes}, indent=1, ensure_ascii=False)[:-2]
+    for key in (*face, FINGERPRINT):  # each in a line of its own: they are no table to be edited
+        text += f',\n "{key}": {json.dumps(signed[key])}'
+    return text + "\n}\n"
 
 
 def _face_document(face: PerformerFace) -> dict[str, object]:

@@ -42,7 +42,7 @@ def calibrate(
     extremes : bool
         The take is a range of motion: each movement goes to its extreme.
     overwrite : bool
-        Replace `output` also where it is no calibration that usdface wrote.
+        Replace `output` also where it was edited since usdface wrote it, or is of another origin.
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
     on_progress : callable, optional

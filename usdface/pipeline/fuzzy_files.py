@@ -9,6 +9,7 @@ from usdface.findings import Finding
 from usdface.io.atomic import StrPath
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.replaced import check_replaced
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -19,7 +20,11 @@ __all__ = ["convert_fuzzy", "write_paper_system"]
 
 @one_blas_thread()
 def convert_fuzzy(
-    source: StrPath, output: StrPath, *, on_progress: OnProgress | None = None
+    source: StrPath,
+    output: StrPath,
+    *,
+    overwrite: bool = False,
+    on_progress: OnProgress | None = None,
 ) -> Result[ExpressionSystem]:
     """Convert a fuzzy system between .fis, FCL, FLL and USD, and check its rule base.
 
@@ -27,6 +32,8 @@ def convert_fuzzy(
     ----------
     source, output : path
         .fis, .fcl, .fll, .usda or .usdc.
+    overwrite : bool
+        Replace a USD file `output` also where it is no fuzzy system that usdface wrote.
     on_progress : callable, optional
 
     Returns
@@ -48,6 +55,7 @@ def convert_fuzzy(
     register_schemas()
     progress = Progress.of(on_progress)
     check_outputs([output], files_read(source))
+    check_replaced([(output, "fuzzy system")], overwrite)
     with progress.step("read"):
         system, findings = read_fuzzy_file(source)
     return _written(system, output, findings, progress)
@@ -55,7 +63,7 @@ def convert_fuzzy(
 
 @one_blas_thread()
 def write_paper_system(
-    output: StrPath, *, on_progress: OnProgress | None = None
+    output: StrPath, *, overwrite: bool = False, on_progress: OnProgress | None = None
 ) -> Result[ExpressionSystem]:
     """Write the system of the fuzzy paper, as printed, and check its rule base.
 
@@ -63,6 +71,8 @@ def write_paper_system(
     ----------
     output : path
         .fis, .fcl, .fll, .usda or .usdc.
+    overwrite : bool
+        Replace a USD file `output` also where it is no fuzzy system that usdface wrote.
     on_progress : callable, optional
 
     Returns
@@ -73,16 +83,18 @@ def write_paper_system(
     Raises
     ------
     OutputError
-        If the file cannot be written.
+        If the file cannot be written, or is USD of another origin and `overwrite` is not set.
 
     Examples
     --------
     >>> usdface.write_paper_system("paper.fis").summary["rules"]
     12
     """
+    output = Path(output)
     register_schemas()
-    check_outputs([Path(output)], {})
-    return _written(paper_system(), Path(output), [], Progress.of(on_progress))
+    check_outputs([output], {})
+    check_replaced([(output, "fuzzy system")], overwrite)
+    return _written(paper_system(), output, [], Progress.of(on_progress))
 
 
 def _written(

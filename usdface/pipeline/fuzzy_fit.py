@@ -13,6 +13,7 @@ from usdface.io.expressions_file import expressions_json
 from usdface.io.fuzzy_formats.files import write_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.labels_file import read_labels
+from usdface.io.replaced import check_replaced
 from usdface.io.takes.files import read_take
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.rig import read_rig
@@ -38,6 +39,7 @@ def fit_fuzzy(
     poses: StrPath | None = None,
     figure: StrPath | None = None,
     options: FitOptions = FitOptions(),
+    overwrite: bool = False,
     on_progress: OnProgress | None = None,
 ) -> Result[Fitted]:
     """Fit a fuzzy system to the face of a shot, or of a rig with a binding, and write it.
@@ -57,6 +59,8 @@ def fit_fuzzy(
     figure : path, optional
         Also draw terms and confusions: .png, .svg or .pdf.
     options : FitOptions
+    overwrite : bool
+        Replace a USD file `output` also where it is no fuzzy system that usdface wrote.
     on_progress : callable, optional
 
     Returns
@@ -84,6 +88,7 @@ def fit_fuzzy(
     places = [output, *(path for path in (poses, figure) if path)]
     with progress.step("read"):
         check_outputs(places, files_read(source, bind, labels=labels))
+        check_replaced([(output, "fuzzy system")], overwrite)
         face, setup, expressions, findings = _face(source, bind)
         stretches = read_labels(labels) if labels else ()
     if labels:

@@ -41,6 +41,7 @@ def process_sequence(
     root: StrPath | None = None,
     gather: bool = False,
     cache: StrPath | bool = True,
+    overwrite: bool = False,
     on_progress: OnProgress | None = None,
 ) -> Result[tuple[Row, ...]]:
     """Make the shots of a sequence that are missing, and process those that are out of date.
@@ -70,6 +71,8 @@ def process_sequence(
     cache : path or bool
         A folder for the arrays of each stage, as of `process`; True: beside each result, False:
         nowhere.
+    overwrite : bool
+        Replace results as `process` does with it. A shot that was edited is kept all the same.
     on_progress : callable, optional
         Called with a `Step` for each shot; an exception from it ends the workers.
 
@@ -117,7 +120,10 @@ def process_sequence(
     else:
         with progress.step("process"):
             done = _processed(
-                [_task(plans[number], cache) for number in due], team, time_limit, progress
+                [_task(plans[number], cache, overwrite) for number in due],
+                team,
+                time_limit,
+                progress,
             )
             for number, row in done:
                 rows[due[number]] = row
@@ -200,13 +206,13 @@ def _kept(plan: ShotPlan) -> Row | None:
     return replace(row, name=plan.name, state="kept", root=str(plan.paths.root), page=page)
 
 
-def _task(plan: ShotPlan, cache: StrPath | bool) -> dict[str, Any]:
+def _task(plan: ShotPlan, cache: StrPath | bool, overwrite: bool) -> dict[str, Any]:
     """Return the task of a worker."""
     if isinstance(cache, bool):
         folder = str(plan.paths.folder / "cache") if cache else ""
     else:
         folder = os.fspath(cache)
-    return {"plan": plan.as_dict(), "cache": folder}
+    return {"plan": plan.as_dict(), "cache": folder, "overwrite": overwrite}
 
 
 def _processed(

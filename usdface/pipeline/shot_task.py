@@ -43,7 +43,8 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
     Parameters
     ----------
     task : mapping
-        ``plan``, from `ShotPlan.as_dict`, and ``cache``, a folder or "".
+        ``plan``, from `ShotPlan.as_dict`, ``cache``, a folder or "", and ``overwrite``, of
+        `process_sequence`.
 
     Raises
     ------
@@ -63,6 +64,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
         gltf=plan.gltf_path if plan.gltf else None,
         deliver=plan.deliver_path if plan.deliver is not None else None,
         delivery=DeliverOptions(**(plan.deliver or {})),
+        overwrite=bool(task.get("overwrite")) or _are_recorded(plan),
         cache=task.get("cache") or None,
         options=ProcessOptions(**plan.process),
     )
@@ -83,6 +85,21 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
         )
         write_record(record_path(plan.file), done)
     return row.as_dict()
+
+
+def _are_recorded(plan: ShotPlan) -> bool:
+    """Return whether the results that exist are as the last run of a sequence wrote them.
+
+    Then nobody edited them, whatever their form: older versions wrote no fingerprint.
+    """
+    known = read_record(record_path(plan.file))
+    wanted = (
+        (plan.paths.root, True),
+        (plan.gltf_path, plan.gltf),
+        (plan.deliver_path, plan.deliver is not None),
+    )
+    there = [path for path, wants in wanted if wants and path.is_file()]
+    return known is not None and all(known.wrote(path, plan.file.parent) for path in there)
 
 
 def _record(plan: ShotPlan, options: object) -> Record:

@@ -64,6 +64,11 @@ class Record:
         """Return whether the result exists as it was written."""
         return bool(self.outputs) and _same(self.outputs, folder)
 
+    def wrote(self, path: Path, folder: Path) -> bool:
+        """Return whether a file is an output, and as it was written."""
+        digest = self.outputs.get(_name(path, folder))
+        return bool(digest) and file_digest(path) == digest
+
     def key_now(self, folder: Path, options: Any) -> str:
         """Return the key of a run now; "" where a file is missing or a new one exists."""
         if not _same(self.files, folder) or any((folder / name).exists() for name in self.absent):

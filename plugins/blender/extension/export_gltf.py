@@ -24,8 +24,9 @@ class USDFACE_OT_export_gltf(_Job, bpy.types.Operator):
         if not context.scene.usdface.result or not result.is_file():
             raise FaceError("there is no result yet; Process first")
         target = Path(bpy.path.abspath(self.filepath) or result.with_suffix(".glb"))
-        words = ("export", str(result), "-o", str(target), "--format", "json", "--progress", "json")
-        return [Command("export", words)]
+        words = ["export", str(result), "-o", str(target), "--format", "json", "--progress", "json"]
+        words += ["--overwrite"] if self.filepath else []  # who chose the name was asked
+        return [Command("export", tuple(words))]
 
     def finish(self, context: bpy.types.Context, worker: Worker) -> None:
         """Say which file was written."""
@@ -40,6 +41,8 @@ class USDFACE_OT_choose_gltf(bpy.types.Operator):
     bl_label = "Export glTF ..."
 
     filepath: bpy.props.StringProperty(subtype="FILE_PATH")
+    # The file browser marks a name that exists, and asks.
+    check_existing: bpy.props.BoolProperty(default=True, options={"HIDDEN"})
     filter_glob: bpy.props.StringProperty(default="*.glb;*.gltf", options={"HIDDEN"})
 
     def invoke(self, context: bpy.types.Context, _: bpy.types.Event) -> set[str]:

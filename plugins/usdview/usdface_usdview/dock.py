@@ -87,12 +87,21 @@ class Dock(QtWidgets.QDockWidget):
             self.save_to(Path(chosen))
 
     def save_to(self, root: Path) -> None:
-        """Write the result as files, with the gains as they are."""
+        """Write the result as files, with the gains as they are.
+
+        Another file at `root` is replaced: the file dialog has asked.
+        """
         shot = self._shot()
         if shot is not None:
-            gains = self.panel.gains()
-            request = {"shot": str(shot), "output": str(root), "gains": gains, "again": True}
-            self.worker.ask("process", self._saved, **request)
+            self.worker.ask(
+                "process",
+                self._saved,
+                shot=str(shot),
+                output=str(root),
+                overwrite=True,
+                gains=self.panel.gains(),
+                again=True,
+            )
 
     def go_to(self, frame: int) -> None:
         """Go to a frame of the take."""

@@ -37,6 +37,7 @@ def process(held: _Held | None, request: dict[str, Any], announce: Callable[...,
     result = usdface.process(
         shot,
         output=request["output"],
+        overwrite=request.get("overwrite", False),
         options=options,
         solved=again.solved if again else None,
         on_progress=lambda step: announce(step.name, step.fraction),

@@ -44,14 +44,14 @@ def test_what_somebody_edited_is_kept(folder: Path) -> None:
     assert shot.read_bytes() == edited
     make(folder, overwrite=True)
     assert shot.read_bytes() != edited
-    assert kind_of_usd(shot) == ("shot", False)
+    assert kind_of_usd(shot) == ("shot", "")
 
 
 @pytest.mark.slow
 def test_layers_in_place_are_no_edit(folder: Path) -> None:
     shot = make(folder)
     usdface.process(shot, in_place=True)
-    assert kind_of_usd(shot) == ("shot", False)
+    assert kind_of_usd(shot) == ("shot", "")
     usdface.process(shot, in_place=True)
     make(folder)
 

@@ -136,8 +136,8 @@ def is_usd(path: Path) -> bool:
     return bool(suffix) and Sdf.FileFormat.FindByExtension(suffix) is not None
 
 
-def open_layer(path: Path) -> Sdf.Layer:
-    """Open one layer, without those that it names.
+def open_layer(path: Path, *, anew: bool = False) -> Sdf.Layer:
+    """Open one layer, without those that it names; `anew`: as the file is, whoever holds it.
 
     Raises
     ------
@@ -146,7 +146,8 @@ def open_layer(path: Path) -> Sdf.Layer:
     """
     try_to_open(path)
     with usd_errors(str(path)):
-        layer = Sdf.Layer.FindOrOpen(str(path))
+        read = Sdf.Layer.OpenAsAnonymous if anew else Sdf.Layer.FindOrOpen
+        layer = read(str(path))
     if not layer:
         raise InputError(f"{path} cannot be read as USD", "FILE_UNREADABLE")
     return layer
