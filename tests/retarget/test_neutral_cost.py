@@ -46,6 +46,18 @@ def test_a_mean_costs_no_more_than_the_mean_of_the_costs() -> None:
         assert cost.mean((a + b) / 2) <= (cost.mean(a) + cost.mean(b)) / 2 + 1e-9
 
 
+def test_the_cost_is_of_displacements_and_of_weights() -> None:
+    cost, _ = a_cost(np.zeros(SHAPES), seed=5)
+    neutral = by(2, 0.1)
+    assert 0.0 < cost.unexplained(neutral) < cost.mean(neutral)
+    still = NeutralCost(np.zeros_like(cost.moved), cost.offsets, cost.shares)
+    assert still.unexplained(np.zeros(SHAPES)) == still.mean(np.zeros(SHAPES)) == 0.0
+    # Offsets that no displacement resembles get no weight, and leave all of it.
+    turned = np.linalg.qr(np.concatenate([cost.offsets, cost.moved]).T)[0].T[SHAPES : SHAPES + 2]
+    apart = NeutralCost(np.repeat(3.0 * turned, WINDOWS // 2, 0), cost.offsets, cost.shares)
+    assert apart.unexplained(np.zeros(SHAPES)) == pytest.approx(4.5, abs=1e-6)
+
+
 def test_weights_that_may_not_be_stay_0() -> None:
     shown = np.array([0.2, 0.0, 0.15, 0.0, 0.0])
     cost, _ = a_cost(shown)
