@@ -58,7 +58,8 @@ _RESEMBLES = 0.3
 # not make: nearly all movements leave an expression of the neutral. Of neutrals that show nothing,
 # jaws of the example and of ICT need one in 0.31 to 0.43 of those windows; weights that show, in
 # 0.50 and more (performers 1 to 4; expressions of twenty others, whose neutrals show three shapes).
-_NEEDED = 0.46
+# Smaller ones are not judged: they save little more than noise does, and do little harm.
+_NEEDED, _JUDGED = 0.46, 0.06
 LARGEST = 0.5  # more than half of a shape is no neutral
 _SOLVES = 2
 # Weights are saved to three decimals.
@@ -120,7 +121,7 @@ def _shown(cost: NeutralCost, unlike: float) -> FloatArray:
         saved = cost.mean(none) - cost.mean(neutral)
         if saved < max(_WORTH, _RESEMBLES * unlike * cost.unexplained(neutral)):
             return none
-        needed = cost.needed_in(neutral)
+        needed = np.where(neutral < _JUDGED, np.inf, cost.needed_in(neutral))
         rarest = int(needed.argmin())
         if needed[rarest] >= _NEEDED:
             return neutral
