@@ -58,8 +58,9 @@ _RESEMBLES = 0.3
 # not make: nearly all movements leave an expression of the neutral. Of neutrals that show nothing,
 # jaws of the example and of ICT need one in 0.31 to 0.43 of those windows; weights that show, in
 # 0.50 and more (performers 1 to 4; expressions of twenty others, whose neutrals show three shapes).
-# Smaller ones are not judged: they save little more than noise does, and do little harm.
-_NEEDED, _JUDGED = 0.46, 0.06
+# Not judged are smaller ones, which save little more than noise does and do little harm, and those
+# that save more than a misfit could: those jaws save 0.5 to 1.2 of what is left unexplained.
+_NEEDED, _JUDGED, _OUTWEIGHS = 0.46, 0.06, 2.0
 LARGEST = 0.5  # more than half of a shape is no neutral
 _SOLVES = 2
 # Weights are saved to three decimals.
@@ -118,10 +119,12 @@ def _shown(cost: NeutralCost, unlike: float) -> FloatArray:
             neutral = cost.minimised(neutral, penalty, largest)
             penalty = _COST * _RELIEF / (neutral + _RELIEF)
         neutral = np.where(neutral < _LEAST, 0.0, neutral)
-        saved = cost.mean(none) - cost.mean(neutral)
-        if saved < max(_WORTH, _RESEMBLES * unlike * cost.unexplained(neutral)):
+        misfit = unlike * cost.unexplained(neutral)
+        if cost.mean(none) - cost.mean(neutral) < max(_WORTH, _RESEMBLES * misfit):
             return none
-        needed = np.where(neutral < _JUDGED, np.inf, cost.needed_in(neutral))
+        savings = cost.savings(neutral)
+        judged = (neutral >= _JUDGED) & (savings.sum(axis=1) < _OUTWEIGHS * misfit)
+        needed = np.where(judged, cost.needed_in(savings), np.inf)
         rarest = int(needed.argmin())
         if needed[rarest] >= _NEEDED:
             return neutral
