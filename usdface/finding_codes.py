@@ -171,6 +171,16 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "samples in which the tracking program has little confidence are taken as occluded",
     ),
+    "CURVES_BY_UNIT": (
+        "warning",
+        "correct_settings",
+        "recorded curves drive blend shapes of other names, of the same FACS action units",
+    ),
+    "CURVE_UNKNOWN": (
+        "warning",
+        "correct_labels",
+        "the binding names a curve that the take does not have",
+    ),
     "CHANNEL_IGNORED": ("info", "nothing", "a channel that usdface does not use was left out"),
     # films of painted dots
     "DOTS_FOUND": ("info", "nothing", "dots were found in the images, by their colour"),

@@ -23,6 +23,7 @@ __all__ = [
     "EXAGGERATION_RANGE",
     "EXTREME_REACHED",
     "FEATURE_SMOOTHING",
+    "LARGEST_CURVE_FACTOR",
     "LARGEST_OFFSET",
     "LEARNED_SMOOTHING",
     "LIKENESS",
@@ -130,6 +131,8 @@ EXAGGERATION_PARTS = ("face", "brows", "eyes", "mouth")
 # Regions of a report that have no exaggeration of their own, and those that their shapes belong to.
 _EXAGGERATED_WITH = {"nose": ("mouth",), "jaw": ("mouth",), "cheeks": ("mouth", "eyes")}
 EXAGGERATION_RANGE = (0.0, 4.0)
+# Factor of a recorded curve on a blend shape: as large as an exaggeration, of either sign.
+LARGEST_CURVE_FACTOR = 4.0
 
 
 def _check_choice(name: str, value: object, choices: Any, code: str = "SETTING_WRONG") -> None:

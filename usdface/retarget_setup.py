@@ -11,6 +11,7 @@ from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError, did_you_mean
 from usdface.options import (
     AMPLITUDE_RANGE,
+    LARGEST_CURVE_FACTOR,
     LARGEST_OFFSET,
     CleanOptions,
     ClosureOptions,
@@ -272,6 +273,9 @@ class RetargetSetup:
         Weights that are fixed in some frames, one for a blend shape.
     calibration : Calibration or None
         Of the performer; None = movements are as large as the character's.
+    curves : mapping of str to mapping of str to float
+        For a take of weights: the blend shapes that a curve drives, with factors of at most
+        `usdface.options.LARGEST_CURVE_FACTOR`; other curves go by their names.
     exaggeration : mapping of "face", "brows", "eyes", "mouth" to float
         Factors on the solved weights (`usdface.retarget.exaggeration`), 0 to 4; those not named
         are 1.
@@ -304,6 +308,7 @@ class RetargetSetup:
     closure: ClosureOptions = field(default_factory=ClosureOptions)
     pins: tuple[Pin, ...] = ()
     calibration: Calibration | None = None
+    curves: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     exaggeration: Mapping[str, float] = field(default_factory=dict)
     unsure: Binding = field(default_factory=lambda: Binding((), np.zeros(0, dtype=np.int64)))
     origin: BindingOrigin | None = None
@@ -317,6 +322,16 @@ class RetargetSetup:
                 raise InputError(
                     f"the neutral weight of {name!r} is {weight}; expected 0 to 1", "SETTING_WRONG"
                 )
+        told = {curve: MappingProxyType(dict(own)) for curve, own in self.curves.items()}
+        object.__setattr__(self, "curves", MappingProxyType(told))
+        for curve, own in told.items():
+            for name, factor in own.items():
+                if not abs(factor) <= LARGEST_CURVE_FACTOR:
+                    raise InputError(
+                        f"the factor of the curve {curve!r} on {name!r} is {factor}; expected "
+                        f"{-LARGEST_CURVE_FACTOR:g} to {LARGEST_CURVE_FACTOR:g}",
+                        "SETTING_WRONG",
+                    )
         pinned = [pin.shape for pin in self.pins]
         if len(set(pinned)) != len(pinned):
             raise InputError("a blend shape is pinned twice; give it one Pin", "NAME_REPEATED")

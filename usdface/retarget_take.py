@@ -176,8 +176,8 @@ def _solved(
 def recorded_weights(
     take: WeightsTake, face: BoundFace, setup: RetargetSetup
 ) -> tuple[WeightsTake, list[Finding]]:
-    """Return a take of weights by the rig's names, with its pins and combination shapes."""
-    weights, findings = rename_weights(take, face.rig_shapes)
+    """Return a take of weights on the rig's blend shapes, with its pins and combination shapes."""
+    weights, findings = rename_weights(take, face.rig_shapes, setup.curves)
     pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
     combined = with_combinations(face.mesh, weights.names, pinned)
     return replace(weights, weights=combined), findings

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.face.shape_names import rename_weights, shape_key
+from usdface.face.shape_names import curves_without_name, rename_weights, shape_key
 from usdface.takes import WeightsTake
 
 
@@ -82,5 +82,54 @@ def test_idle_curves_are_named() -> None:
 def test_names_that_match_nothing_are_refused() -> None:
     with pytest.raises(InputError) as raised:
         rename_weights(take(headYaw=0.1), tuple("abcdefg"))
-    assert "curves: headYaw; blend shapes: a, b, c, d, e, f, ...; rename" in str(raised.value)
-    assert "ARKit's names" in str(raised.value)
+    assert "curves: headYaw; blend shapes: a, b, c, d, e, f, ...; say" in str(raised.value)
+    assert '{"curves": {"headYaw": {"a": 1.0}}}' in str(raised.value)
+
+
+def test_curves_that_are_told_go_where_they_are_told() -> None:
+    source = take(jawOpen=0.4, mouthClose=0.1, smile=0.6, Blink_L=0.5)
+    told = {"jawOpen": {"mouth": 1.5, "chin": 0.5}, "mouthClose": {"mouth": -1.0}, "smile": {}}
+    names = ("chin", "mouth", "jawOpen", "smile", "blinkLeft")
+    renamed, findings = rename_weights(source, names, told)
+    np.testing.assert_allclose(renamed.weights, [[0.2, 0.5, 0.0, 0.0, 0.5]])
+    assert findings == []  # a curve that drives nothing was told to
+
+
+def test_a_shape_that_is_told_is_driven_by_nothing_else() -> None:
+    source = take(jawOpen=0.4, mouth=0.9)
+    renamed, findings = rename_weights(source, ("mouth",), {"jawOpen": {"mouth": 0.5}})
+    np.testing.assert_allclose(renamed.weights, [[0.2]])
+    assert [found.code for found in findings] == ["CHANNEL_IGNORED"]
+
+
+def test_a_curve_may_be_told_in_another_spelling() -> None:
+    source = take(EyeBlinkLeft=0.5, eyeBlink_L=0.25)
+    told = {"eyeBlinkLeft": {"lid": 1.0}}
+    assert rename_weights(source, ("lid",), told)[0].weights[0, 0] == 0.5
+    told = {"eyeBlink_L": {"lid": 1.0}}
+    assert rename_weights(source, ("lid",), told)[0].weights[0, 0] == 0.25
+
+
+def test_a_curve_that_the_take_lacks_is_a_finding_and_a_shape_that_the_rig_lacks_an_error() -> None:
+    source = take(jawOpen=0.4)
+    _, findings = rename_weights(source, ("jawOpen",), {"jawOpenn": {"jawOpen": 1.0}})
+    assert [found.code for found in findings] == ["CURVE_UNKNOWN"]
+    assert "did you mean jawOpen?" in findings[0].message
+    with pytest.raises(InputError, match="'jaw', a blend shape the rig has not; did you mean"):
+        rename_weights(source, ("jawOpen",), {"jawOpen": {"jaw": 1.0}})
+
+
+def test_negative_sums_are_clipped_and_said() -> None:
+    source = take(jawOpen=0.1, mouthClose=0.3)
+    told = {"jawOpen": {"jaw": 1.0}, "mouthClose": {"jaw": -1.0}}
+    renamed, findings = rename_weights(source, ("jaw",), told)
+    assert renamed.weights[0, 0] == 0.0
+    assert "by 0.2 at most: jaw" in findings[0].message
+
+
+def test_curves_without_a_name_are_those_that_nothing_goes_by() -> None:
+    curves = ("JawOpen", "CheekPuff", "TongueOut", "mouthLeft")
+    assert curves_without_name(curves, ("jawOpen", "cheekPuff_L", "mouth")) == (
+        "TongueOut",
+        "mouthLeft",
+    )

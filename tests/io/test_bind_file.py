@@ -19,6 +19,7 @@ SETUPS = [
         neutral=(4, 40),
         nose_tip="a",
         roles={"lip_lower": "b"},
+        curves={"jawOpen": {"mouth-open": 0.8, "chin": -0.3}, "tongueOut": {}},
         map=MapOptions(kernel="gaussian", form="paper", radius=2.0),
         solve=SolveOptions(smoothness=0.0),
         clean=CleanOptions(spikes=False),
@@ -35,7 +36,8 @@ def test_a_setup_survives_the_file(tmp_path: Path, setup: RetargetSetup) -> None
     assert findings == []
     assert back.binding.markers == setup.binding.markers
     np.testing.assert_array_equal(back.binding.points, setup.binding.points)
-    for name in ("head", "head_markers", "move_head", "neutral", "nose_tip", "map", "solve"):
+    same = ("head", "head_markers", "move_head", "neutral", "nose_tip", "curves", "map", "solve")
+    for name in same:
         assert getattr(back, name) == getattr(setup, name)
     assert dict(back.roles) == dict(setup.roles) and back.binding.mesh == setup.binding.mesh
 
@@ -48,6 +50,13 @@ def test_only_markers_are_needed(tmp_path: Path) -> None:
     assert setup.neutral_assumed and findings == []
     assert setup.head == "solve" and setup.neutral == (0, 0)
     assert setup.map == MapOptions() and setup.solve == SolveOptions()
+
+
+def test_a_take_of_weights_needs_no_markers() -> None:
+    setup = setup_of_json({"curves": {"jawOpen": {"mouth-open": 1}}}, "bind.json")
+    assert setup.binding.markers == () and setup.curves["jawOpen"]["mouth-open"] == 1.0
+    with pytest.raises(InputError, match='"markers" as an object'):
+        setup_of_json({"curves": {}}, "bind.json")
 
 
 def test_neutral_frames_that_nobody_named_are_not_written() -> None:
@@ -75,6 +84,10 @@ def test_neutral_frames_that_nobody_named_are_not_written() -> None:
         ({"neutral": {"start": 3, "stop": 5}}, '"neutral"'),
         ({"neutral": {"start": False, "end": True}}, '"neutral"'),
         ({"roles": {"lip": 3}}, "role 'lip'"),
+        ({"curves": ["jawOpen"]}, '"curves"'),
+        ({"curves": {"jawOpen": "jaw"}}, '"curves"'),
+        ({"curves": {"jawOpen": {"jaw": True}}}, '"curves"'),
+        ({"curves": {"jawOpen": {"jaw": 5.0}}}, "expected -4 to 4"),
         ({"map": {"radios": 3}}, "radius"),
         ({"map": {"radius": "3"}}, "'radius' is '3'"),
         ({"map": {"kernel": "cubic"}}, "kernel"),
@@ -111,6 +124,7 @@ def test_files_that_are_no_binding_are_refused(tmp_path: Path) -> None:
         '"exaggeration": {}',
         '"solve": {{"smoothness": {}}}',
         '"neutral": {{"weights": {{"a": {}}}}}',
+        '"curves": {{"a": {{"b": {}}}}}',
     ],
 )
 def test_a_number_of_hundreds_of_digits_is_refused(tmp_path: Path, setting: str) -> None:

@@ -26,6 +26,42 @@ def test_weights_recorded_by_a_phone_play_by_name(tmp_path: Path) -> None:
     np.testing.assert_allclose(played.weights, world.weights, atol=1e-6)
 
 
+def test_a_phone_drives_a_rig_with_other_names(tmp_path: Path) -> None:
+    """By action units; the file of the binding shows how, and an edit of it counts."""
+    world = make_world()
+    mesh = world.rig.meshes[0]
+    names = {"jawOpen": "mouth-open", "browInnerUp": "AU01"}
+    shapes = tuple(replace(s, name=names.get(s.name, f"own{i}")) for i, s in enumerate(mesh.shapes))
+    foreign = replace(world, rig=replace(world.rig, meshes=(replace(mesh, shapes=shapes),)))
+    folder = foreign.write(tmp_path)
+    (folder / "bind.json").unlink()
+    write_live_link(world, folder / "phone.csv")
+    run("take", folder / "phone.csv", "-o", folder / "take.usda")
+    files = ["--rig", folder / "rig.usda", "--take", folder / "take.usda", "-o", folder / "s.usda"]
+    made = report(tmp_path, "shot", *files, "--write-bind", folder / "curves.json")
+    assert "CURVES_BY_UNIT" in codes_in(made)
+    run("process", folder / "s.usda")
+    played = animation_of(folder / "s.usdface.usda").reordered(tuple(s.name for s in shapes))
+    own = {name: world.weights[:, i] for i, name in enumerate(world.rig.shape_names)}
+    np.testing.assert_allclose(played.column("mouth-open"), 0.8 * own["jawOpen"], atol=1e-6)
+    np.testing.assert_allclose(played.column("AU01"), own["browInnerUp"], atol=1e-6)
+    # The tutorial's way: look at the file, change it, make the shot again.
+    bind = json.loads((folder / "curves.json").read_text())
+    assert bind["curves"] == {
+        "jawOpen": {"mouth-open": 0.8},
+        "browInnerUp": {"AU01": 1.0},
+    }
+    bind["curves"]["jawOpen"] = {"mouth-open": 0.5, "AU01": 0.25}
+    (folder / "curves.json").write_text(json.dumps(bind))
+    made = report(tmp_path, "shot", *files, "--bind", folder / "curves.json")
+    assert "CURVES_BY_UNIT" not in codes_in(made)
+    run("process", folder / "s.usda")
+    played = animation_of(folder / "s.usdface.usda")
+    expected = (own["browInnerUp"] + 0.25 * own["jawOpen"]).clip(0.0, 1.0)
+    np.testing.assert_allclose(played.column("mouth-open"), 0.5 * own["jawOpen"], atol=1e-6)
+    np.testing.assert_allclose(played.column("AU01"), expected, atol=1e-6)
+
+
 def test_weights_with_a_binding_are_corrected_like_markers(done: Done, tmp_path: Path) -> None:
     folder = done.world.write(tmp_path)
     write_live_link(done.world, folder / "phone.csv")

@@ -19,8 +19,9 @@ from usdface.binding_origin import check_mesh, origin_of, take_differs
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
+from usdface.face.curves_by_unit import curves_by_unit
 from usdface.face.fitted_setup import check_vertices
-from usdface.face.shape_names import rename_weights
+from usdface.face.shape_names import curves_without_name, rename_weights
 from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
 from usdface.performer_face import PerformerFace
@@ -64,6 +65,8 @@ class ResolvedBinding:
         The neutral frames were looked for.
     other_take : str
         The take whose neutral and peak frames the binding names, if it is another; "" if not.
+    by_unit : tuple of str
+        Curves that drive blend shapes of another name, of the same action units.
     """
 
     mesh: Mesh
@@ -73,6 +76,7 @@ class ResolvedBinding:
     unbound: tuple[str, ...] = ()
     neutral_found: bool = False
     other_take: str = ""
+    by_unit: tuple[str, ...] = ()
 
 
 class UnsureBindingError(InputError):
@@ -126,8 +130,7 @@ def resolve_binding(
         check_vertices(given.binding, mesh)
         check_vertices(given.unsure, mesh)
     if not isinstance(take, MarkerTake):
-        rename_weights(take, character.shape_names)  # refused now, and not when it is played
-        return ResolvedBinding(mesh, given or unbound(take))
+        return _of_weights(take, character, mesh, given or unbound(take))
     other_take = ""
     if given is not None and given.origin is not None and take_differs(given.origin, take):
         other_take, given = _names_frames(given), _without_frames(given)
@@ -161,6 +164,17 @@ def resolve_binding(
         setup = replace(setup, neutral_assumed=False, neutral_weights={})
     setup = replace(setup, origin=origin_of(mesh, take))
     return replace(resolved, setup=setup, other_take=other_take)
+
+
+def _of_weights(
+    take: WeightsTake, character: Rig, mesh: Mesh, setup: RetargetSetup
+) -> ResolvedBinding:
+    """Return the binding of a take of weights, whose curves go by name, by unit or as told."""
+    names = character.shape_names
+    by_unit = {} if setup.curves else curves_by_unit(curves_without_name(take.names, names), names)
+    setup = replace(setup, curves=setup.curves or by_unit)
+    rename_weights(take, names, setup.curves)  # refused now, and not when it is played
+    return ResolvedBinding(mesh, setup, by_unit=tuple(by_unit))
 
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
@@ -208,6 +222,13 @@ def binding_findings(
             "carried over, but looked for"
         )
         findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
+    if resolved.by_unit:
+        message = (
+            "{curve_count} curves have no blend shape of their name and drive those of the same "
+            'FACS action units ({curves}); --write-bind bind.json shows them as "curves", to edit'
+        )
+        driving = resolved.by_unit
+        findings.append(finding("CURVES_BY_UNIT", take.source, message, len(driving), driving))
     if resolved.neutral_found:
         message = "the face rests in frames {first_frame} to {last_frame}: taken as neutral"
         frames = resolved.setup.neutral or (0, 0)

@@ -10,9 +10,10 @@
      "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
      "clean": {"gaps": false}, "exaggeration": {"face": 1.2, "brows": 1.5}}
 
-Only `markers` is needed. A marker may have a "confidence" (0 to 1), as proposed ones do; those that
-are "unsure" are not bound. `head`
-is "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
+Only `markers` is needed, or for a take of weights `curves`: the blend shapes that recorded curves
+drive, with factors, as in {"EyeBlinkLeft": {"eye-left-closure": 1.0}}. A marker may have a
+"confidence" (0 to 1), as proposed ones do; those that are "unsure" are not bound. `head` is
+"solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
 take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; its
 "weights" are those of blend shapes that the performer shows in the neutral frames, which the solve
 finds where none are given; `peaks` are frame indices of strong expressions, by which places are
@@ -63,6 +64,7 @@ _KEYS = frozenset(
         "roles",
         "neutral",
         "peaks",
+        "curves",
         "map",
         "solve",
         "clean",
@@ -122,8 +124,10 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
             f"{where}: unknown key {unknown[0]!r}; known: {', '.join(sorted(_KEYS))}",
             "SCHEMA_BROKEN",
         )
-    binding = _binding(document, "markers", where)
-    unsure = _binding({"unsure": {}} | document, "unsure", where)
+    curves = _curves(document.get("curves", {}), where)
+    without: dict[str, Any] = {"markers": {}} if curves else {}  # a take of weights has none
+    binding = _binding(without | document, "markers", where)
+    unsure = _binding({"unsure": {}} | without | document, "unsure", where)
     head, rigid = _head(document, where)
     roles = expect(document.get("roles", {}), dict, '"roles" as an object')
     for role, marker in roles.items():
@@ -144,6 +148,7 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         solve=_solve_options(document.get("solve", {}), f'{where}: "solve"'),
         clean=_switches(CleanOptions, document.get("clean", {}), f'{where}: "clean"'),
         closure=_switches(ClosureOptions, document.get("closure", {}), f'{where}: "closure"'),
+        curves=curves,
         exaggeration=_exaggeration(document.get("exaggeration", {}), where),
         unsure=unsure,
         origin=_origin(document.get("made_with"), where),
@@ -253,6 +258,24 @@ def _neutral_weights(value: object, where: str) -> dict[str, float]:
     return {name: float(weight) for name, weight in weights.items()}
 
 
+def _curves(value: object, where: str) -> dict[str, dict[str, float]]:
+    good = isinstance(value, dict) and all(
+        isinstance(shapes, dict)
+        and all(isinstance(f, (int, float)) and not isinstance(f, bool) for f in shapes.values())
+        for shapes in value.values()
+    )
+    if not good:
+        raise InputError(
+            f'{where}: "curves" is {value!r}; expected for each curve an object of blend shapes '
+            "with factors",
+            "SCHEMA_BROKEN",
+        )
+    return {
+        curve: {name: float(factor) for name, factor in shapes.items()}
+        for curve, shapes in value.items()  # type: ignore[attr-defined]
+    }
+
+
 def _exaggeration(value: object, where: str) -> dict[str, float]:
     parts: dict[str, Any] = value if isinstance(value, dict) else {EXAGGERATION_PARTS[0]: value}
     for factor in parts.values():
@@ -334,6 +357,8 @@ def bind_json(setup: RetargetSetup) -> str:
         "roles": dict(setup.roles),
     }
     document |= {} if setup.neutral_assumed else {"neutral": _neutral_entry(setup)}
+    if setup.curves:
+        document["curves"] = {curve: dict(shapes) for curve, shapes in setup.curves.items()}
     document |= {
         "peaks": list(setup.peaks),
         "map": asdict(setup.map),

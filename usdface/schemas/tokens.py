@@ -43,6 +43,9 @@ __all__ = [
     "CONTACT_LIDS",
     "CONTACT_LIPS",
     "CONTACT_TOLERANCE",
+    "CURVES_FACTORS",
+    "CURVES_NAMES",
+    "CURVES_SHAPES",
     "DEFUZZIFIER",
     "DIMENSION",
     "EASE",
@@ -196,6 +199,9 @@ NEUTRAL_MODE: Final = "usdface:neutral:mode"
 NEUTRAL_RANGE: Final = "usdface:neutral:range"
 NEUTRAL_SHAPES: Final = "usdface:neutral:shapes"
 NEUTRAL_WEIGHTS: Final = "usdface:neutral:weights"
+CURVES_NAMES: Final = "usdface:curves:names"
+CURVES_SHAPES: Final = "usdface:curves:shapes"
+CURVES_FACTORS: Final = "usdface:curves:factors"
 PEAKS: Final = "usdface:peaks"
 MAP_KERNEL: Final = "usdface:map:kernel"
 MAP_FORM: Final = "usdface:map:form"

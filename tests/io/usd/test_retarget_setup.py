@@ -19,6 +19,7 @@ SETUPS = [
         Binding(("a", "b", "c"), np.array([3, 3, 0]), "/Head", np.array([0.5, np.nan, 1.0])),
         peaks=(51, 7),
         neutral_weights={"jawOpen": 0.125, "mouthFrown_L": 0.062},
+        curves={"jawOpen": {"mouth-open": 0.8, "chin": -0.3}, "tongueOut": {}, "a": {"b": 1.0}},
         head="markers",
         head_markers=("a", "b", "c"),
         move_head=True,
@@ -79,6 +80,7 @@ def test_a_setup_survives_usd(setup: RetargetSetup) -> None:
         "move_head",
         "neutral",
         "nose_tip",
+        "curves",
         "map",
         "solve",
     ):

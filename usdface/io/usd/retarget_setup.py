@@ -1,6 +1,6 @@
 """The setup of a face and its expression poses as USD prims (`docs/architecture.md`)."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -76,6 +76,8 @@ def write_setup(
         shapes, weights = zip(*setup.neutral_weights.items(), strict=True)
         author(prim, tokens.NEUTRAL_SHAPES, _NAMES.TokenArray, Vt.TokenArray(shapes))
         author(prim, tokens.NEUTRAL_WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(weights))
+    if setup.curves:
+        _author_curves(prim, setup.curves)
     if setup.peaks:
         author(prim, tokens.PEAKS, _NAMES.IntArray, Vt.IntArray(setup.peaks))
     for name, (field, kind) in _MAP.items():
@@ -90,6 +92,35 @@ def write_setup(
         prim.CreateAttribute(EXAGGERATION[part], _NAMES.Float, False).Set(factor)
     if setup.calibration is not None:
         _author_calibration(prim, setup.calibration)
+
+
+def _author_curves(prim: Usd.Prim, curves: Mapping[str, Mapping[str, float]]) -> None:
+    rows = [
+        (curve, shape, factor)
+        for curve, shapes in curves.items()
+        for shape, factor in (shapes or {"": 0.0}).items()
+    ]
+    names, shapes, factors = zip(*rows, strict=True)
+    author(prim, tokens.CURVES_NAMES, _NAMES.TokenArray, Vt.TokenArray(names))
+    author(prim, tokens.CURVES_SHAPES, _NAMES.TokenArray, Vt.TokenArray(shapes))
+    author(prim, tokens.CURVES_FACTORS, _NAMES.FloatArray, Vt.FloatArray(factors))
+
+
+def _read_curves(prim: Usd.Prim) -> dict[str, dict[str, float]]:
+    names, shapes = _strings(prim, tokens.CURVES_NAMES), _strings(prim, tokens.CURVES_SHAPES)
+    factors = np.array(_value(prim, tokens.CURVES_FACTORS, ()), dtype=np.float64).round(6)
+    if not len(names) == len(shapes) == len(factors):
+        raise InputError(
+            f"{prim.GetPath()}: {tokens.CURVES_NAMES} has {len(names)} entries, "
+            f"{tokens.CURVES_SHAPES} {len(shapes)} and {tokens.CURVES_FACTORS} {len(factors)}; "
+            "expected as many",
+            "SCHEMA_BROKEN",
+        )
+    curves: dict[str, dict[str, float]] = {name: {} for name in names}
+    for name, shape, factor in zip(names, shapes, factors.tolist(), strict=True):
+        if shape:
+            curves[name][shape] = factor
+    return curves
 
 
 def _author_calibration(prim: Usd.Prim, calibration: Calibration) -> None:
@@ -151,6 +182,7 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
             head_joint=str(_value(prim, tokens.HEAD_JOINT, "")),
             neutral=None if neutral == "rig" else (int(start), int(end)),
             neutral_weights=dict(zip(shown, weights.tolist(), strict=True)),
+            curves=_read_curves(prim),
             peaks=tuple(int(frame) for frame in _value(prim, tokens.PEAKS, ())),
             nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
             roles=dict(zip(roles, playing, strict=True)),

@@ -1,0 +1,88 @@
+"""Blend shapes for recorded curves of another naming convention, by their FACS action units."""
+
+from collections.abc import Sequence
+from functools import cache
+
+from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit
+from usdface.face.shape_names import shape_key
+
+__all__ = ["curves_by_unit"]
+
+# ARKit's jaw opens the lips, and mouthClose brings them together again: at rest a phone records as
+# much of both. No action unit does that; it takes back the blend shapes that the jaw drives.
+_JAW, _CLOSE = ("jawopen", ""), ("mouthclose", "")
+
+_Unit = tuple[str, int]  # a naming convention, and the number of one of its action units
+
+
+def curves_by_unit(curves: Sequence[str], shapes: Sequence[str]) -> dict[str, dict[str, float]]:
+    """Return the blend shapes of the action units that recorded curves are, with their factors.
+
+    A blend shape is moved by the mean of its unit's curves: a smile without sides by those of both
+    corners of the mouth, by a half each. Of several units it is that in which it has most weight,
+    of those that have curves: a recording has curves for the others, too. A curve that several
+    units share is the one of the fewest blend shapes. ARKit's mouthClose, which is none, takes back
+    as much of the jaw's.
+
+    Parameters
+    ----------
+    curves : sequence of str
+        As ARKit names them, or another of `usdface.face.facs_names.NAMING_CONVENTIONS`.
+    shapes : sequence of str
+        Of the rig, in another convention; those in the same one go by their names.
+
+    Returns
+    -------
+    dict of str to dict of str to float
+        The factors of the blend shapes that each curve moves; without those that move none.
+
+    Examples
+    --------
+    >>> curves_by_unit(("browInnerUp", "AU26"), ("eyebrows-left-inner-up", "jawOpen"))
+    {'browInnerUp': {'eyebrows-left-inner-up': 1.0}, 'AU26': {'jawOpen': 1.0}}
+    """
+    own = {curve: unit for curve in curves if (unit := _most_of(curve))}
+    found: dict[str, dict[str, float]] = {}
+    for shape in shapes:
+        weight, movers = 0.0, []
+        for unit, share in _units(shape).items():
+            by = [curve for curve in own if _carries(curve, own[curve], shape, unit)]
+            if by and share > weight:
+                weight, movers = share, by
+        for curve in movers:
+            found.setdefault(curve, {})[shape] = round(weight / len(movers), 6)
+    by_key = {shape_key(curve): curve for curve in curves}
+    jaw, close = by_key.get(_JAW, ""), by_key.get(_CLOSE, "")
+    if jaw in found and close:
+        found[close] = {shape: -factor for shape, factor in found[jaw].items()}
+    return {curve: found[curve] for curve in curves if curve in found}
+
+
+def _carries(curve: str, own: _Unit, shape: str, unit: _Unit) -> bool:
+    """Return whether a curve is of a blend shape's unit and side, and of another convention."""
+    sides = {shape_key(curve)[1], shape_key(shape)[1]} - {""}
+    return own[0] != unit[0] and own[1] == unit[1] and len(sides) < 2
+
+
+def _most_of(curve: str) -> _Unit | None:
+    """Return the action unit of the fewest blend shapes that a curve is with its whole weight."""
+    whole = [unit for unit, weight in _units(curve).items() if weight == 1.0]
+    sizes = {
+        (c.name, n): len(weights) for c in NAMING_CONVENTIONS for n, weights in c.units.items()
+    }
+    return min(whole, key=lambda unit: sizes[unit], default=None)
+
+
+def _units(shape: str) -> dict[_Unit, float]:
+    return _known().get(shape_key(shape), {})
+
+
+@cache
+def _known() -> dict[tuple[str, str], dict[_Unit, float]]:
+    """Return the action units of all known blend shapes, by `shape_key`, with their weights."""
+    known: dict[tuple[str, str], dict[_Unit, float]] = {}
+    for convention in NAMING_CONVENTIONS:
+        for number in convention.units:
+            for name, weight in convention.names(ActionUnit(number)):
+                known.setdefault(shape_key(name), {})[convention.name, number] = weight
+    return known
