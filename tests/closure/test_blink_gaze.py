@@ -1,4 +1,4 @@
-"""Eyes that look down in a blink: the dip of a pulse is taken off, a change of gaze stays."""
+"""Eyes that look away in a blink: the dip of a pulse is taken off, a change of gaze stays."""
 
 import numpy as np
 import pytest
@@ -33,6 +33,13 @@ def test_a_gaze_that_changes_in_a_blink_changes_once() -> None:
         steady = without_glances(weights(level + DIP), TIMES, NAMES, [BLINK], FREE)[:, 1]
         assert (np.diff(steady) * np.sign(level[-1] - level[0]) >= -1e-12).all()
         np.testing.assert_array_equal(steady[~INSIDE], (level + DIP)[~INSIDE])
+
+
+@pytest.mark.parametrize("way", ["Up", "In", "Out"])
+def test_eyes_do_not_look_aside_or_up_either(way: str) -> None:
+    names = ("eyeBlinkLeft", f"eyeLook{way}Left", f"eyeLook{way}Right", "jawOpen")
+    steady = without_glances(weights(0.2 + DIP), TIMES, names, [BLINK], FREE)
+    np.testing.assert_allclose(steady[:, 1:3], [[0.2, 0.18]] * len(TIMES), atol=1e-15)
 
 
 def test_gaze_is_never_made_larger_and_a_second_time_changes_nothing() -> None:

@@ -1,7 +1,7 @@
-"""Gaze during blinks: eyes do not look down while they are shut.
+"""Gaze during blinks: eyes look no further than before and after.
 
-A blink and a glance down move the same markers, so the solve mixes the two. During a detected blink
-the markers carry no information on the gaze.
+A blink and a glance, down most of all, move the same markers, so the solve mixes the two. During a
+detected blink the markers carry no information on the gaze.
 """
 
 from collections.abc import Sequence
@@ -14,8 +14,8 @@ from usdface.face.expression_poses import units_of
 
 __all__ = ["without_glances"]
 
-# FACS: 64 is eyes that look down.
-_DOWN = 64
+# FACS: eyes that look to the left, to the right, up and down.
+_GAZE = frozenset((61, 62, 63, 64))
 
 
 def without_glances(
@@ -25,7 +25,7 @@ def without_glances(
     closings: Sequence[EyeClosing],
     near_pins: FloatArray,
 ) -> FloatArray:
-    """Return weights that look down in a blink at most as interpolated from before to after it.
+    """Return weights that look away in a blink at most as interpolated from before to after it.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def without_glances(
     times : (F,) float64 [s]
     names : tuple of str, length T
     closings : sequence of EyeClosing
-        Only blinks limit the gaze: eyes that are held shut may look down.
+        Only blinks limit the gaze: eyes that are held shut may look anywhere.
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`: pinned weights stay.
 
@@ -43,7 +43,7 @@ def without_glances(
     (F, T) float64
     """
     units = units_of(names)
-    down = [t for t, name in enumerate(names) if _DOWN in units.get(name, ())]
+    gaze = [t for t, name in enumerate(names) if _GAZE & units.get(name, frozenset())]
     steady = weights.copy()
     for blink in closings:
         if blink.kind != "blink":
@@ -52,6 +52,6 @@ def without_glances(
         first, last = max(first - 1, 0), min(last, len(times) - 1)
         own = slice(first, last + 1)
         share = (times[own] - times[first]) / max(times[last] - times[first], 1e-9)
-        level = np.outer(1.0 - share, weights[first, down]) + np.outer(share, weights[last, down])
-        steady[own, down] = np.minimum(steady[own, down], level)
+        level = np.outer(1.0 - share, weights[first, gaze]) + np.outer(share, weights[last, gaze])
+        steady[own, gaze] = np.minimum(steady[own, gaze], level)
     return np.asarray(steady + near_pins * (weights - steady))
