@@ -164,26 +164,23 @@ def test_a_single_movement_that_the_rig_lacks_is_no_expression_of_the_neutral(se
     assert not solution.neutral_weights
 
 
-@pytest.mark.parametrize(("seed", "shown"), [(0, 0.05), (1, 0.05), (0, 0.2), (1, 0.2)])
-def test_a_weight_is_found_though_few_movements_leave_it(seed: int, shown: float) -> None:
-    """The shape that shows is above its neutral weight for all but a second of ten.
-
-    A small weight is not judged by that, nor one that no misfit of the rig explains.
-    """
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_small_weight_is_found_though_few_movements_leave_it(seed: int) -> None:
+    """The shape that shows 0.05 is above it for all but a second of ten."""
     rng = np.random.default_rng(seed)
     points, offsets = 0.06 * rng.normal(size=(20, 3)), 0.02 * rng.normal(size=(8, 20, 3))
     waves = np.linspace(0, 1, 300)[:, None] * rng.uniform(3, 6, 8) + rng.uniform(0, 1, 8)
     weights = np.sin(2 * np.pi * waves).clip(min=0.0) ** 3
-    weights[:, 0] = shown + 0.25
+    weights[:, 0] = 0.3
     weights[:NEUTRAL] = weights[100:140, 0] = 0.0
-    weights[:NEUTRAL, 0] = shown
+    weights[:NEUTRAL, 0] = 0.05
     names = tuple(f"m{i}" for i in range(20))
     positions = points + np.tensordot(weights, offsets, axes=1)
     take = MarkerTake(names, np.arange(300) / 30.0, positions, 30.0)
     setup = RetargetSetup(Binding(names, np.arange(20)), neutral=(0, NEUTRAL - 1))
     shapes = tuple(f"s{i}" for i in range(8))
     solution, _ = solve_take(take, points, offsets, shapes, setup)
-    assert dict(solution.neutral_weights) == {"s0": pytest.approx(shown, abs=0.01)}
+    assert dict(solution.neutral_weights) == {"s0": pytest.approx(0.05, abs=0.01)}
 
 
 def test_too_few_frames_say_nothing(world: World) -> None:

@@ -71,24 +71,21 @@ class NeutralCost:
         )
         return np.asarray(found.x)
 
-    def savings(self, neutral: FloatArray) -> FloatArray:
-        """Return the windows' parts of the mean cost that each weight saves: (P, W), 0 or more."""
-        costs, saved = self._of_windows(neutral)[0], np.zeros((len(neutral), len(self.moved)))
-        for shape in np.flatnonzero(neutral):
-            without = np.where(np.arange(len(neutral)) == shape, 0.0, neutral)
-            saved[shape] = (self._of_windows(without)[0] - costs).clip(0.0)
-        return saved
-
-    def needed_in(self, savings: FloatArray) -> FloatArray:
+    def needed_in(self, neutral: FloatArray) -> FloatArray:
         """Return the windows that need each weight, by those in which the face moves: (P,).
 
         Both are effective numbers (L. Kish, "Survey Sampling", 1965), by amplitude: of the root of
-        the cost that the weight saves in each window (P, W), and of that of its displacements, less
-        their error.
+        the cost that the weight saves in each window, and of that of its displacements, less
+        their error. Infinite for weights of 0.
         """
         beyond = ((self.moved**2).sum(axis=1) - self.moved.shape[1]).clip(0.0)
         moving = max(_effective_number(self.shares * beyond), 1.0)
-        return np.array([_effective_number(each) for each in savings]) / moving
+        found, costs = np.full(len(neutral), np.inf), self._of_windows(neutral)[0]
+        for shape in np.flatnonzero(neutral):
+            without = np.where(np.arange(len(neutral)) == shape, 0.0, neutral)
+            saved = (self._of_windows(without)[0] - costs).clip(0.0)
+            found[shape] = _effective_number(saved) / moving
+        return found
 
     def _of_windows(self, neutral: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the windows' parts of the mean cost (W,), and its gradient (P,)."""

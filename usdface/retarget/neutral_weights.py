@@ -58,9 +58,8 @@ _RESEMBLES = 0.3
 # not make: nearly all movements leave an expression of the neutral. Of neutrals that show nothing,
 # jaws of the example and of ICT need one in 0.31 to 0.43 of those windows; weights that show, in
 # 0.50 and more (performers 1 to 4; expressions of twenty others, whose neutrals show three shapes).
-# Not judged are smaller ones, which save little more than noise does and do little harm, and those
-# that save more than a misfit could: those jaws save 0.5 to 1.2 of what is left unexplained.
-_NEEDED, _JUDGED, _OUTWEIGHS = 0.46, 0.06, 2.0
+# Smaller ones are not judged: they save little more than noise does, and do little harm.
+_NEEDED, _JUDGED = 0.46, 0.06
 LARGEST = 0.5  # more than half of a shape is no neutral
 _SOLVES = 2
 # Weights are saved to three decimals.
@@ -119,12 +118,10 @@ def _shown(cost: NeutralCost, unlike: float) -> FloatArray:
             neutral = cost.minimised(neutral, penalty, largest)
             penalty = _COST * _RELIEF / (neutral + _RELIEF)
         neutral = np.where(neutral < _LEAST, 0.0, neutral)
-        misfit = unlike * cost.unexplained(neutral)
-        if cost.mean(none) - cost.mean(neutral) < max(_WORTH, _RESEMBLES * misfit):
+        saved = cost.mean(none) - cost.mean(neutral)
+        if saved < max(_WORTH, _RESEMBLES * unlike * cost.unexplained(neutral)):
             return none
-        savings = cost.savings(neutral)
-        judged = (neutral >= _JUDGED) & (savings.sum(axis=1) < _OUTWEIGHS * misfit)
-        needed = np.where(judged, cost.needed_in(savings), np.inf)
+        needed = np.where(neutral < _JUDGED, np.inf, cost.needed_in(neutral))
         rarest = int(needed.argmin())
         if needed[rarest] >= _NEEDED:
             return neutral
