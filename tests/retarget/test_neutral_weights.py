@@ -164,6 +164,25 @@ def test_a_single_movement_that_the_rig_lacks_is_no_expression_of_the_neutral(se
     assert not solution.neutral_weights
 
 
+@pytest.mark.parametrize(("seed", "opposed"), [(0, 0.2), (1, 0.4), (2, 0.4)])
+def test_a_movement_exactly_against_a_shape_is_none_either(seed: int, opposed: float) -> None:
+    """A neutral weight would explain all of it: the rig has no wide eyes, which go for a second."""
+    rng = np.random.default_rng(seed)
+    points, offsets = 0.06 * rng.normal(size=(20, 3)), 0.006 * rng.normal(size=(8, 20, 3))
+    waves = np.linspace(0, 1, 300)[:, None] * rng.uniform(3, 6, 8) + rng.uniform(0, 1, 8)
+    weights = np.sin(2 * np.pi * waves).clip(min=0.0) ** 3
+    weights[:NEUTRAL] = 0.0
+    weights[100:130, 0] = -opposed * np.sin(np.linspace(0, np.pi, 30))
+    names = tuple(f"m{i}" for i in range(20))
+    positions = points + np.tensordot(weights, offsets, axes=1)
+    positions += 2e-4 * rng.normal(size=positions.shape)
+    take = MarkerTake(names, np.arange(300) / 30.0, positions, 30.0)
+    setup = RetargetSetup(Binding(names, np.arange(20)), neutral=(0, NEUTRAL - 1))
+    shapes = tuple(f"s{i}" for i in range(8))
+    solution, _ = solve_take(take, points, offsets, shapes, setup)
+    assert not solution.neutral_weights
+
+
 @pytest.mark.parametrize("seed", [0, 1])
 def test_a_small_weight_is_found_though_few_movements_leave_it(seed: int) -> None:
     """The shape that shows 0.05 is above it for all but a second of ten."""
