@@ -9,7 +9,7 @@ from faces import Face
 from usdface.arrays import FloatArray
 from usdface.correction.contact import limit_correction
 from usdface.correction.gaps import gaps_of
-from usdface.face.shape_names import rename_weights
+from usdface.face.driven_shapes import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.rule_design.movements import single_movements
 

@@ -621,6 +621,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_head_markers",
         "fewer than three head markers, or only some in a line, are visible in some frames",
     ),
+    "HEAD_PIVOT_ASSUMED": (
+        "info",
+        "correct_settings",
+        "no joint carries the face; the head turns as recorded about the middle of the head",
+    ),
     "HEAD_TURNED_AT_NEUTRAL": (
         "info",
         "name_neutral",

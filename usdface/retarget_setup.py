@@ -29,6 +29,7 @@ __all__ = [
     "Expression",
     "Pin",
     "RetargetSetup",
+    "check_curve_factor",
     "check_neutral_weights",
     "unbound",
 ]
@@ -326,12 +327,7 @@ class RetargetSetup:
         object.__setattr__(self, "curves", MappingProxyType(told))
         for curve, own in told.items():
             for name, factor in own.items():
-                if not abs(factor) <= LARGEST_CURVE_FACTOR:
-                    raise InputError(
-                        f"the factor of the curve {curve!r} on {name!r} is {factor}; expected "
-                        f"{-LARGEST_CURVE_FACTOR:g} to {LARGEST_CURVE_FACTOR:g}",
-                        "SETTING_WRONG",
-                    )
+                check_curve_factor(curve, name, factor)
         pinned = [pin.shape for pin in self.pins]
         if len(set(pinned)) != len(pinned):
             raise InputError("a blend shape is pinned twice; give it one Pin", "NAME_REPEATED")
@@ -366,6 +362,22 @@ def unbound(take: MarkerTake | WeightsTake) -> RetargetSetup:
             "BINDING_MISSING",
         )
     return RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
+
+
+def check_curve_factor(curve: str, shape: str, factor: object) -> None:
+    """Refuse the factor of a curve on a blend shape that is no number of a usual size.
+
+    Raises
+    ------
+    InputError
+    """
+    number = isinstance(factor, (int, float)) and not isinstance(factor, bool)
+    if not number or not abs(factor) <= LARGEST_CURVE_FACTOR:  # type: ignore[arg-type]
+        raise InputError(
+            f"the factor of the curve {curve!r} on {shape!r} is {factor!r}; expected "
+            f"{-LARGEST_CURVE_FACTOR:g} to {LARGEST_CURVE_FACTOR:g}",
+            "SETTING_WRONG",
+        )
 
 
 def check_neutral_weights(weights: Mapping[str, float], shape_names: Sequence[str]) -> None:

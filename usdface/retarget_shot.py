@@ -20,6 +20,7 @@ from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion, turned_at_neutral
 from usdface.retarget.pins import check_pins, with_pins
+from usdface.retarget.recorded_head import recorded_head
 from usdface.retarget.solution import Solution
 from usdface.shot import Shot, ShotResult, SolvedShot
 from usdface.solve_errors import solve_errors
@@ -208,7 +209,8 @@ def _exaggerated_shot(
     )
     weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
     regions, failed = _region_residuals(face, solution)
-    motion = _head_motion(shot, face, solution) if options.head else None
+    motion, new_findings = _head_motion(shot, face, solution) if options.head else (None, [])
+    findings += new_findings
     findings += turned_at_neutral(motion, shot.take.source) if motion else []
     return ShotResult(
         shot,
@@ -262,14 +264,18 @@ def _region_residuals(
     )
 
 
-def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose | None:
+def _head_motion(
+    shot: Shot, face: BoundFace, solution: Solution | None
+) -> tuple[Pose | None, list[Finding]]:
     setup = shot.setup
-    if solution is None or not solution.posed_in_space:
-        return None
     if not setup.move_head or setup.head == "stabilised":
-        return None
+        return None, []
+    if isinstance(shot.take, WeightsTake):
+        return recorded_head(shot.take, shot.rig, face.mesh, setup)
+    if solution is None or not solution.posed_in_space:
+        return None, []
     target = face.mesh.points[face.vertices_of(solution.markers)]
-    return head_motion(
+    motion = head_motion(
         solution.pose,
         solution.weights.times,
         target if solution.filmed else solution.neutral,
@@ -277,6 +283,7 @@ def _head_motion(shot: Shot, face: BoundFace, solution: Solution | None) -> Pose
         solution.noise,
         _head_seen(shot, solution),
     )
+    return motion, []
 
 
 def _head_seen(shot: Shot, solution: Solution) -> BoolArray:

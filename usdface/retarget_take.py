@@ -11,9 +11,9 @@ from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.dot_skin import DotSkin
+from usdface.face.driven_shapes import rename_weights
 from usdface.face.fitted_setup import fit_setup
 from usdface.face.marker_surface import MarkerSurface
-from usdface.face.shape_names import rename_weights
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.progress import Progress

@@ -241,6 +241,8 @@ class WeightsTake:
         Nominal frame rate; 0 where unknown.
     start_timecode, source : str
         As in `MarkerTake`.
+    head : (F, 3) float64 [rad], optional
+        Rotation vectors of the recorded head, with x to its left, y up and z ahead.
 
     Examples
     --------
@@ -255,6 +257,7 @@ class WeightsTake:
     rate: float = 0.0
     start_timecode: str = ""
     source: str = ""
+    head: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for field in ("times", "weights"):
@@ -269,6 +272,14 @@ class WeightsTake:
         _check_times(self.times, shape[0], "weights take")
         if not np.isfinite(self.weights).all():
             raise InputError("blend shape weights must be finite", "VALUES_WRONG")
+        if self.head is not None:
+            object.__setattr__(self, "head", frozen(self.head))
+            if self.head.shape != (shape[0], 3) or not np.isfinite(self.head).all():
+                raise InputError(
+                    f"the head's rotation vectors have shape {self.head.shape}, or are not finite; "
+                    f"expected ({shape[0]}, 3)",
+                    "VALUES_WRONG",
+                )
 
     def column(self, name: str) -> FloatArray:
         """Return the curve of one blend shape: (F,)."""
@@ -281,7 +292,7 @@ class WeightsTake:
         for target, name in enumerate(names):
             if name in columns:
                 weights[:, target] = self.weights[:, columns[name]]
-        return WeightsTake(names, self.times, weights, self.rate, self.start_timecode, self.source)
+        return replace(self, names=names, weights=weights)
 
 
 def check_range(take: MarkerTake | WeightsTake) -> None:

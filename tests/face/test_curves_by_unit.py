@@ -15,7 +15,25 @@ from usdface.face.facs_names import ARKIT, MAKEHUMAN, ActionUnit
             ["eyebrows-left-inner-up", "eyebrows-right-inner-up"],
             {"browInnerUp": {"eyebrows-left-inner-up": 1.0, "eyebrows-right-inner-up": 1.0}},
         ),
-        # Of gaze, VRM's presets have the side that the eyes turn to.
+        # Both eyes turn to a side, which the names of VRM's presets have.
+        (
+            ["eyeLookOutLeft", "eyeLookInRight", "eyeLookInLeft", "eyeLookOut_R"],
+            ["lookLeft", "lookRight"],
+            {
+                "eyeLookOutLeft": {"lookLeft": 0.5},
+                "eyeLookInRight": {"lookLeft": 0.5},
+                "eyeLookInLeft": {"lookRight": 0.5},
+                "eyeLookOut_R": {"lookRight": 0.5},
+            },
+        ),
+        (
+            ["lookLeft"],
+            ["eyeLookOutLeft", "eyeLookInLeft", "eyeLookInRight", "eyeLookOutRight"],
+            {"lookLeft": {"eyeLookOutLeft": 1.0, "eyeLookInRight": 1.0}},
+        ),
+        # Other spellings of FACS.
+        (["AU06_L", "AU12_L"], ["AU6_L", "AU6_R"], {"AU06_L": {"AU6_L": 1.0}}),
+        (["AU12_L"], ["FACS_AU12_left"], {"AU12_L": {"FACS_AU12_left": 1.0}}),
         (
             ["eyeLookOutLeft", "eyeLookInRight", "eyeLookOutRight"],
             ["AU61", "AU62"],

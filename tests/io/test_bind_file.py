@@ -86,7 +86,7 @@ def test_neutral_frames_that_nobody_named_are_not_written() -> None:
         ({"roles": {"lip": 3}}, "role 'lip'"),
         ({"curves": ["jawOpen"]}, '"curves"'),
         ({"curves": {"jawOpen": "jaw"}}, '"curves"'),
-        ({"curves": {"jawOpen": {"jaw": True}}}, '"curves"'),
+        ({"curves": {"jawOpen": {"jaw": True}}}, "is True; expected -4 to 4"),
         ({"curves": {"jawOpen": {"jaw": 5.0}}}, "expected -4 to 4"),
         ({"map": {"radios": 3}}, "radius"),
         ({"map": {"radius": "3"}}, "'radius' is '3'"),

@@ -53,7 +53,7 @@ def test_markers_are_needed(done: Done, tmp_path: Path) -> None:
         make_bind_page(done.folder / "rig.usda", tmp_path / "a.html")
     write_live_link(done.world, tmp_path / "live.csv")
     assert main(["take", str(tmp_path / "live.csv"), "-o", str(tmp_path / "live.usdc")]) == 0
-    with pytest.raises(InputError, match="needs no binding"):
+    with pytest.raises(InputError, match="no markers to place"):
         make_bind_page(done.folder / "rig.usda", tmp_path / "a.html", take=tmp_path / "live.usdc")
 
 

@@ -11,6 +11,7 @@ from pxr import Usd, UsdSkel
 from scipy.spatial.transform import Rotation
 from worlds import animation_of, camera_pixels, filmed, make_world, write_live_link
 
+from usdface.cli import main
 from usdface.takes import MarkerTake
 
 
@@ -54,12 +55,46 @@ def test_a_phone_drives_a_rig_with_other_names(tmp_path: Path) -> None:
     bind["curves"]["jawOpen"] = {"mouth-open": 0.5, "AU01": 0.25}
     (folder / "curves.json").write_text(json.dumps(bind))
     made = report(tmp_path, "shot", *files, "--bind", folder / "curves.json")
-    assert "CURVES_BY_UNIT" not in codes_in(made)
+    assert codes_in(made).isdisjoint({"CURVES_BY_UNIT", "NEUTRAL_ASSUMED"})
     run("process", folder / "s.usda")
     played = animation_of(folder / "s.usdface.usda")
     expected = (own["browInnerUp"] + 0.25 * own["jawOpen"]).clip(0.0, 1.0)
     np.testing.assert_allclose(played.column("mouth-open"), 0.5 * own["jawOpen"], atol=1e-6)
     np.testing.assert_allclose(played.column("AU01"), expected, atol=1e-6)
+
+
+def test_a_file_of_curves_alone_may_name_a_few(done: Done, tmp_path: Path) -> None:
+    """The others go by name or unit; curves that the take lacks are named with the file."""
+    folder = done.world.write(tmp_path)
+    write_live_link(done.world, folder / "phone.csv")
+    run("take", folder / "phone.csv", "-o", folder / "take.usda")
+    curves = {"BrowInnerUp": {"jawOpen": 0.5}, "jawOpn": {}, "smile": {}}
+    (folder / "bind.json").write_text(json.dumps({"curves": curves}))
+    made = report(tmp_path, "shot", *shot_files(folder), "--bind", folder / "bind.json")
+    (found,) = (f for f in made["findings"] if f["code"] == "CURVE_UNKNOWN")
+    assert found["values"]["curves"] == ["jawOpn", "smile"] and "bind.json" in found["where"]
+    assert "NEUTRAL_ASSUMED" not in codes_in(made)
+    run("process", folder / "shot.usda")
+    played = animation_of(folder / "shot.usdface.usda").reordered(done.world.rig.shape_names)
+    own = dict(zip(done.world.rig.shape_names, done.world.weights.T, strict=True))
+    np.testing.assert_allclose(played.column("jawOpen"), 0.5 * own["browInnerUp"], atol=1e-6)
+    assert not played.column("browInnerUp").any()
+    np.testing.assert_allclose(played.column("browDownLeft"), own["browDownLeft"], atol=1e-6)
+
+
+def test_curves_are_of_no_use_to_markers(done: Done, tmp_path: Path) -> None:
+    folder = done.world.write(tmp_path)
+    (folder / "bind.json").write_text(json.dumps({"curves": {"jawOpen": {"jawOpen": 1.0}}}))
+    arguments = ["shot", *shot_files(folder), "--bind", folder / "bind.json"]
+    assert main([str(a) for a in arguments]) == 1
+
+
+def shot_files(folder: Path) -> list[object]:
+    return [
+        *("--rig", folder / "rig.usda"),
+        *("--take", folder / "take.usda"),
+        *("-o", folder / "shot.usda"),
+    ]
 
 
 def test_weights_with_a_binding_are_corrected_like_markers(done: Done, tmp_path: Path) -> None:

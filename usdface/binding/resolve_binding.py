@@ -20,8 +20,8 @@ from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
 from usdface.face.curves_by_unit import curves_by_unit
+from usdface.face.driven_shapes import rename_weights, undecided, unknown_curves
 from usdface.face.fitted_setup import check_vertices
-from usdface.face.shape_names import curves_without_name, rename_weights
 from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
 from usdface.performer_face import PerformerFace
@@ -123,7 +123,17 @@ def resolve_binding(
     UnsureBindingError
         If more of them are unsure than markers are bound.
     """
-    mesh = character.mesh(given.binding.mesh) if given else character.face()
+    of_markers = isinstance(take, MarkerTake)
+    if given is None or not (given.binding.mesh or of_markers):
+        mesh = character.face()
+    else:
+        mesh = character.mesh(given.binding.mesh)
+    if of_markers and given is not None and given.curves and not given.binding.markers:
+        raise InputError(
+            f"the binding names curves and no markers, but the take {take.source} has markers; "
+            "give one that binds them, or none",
+            "TAKE_KIND_WRONG",
+        )
     if given is not None and given.origin is not None:
         check_mesh(given.origin, mesh)
     if given is not None:
@@ -171,9 +181,11 @@ def _of_weights(
 ) -> ResolvedBinding:
     """Return the binding of a take of weights, whose curves go by name, by unit or as told."""
     names = character.shape_names
-    by_unit = {} if setup.curves else curves_by_unit(curves_without_name(take.names, names), names)
-    setup = replace(setup, curves=setup.curves or by_unit)
+    by_unit = curves_by_unit(*undecided(take.names, names, setup.curves))
+    setup = replace(setup, curves={**setup.curves, **by_unit})
     rename_weights(take, names, setup.curves)  # refused now, and not when it is played
+    if not setup.binding.markers:
+        setup = replace(setup, neutral_assumed=False)  # no frame is measured from it
     return ResolvedBinding(mesh, setup, by_unit=tuple(by_unit))
 
 
@@ -207,6 +219,8 @@ def binding_findings(
     """Report how a binding was completed for a take; `source` is the file of the binding."""
     unbound = resolved.unbound
     findings = [unknown_marker(name, unbound, source) for name in resolved.missing]
+    if isinstance(take, WeightsTake):
+        findings += unknown_curves(take, resolved.setup.curves, source or take.source)
     if unbound and not resolved.proposal:  # intended, or an unfinished file
         message = (
             "{unbound_count} of {marker_count} markers are bound to no vertex: {markers}; "

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from functools import cache
 
-from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit
+from usdface.face.facs_names import FACS, NAMING_CONVENTIONS, ActionUnit
 from usdface.face.shape_names import shape_key
 
 __all__ = ["curves_by_unit"]
@@ -11,6 +11,9 @@ __all__ = ["curves_by_unit"]
 # ARKit's jaw opens the lips, and mouthClose brings them together again: at rest a phone records as
 # much of both. No action unit does that; it takes back the blend shapes that the jaw drives.
 _JAW, _CLOSE = ("jawopen", ""), ("mouthclose", "")
+
+# Eyes that turn to a side: both do, and left and right in their names are of eyes or directions.
+_TURNING = (61, 62)
 
 _Unit = tuple[str, int]  # a naming convention, and the number of one of its action units
 
@@ -59,9 +62,11 @@ def curves_by_unit(curves: Sequence[str], shapes: Sequence[str]) -> dict[str, di
 
 
 def _carries(curve: str, own: _Unit, shape: str, unit: _Unit) -> bool:
-    """Return whether a curve is of a blend shape's unit and side, and of another convention."""
+    """Return whether a curve is of a blend shape's unit and side, and not of its convention."""
     sides = {shape_key(curve)[1], shape_key(shape)[1]} - {""}
-    return own[0] != unit[0] and own[1] == unit[1] and len(sides) < 2
+    # The names of FACS are the same blend shape in many spellings.
+    other = own[0] != unit[0] or own[0] == FACS.name
+    return other and own[1] == unit[1] and (len(sides) < 2 or own[1] in _TURNING)
 
 
 def _most_of(curve: str) -> _Unit | None:

@@ -47,7 +47,7 @@ from usdface.options import (
     MapOptions,
     SolveOptions,
 )
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.retarget_setup import Binding, RetargetSetup, check_curve_factor
 
 __all__ = ["bind_json", "read_bind", "setup_of_json"]
 
@@ -259,21 +259,17 @@ def _neutral_weights(value: object, where: str) -> dict[str, float]:
 
 
 def _curves(value: object, where: str) -> dict[str, dict[str, float]]:
-    good = isinstance(value, dict) and all(
-        isinstance(shapes, dict)
-        and all(isinstance(f, (int, float)) and not isinstance(f, bool) for f in shapes.values())
-        for shapes in value.values()
-    )
-    if not good:
-        raise InputError(
-            f'{where}: "curves" is {value!r}; expected for each curve an object of blend shapes '
-            "with factors",
-            "SCHEMA_BROKEN",
-        )
-    return {
-        curve: {name: float(factor) for name, factor in shapes.items()}
-        for curve, shapes in value.items()  # type: ignore[attr-defined]
-    }
+    expect = _expecter(where)
+    curves: dict[str, dict[str, float]] = {}
+    for curve, shapes in expect(value, dict, '"curves" as an object').items():
+        expect(shapes, dict, f'the curve {curve!r} of "curves" as an object of blend shapes')
+        for name, factor in shapes.items():
+            try:
+                check_curve_factor(curve, name, factor)
+            except InputError as error:
+                raise InputError(f"{where}: {error}", error.code) from error
+        curves[curve] = {name: float(factor) for name, factor in shapes.items()}
+    return curves
 
 
 def _exaggeration(value: object, where: str) -> dict[str, float]:

@@ -159,7 +159,8 @@ def _read(
         raise InputError(f"{path} is no shot and has no take; name one: --take take.usdc")
     if not isinstance(recorded, MarkerTake):
         raise InputError(
-            f"the take {recorded.source} has weights and no markers; it needs no binding",
+            f"the take {recorded.source} has weights and no markers to place; the binding of "
+            '`usdface shot` may say under "curves" which blend shapes they drive',
             "TAKE_KIND_WRONG",
         )
     return rig, recorded, setup, findings

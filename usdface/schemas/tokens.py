@@ -73,6 +73,7 @@ __all__ = [
     "HEAD_JOINT",
     "HEAD_MARKERS",
     "HEAD_MODE",
+    "HEAD_ROTATION",
     "HEAD_TRANSFORM",
     "IMAGE_SIZE",
     "IMPLICATION",
@@ -234,6 +235,7 @@ CLOSURE_MOUTH: Final = "usdface:closure:mouth"
 CLEAN_REPAIRS_MARKERS: Final = "usdface:clean:repairs:markers"
 CLEAN_REPAIRS_FRAMES: Final = "usdface:clean:repairs:frames"
 CLEAN_REPAIRS_KINDS: Final = "usdface:clean:repairs:kinds"
+HEAD_ROTATION: Final = "usdface:head:rotation"
 HEAD_TRANSFORM: Final = "usdface:head:transform"
 RESIDUAL: Final = "usdface:residual"
 # Followed by the name of a region: usdface:residual:mouth

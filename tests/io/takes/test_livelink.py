@@ -2,6 +2,7 @@ import re
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from usdface.errors import InputError
 from usdface.io.takes.livelink import read_livelink
@@ -60,7 +61,57 @@ def test_columns_go_by_name(read):
     np.testing.assert_allclose(take.column("jawLeft"), 0.2 + 0.01 * np.arange(90))
     assert take.start_timecode == "00:01:40:00.000"
     assert codes(findings) == ["CHANNEL_IGNORED"]
-    assert "HeadYaw" in findings[0].message
+    assert findings[0].values["channels"] == ["LeftEyeYaw"]
+
+
+def turned(yaw=0.0, pitch=0.0, roll=0.0):
+    """The text of three rows: at rest, turned by these angles, and at rest again."""
+    text = GOOD.split("\n", 4)
+    text = "\n".join(text[:4]) + "\n"
+    for line in (2, 3, 4):
+        for name, angle in zip(ROTATIONS, (yaw, pitch, roll), strict=False):
+            text = with_cell(line, name, repr(angle if line == 3 else 0.0), text)
+    return text
+
+
+@pytest.mark.parametrize(
+    ("angles", "ahead", "top"),
+    [
+        ({"yaw": 0.3}, (1, 0), (0, 0)),  # the face turns to its left, which is +x
+        ({"pitch": 0.3}, (0, 1), (0, -1)),  # up
+        ({"roll": 0.3}, (0, 0), (-1, 0)),  # the top of the head to its right shoulder
+    ],
+)
+def test_the_head_turns_to_its_left_up_and_to_its_right_shoulder(read, angles, ahead, top):
+    take, _ = read(turned(**angles))
+    turn = Rotation.from_rotvec(take.head[1].copy())
+    np.testing.assert_allclose(take.head[[0, 2]], 0.0, atol=1e-15)
+    np.testing.assert_array_equal(np.sign(turn.apply([0, 0, 1])[:2].round(9)), ahead)
+    up = turn.apply([0, 1, 0])
+    np.testing.assert_array_equal(np.sign(up[[0, 2]].round(9)), top)
+    assert turn.magnitude() == pytest.approx(0.3)
+
+
+def test_eyes_that_stay_on_the_phone_turn_against_the_head(read):
+    """So the angles of the head have other signs than those of the eyes, whose gaze is known."""
+    turn = Rotation.from_rotvec(read(turned(yaw=0.3))[0].head[1].copy())
+    gaze = Rotation.from_euler("y", -0.3).apply([0, 0, 1])  # recorded as LeftEyeYaw 0.3: right
+    np.testing.assert_allclose(turn.apply(gaze), [0, 0, 1], atol=1e-12)
+
+
+def test_a_head_that_was_not_recorded_stays_still(read):
+    take, findings = read(turned())
+    assert take.head is None
+    assert findings[0].values["channels"] == list(ROTATIONS)
+    header, *rest = turned(yaw=0.2).split("\n")
+    take, findings = read("\n".join([header.replace("HeadRoll", "HeadTilt"), *rest]))
+    assert take.head is None and "HeadYaw" in findings[0].values["channels"]
+
+
+def test_an_angle_that_is_missing_is_bridged(read):
+    text = with_cell(3, "HeadPitch", "", with_cell(4, "HeadYaw", "0.4", turned(yaw=0.1)))
+    head = read(text)[0].head
+    np.testing.assert_allclose(head[1], [0.0, 0.2, 0.0], atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,11 @@ from worlds import World, animation_of, make_world, restaged
 from usdface.cli import main
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.io.usd.evaluate import evaluate_usd
+from usdface.io.usd.take import write_take
 from usdface.options import ProcessOptions
 from usdface.pipeline import apply
 from usdface.rigs import Skeleton, Skin
+from usdface.takes import WeightsTake
 
 _OP = "xformOp:transform:usdfaceHead"
 FEATURES = "usdface:featurePoints"
@@ -129,6 +131,41 @@ def test_a_character_that_is_turned_moves_in_its_own_space(tmp_path: Path, degre
         np.testing.assert_allclose(points[1], points[0] @ matrix, atol=1e-5)
     weights = [animation_of(stage).weights for stage in (ahead, turned)]
     np.testing.assert_allclose(*weights, atol=1e-5)
+
+
+@pytest.mark.parametrize("kind", ["joints", "one joint", "no joint"])
+@pytest.mark.parametrize("unit", [(0.01, "Z"), (1.0, "Y")])
+def test_the_head_of_a_phone_turns_the_face(
+    tmp_path: Path, unit: tuple[float, str], kind: str
+) -> None:
+    world = jointed(make_world()) if kind == "joints" else make_world()
+    world.write(tmp_path)
+    (tmp_path / "bind.json").unlink()
+    if unit != (1.0, "Y"):
+        restaged(tmp_path / "rig.usda", *unit)
+    if kind == "no joint":
+        unskinned(tmp_path / "rig.usda")
+    times = world.take.times
+    turns = np.outer(np.linspace(0.1, 0.7, len(times)), [0.3, 1.0, -0.2])
+    take = WeightsTake(world.rig.shape_names, times, world.weights, world.take.rate, head=turns)
+    write_take(take, tmp_path / "take.usda")
+    names = {name: str(tmp_path / f"{name}.usda") for name in ("rig", "take", "shot")}
+    assert main(["shot", "--rig", names["rig"], "--take", names["take"], "-o", names["shot"]]) == 0
+    points = []
+    for flags in ((), ("--no-head",)):
+        assert main(["process", names["shot"], "--no-closure", *flags]) == 0
+        points.append(shown(Usd.Stage.Open(str(tmp_path / "shot.usdface.usda"))))
+    moved, still = points
+    np.testing.assert_allclose(moved[0], still[0], atol=1e-5)
+    for frame in (13, 39):
+        linear, _ = similarity_fit(still[frame], moved[frame])
+        turn = Rotation.from_rotvec(turns[frame] - turns[0]).as_matrix()
+        np.testing.assert_allclose(linear, turn.T, atol=1e-4)
+        assert (
+            (moved[frame] - still[frame])[..., 2].max()
+            > 0.0
+            > (moved[frame] - still[frame])[..., 2].min()
+        )  # one side comes nearer, the other goes
 
 
 def test_muted_it_stands_still_again(tmp_path: Path) -> None:

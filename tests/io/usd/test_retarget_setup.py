@@ -89,6 +89,28 @@ def test_a_setup_survives_usd(setup: RetargetSetup) -> None:
     assert dict(back.neutral_weights) == dict(setup.neutral_weights)
 
 
+@pytest.mark.parametrize(
+    ("names", "shapes", "factors", "message"),
+    [
+        (["a", "b"], ["s"], [1.0], "2 entries, usdface:curves:shapes 1"),
+        (["a", "a"], ["s", "s"], [1.0, 0.5], "'a' with the shape 's' twice"),
+        (["a"], [""], [0.5], "no shape for 'a', whose factor is 0.5"),
+        (["a"], ["s"], [9.0], "is 9.0; expected -4 to 4"),
+        (["a"], ["s"], [np.nan], "is nan; expected -4 to 4"),
+    ],
+)
+def test_curves_that_do_not_fit_are_refused(
+    names: list[str], shapes: list[str], factors: list[float], message: str
+) -> None:
+    prim = written(SETUPS[1])
+    prim.GetAttribute(tokens.CURVES_NAMES).Set(Vt.TokenArray(names))
+    prim.GetAttribute(tokens.CURVES_SHAPES).Set(Vt.TokenArray(shapes))
+    prim.GetAttribute(tokens.CURVES_FACTORS).Set(Vt.FloatArray(factors))
+    with pytest.raises(InputError) as raised:
+        read_setup(prim)
+    assert message in str(raised.value) and str(raised.value).count("</Retarget>") == 1
+
+
 def test_what_is_not_authored_has_its_default() -> None:
     stage = Usd.Stage.CreateInMemory()
     back = read_setup(stage.DefinePrim("/R", tokens.RETARGET))

@@ -187,6 +187,25 @@ def test_a_weights_take_is_a_skel_animation(tmp_path: Path) -> None:
     assert isinstance(back, WeightsTake)
     assert back.names == take.names and back.start_timecode == "00:00:01:00"
     np.testing.assert_array_equal(back.weights, take.weights)
+    assert back.head is None
+
+
+def test_a_recorded_head_is_kept_beside_the_weights(tmp_path: Path) -> None:
+    head = 0.8 * RNG.normal(size=(5, 3))
+    take = WeightsTake(("jawOpen",), np.arange(5) / 30, np.zeros((5, 1)), 30.0, head=head)
+    write_take(take, tmp_path / "take.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "take.usda"))
+    prim = stage.GetDefaultPrim()
+    back, _ = read_take_prim(prim)
+    assert isinstance(back, WeightsTake) and back.head is not None
+    np.testing.assert_allclose(back.head, head, atol=1e-6)
+    some, _ = read_take_prim(prim, np.array([1, 3]))
+    assert isinstance(some, WeightsTake) and some.head is not None
+    np.testing.assert_array_equal(some.head, back.head[[1, 3]])
+    assert some.reordered(("a", "jawOpen")).head is some.head
+    prim.GetAttribute(tokens.HEAD_ROTATION).Set(Gf.Quatf(0.0), 2.0)
+    with pytest.raises(InputError, match="must be quaternions of a length above 0"):
+        read_take_prim(prim)
 
 
 def test_two_runs_give_the_same_bytes(tmp_path: Path) -> None:

@@ -38,15 +38,16 @@ _ASSUMED_BASE = 60  # that of all recordings seen
 _NTSC = 1.001  # s, of as many frames as drop-frame timecode counts a second (SMPTE ST 12)
 _DAY = 86400.0  # s
 _ROTATION = ("Yaw", "Pitch", "Roll")
+_HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 _WRITTEN = 0.5  # of the rows, at least, have a weight of a curve that is read
 
 
 def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsTake, list[Finding]]:
     """Read a Live Link Face CSV as weights, columns by name (`EyeBlinkLeft` -> `eyeBlinkLeft`).
 
-    Head and eye rotations are left out, as are rows without weights (the face was lost). A weight
-    that is missing in a row with others is bridged (WEIGHT_BRIDGED). Dropped frames stay gaps in
-    the times; a recording may run over midnight.
+    Rotations of the eyes are left out, as are rows without weights (the face was lost), and those
+    of the head if they are all 0. A weight that is missing in a row with others is bridged
+    (WEIGHT_BRIDGED). Dropped frames stay gaps in the times; a recording may run over midnight.
 
     Raises
     ------
@@ -70,15 +71,18 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     columns, weights, absent = _columns_with_weights(path, header, columns, weights)
     names = tuple(header[c][0].lower() + header[c][1:] for c in columns)
     findings += absent
-    ignored = [name for name in header[2:] if name.endswith(_ROTATION)]
+    angles = _head_angles(path, header, kept)
+    used = () if angles is None else _HEAD
+    ignored = [name for name in header[2:] if name.endswith(_ROTATION) and name not in used]
     if ignored:
-        message = "head and eye rotations are not read: {channels}"
+        message = "rotations that are not read: {channels}"
         findings.append(finding("CHANNEL_IGNORED", str(path), message, ignored))
     seconds, base_findings = _seconds(path, kept)
     times, rate, time_findings = take_times(path, len(kept), seconds=seconds, override=options.rate)
     findings += _bridge(path, names, kept, times, weights)
     try:
-        take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name)
+        head = None if angles is None else _head(times, angles)
+        take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name, head)
         check_range(take)
     except InputError as error:
         raise InputError(f"{path}: {error}", error.code) from error
@@ -129,6 +133,32 @@ def _columns_with_weights(
         empty,
     )
     return kept, weights[:, written], [found]
+
+
+def _head_angles(path: Path, header: list[str], rows: list[Row]) -> FloatArray | None:
+    """Return yaw, pitch and roll of the head (F, 3) [rad], NaN where missing; None if not told."""
+    if not all(name in header for name in _HEAD):
+        return None
+    angles = read_numbers(path, rows, [header.index(name) for name in _HEAD])
+    angles[~np.isfinite(angles).all(axis=1)] = np.nan
+    told = ~np.isnan(angles[:, 0])
+    return angles if told.mean() >= _WRITTEN and angles[told].any() else None
+
+
+def _head(times: FloatArray, angles: FloatArray) -> FloatArray:
+    """Return the head's rotation vectors (F, 3) [rad], bridged where they are missing.
+
+    Yaw is positive to the head's left, pitch up, roll to its right shoulder; those of the eyes have
+    the other signs. In a recording of the app, of a head that is shaken while it looks at the
+    phone, the eyes' angles are 0.8 and 0.9 times the head's: eyes that stay on the phone turn
+    against the head.
+    """
+    from scipy.spatial.transform import Rotation  # costs more to import than most takes need
+
+    told = ~np.isnan(angles[:, 0])
+    yaw, pitch, roll = (np.interp(times, times[told], curve[told]) for curve in angles.T)
+    turns = Rotation.from_euler("YXZ", np.stack([yaw, -pitch, roll], axis=1))
+    return np.asarray(turns.as_rotvec())
 
 
 def _bridge(

@@ -10,7 +10,13 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.stage import matrices
-from usdface.retarget.head_joint import carrying_joint, joint_track, matrices_of, named_joint
+from usdface.retarget.head_joint import (
+    carrying_joint,
+    face_points,
+    joint_track,
+    matrices_of,
+    named_joint,
+)
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh, Skeleton
 
@@ -61,7 +67,7 @@ def find_carrier(
     root: Usd.Prim,
     si: FloatArray,
 ) -> HeadCarrier | None:
-    """Return the joint or SkelRoot that moves the bound markers; None without a SkelRoot.
+    """Return the joint or SkelRoot that moves the face; None without a SkelRoot.
 
     Parameters
     ----------
@@ -80,8 +86,7 @@ def find_carrier(
     InputError
         If the named joint does not exist.
     """
-    points = setup.binding.points
-    points = points[(points >= 0) & (points < len(mesh.points))]
+    points = face_points(mesh, setup.binding.points)
     xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
     if skeleton is not None and mesh.skin is not None:
         joint = (

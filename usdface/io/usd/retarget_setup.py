@@ -8,7 +8,7 @@ from pxr import Gf, Sdf, Usd, Vt
 
 from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError
-from usdface.io.usd.attributes import author
+from usdface.io.usd.attributes import author, value_of
 from usdface.io.usd.face_layout import EXAGGERATION
 from usdface.io.usd.performer_face import author_performer_face, read_performer_face
 from usdface.options import CleanOptions, ClosureOptions, MapOptions, SolveOptions, solve_settings
@@ -107,19 +107,30 @@ def _author_curves(prim: Usd.Prim, curves: Mapping[str, Mapping[str, float]]) ->
 
 
 def _read_curves(prim: Usd.Prim) -> dict[str, dict[str, float]]:
-    names, shapes = _strings(prim, tokens.CURVES_NAMES), _strings(prim, tokens.CURVES_SHAPES)
-    factors = np.array(_value(prim, tokens.CURVES_FACTORS, ()), dtype=np.float64).round(6)
+    names = tuple(value_of(prim, tokens.CURVES_NAMES, Vt.TokenArray) or ())
+    shapes = tuple(value_of(prim, tokens.CURVES_SHAPES, Vt.TokenArray) or ())
+    factors = np.array(value_of(prim, tokens.CURVES_FACTORS, Vt.FloatArray) or (), np.float64)
     if not len(names) == len(shapes) == len(factors):
         raise InputError(
-            f"{prim.GetPath()}: {tokens.CURVES_NAMES} has {len(names)} entries, "
-            f"{tokens.CURVES_SHAPES} {len(shapes)} and {tokens.CURVES_FACTORS} {len(factors)}; "
-            "expected as many",
+            f"{tokens.CURVES_NAMES} has {len(names)} entries, {tokens.CURVES_SHAPES} {len(shapes)} "
+            f"and {tokens.CURVES_FACTORS} {len(factors)}; expected as many",
             "SCHEMA_BROKEN",
         )
-    curves: dict[str, dict[str, float]] = {name: {} for name in names}
-    for name, shape, factor in zip(names, shapes, factors.tolist(), strict=True):
+    curves: dict[str, dict[str, float]] = {str(name): {} for name in names}
+    for name, shape, factor in zip(names, shapes, factors.round(6).tolist(), strict=True):
+        if shape in curves[name]:
+            raise InputError(
+                f"{tokens.CURVES_NAMES} has {name!r} with the shape {shape!r} twice; expected once",
+                "NAME_REPEATED",
+            )
+        if factor and not shape:
+            raise InputError(
+                f"{tokens.CURVES_SHAPES} has no shape for {name!r}, whose factor is {factor:g}; "
+                "expected one, or a factor of 0",
+                "SCHEMA_BROKEN",
+            )
         if shape:
-            curves[name][shape] = factor
+            curves[name][str(shape)] = factor
     return curves
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdSkel, Vt
+from scipy.spatial.transform import Rotation
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
@@ -161,7 +162,13 @@ def _define_weights(stage: Usd.Stage, path: str, take: WeightsTake, codes: Float
     weights = animation.CreateBlendShapeWeightsAttr()
     for row, code in zip(take.weights.astype(np.float32), codes.tolist(), strict=True):
         weights.Set(Vt.FloatArray.FromNumpy(row), code)
-    return animation.GetPrim()
+    prim = animation.GetPrim()
+    if take.head is not None:
+        head = prim.CreateAttribute(tokens.HEAD_ROTATION, Sdf.ValueTypeNames.Quatf, False)
+        turns = Rotation.from_rotvec(take.head.copy()).as_quat()  # x, y, z, w
+        for (*axis, real), code in zip(turns.tolist(), codes.tolist(), strict=True):
+            head.Set(Gf.Quatf(real, *axis), code)
+    return prim
 
 
 def read_take_prim(
@@ -357,6 +364,22 @@ def _read_weights(prim: Usd.Prim, frames: IntArray | None) -> tuple[WeightsTake,
             _source_rate(prim, metrics),
             str(prim.GetAttribute(tokens.START_TIMECODE).Get() or ""),
             _source(prim),
+            _head(prim, codes),
         ),
         codes,
     )
+
+
+def _head(prim: Usd.Prim, codes: FloatArray) -> FloatArray | None:
+    """Return the recorded head's rotation vectors (F, 3) [rad]; None without any."""
+    attribute = prim.GetAttribute(tokens.HEAD_ROTATION)
+    values = [attribute.Get(code) for code in codes.tolist()] if attribute else []
+    if not values or values[0] is None:
+        return None
+    if not all(isinstance(value, Gf.Quatf) and value.GetLength() > 0.0 for value in values):
+        raise InputError(
+            f"{_where(prim)}: {tokens.HEAD_ROTATION} must be quaternions of a length above 0",
+            "VALUES_WRONG",
+        )
+    turns = np.array([[*value.GetImaginary(), value.GetReal()] for value in values])
+    return np.asarray(Rotation.from_quat(turns).as_rotvec())
