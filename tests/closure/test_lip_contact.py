@@ -8,7 +8,13 @@ import pytest
 from slits import bent_slit_face, slit_face, with_correctives
 
 from usdface.arrays import FloatArray
-from usdface.closure.lip_contact import LipGaps, largest_gaps, lip_gaps_of, touching_lips
+from usdface.closure.lip_contact import (
+    LipGaps,
+    as_open_as_seen,
+    largest_gaps,
+    lip_gaps_of,
+    touching_lips,
+)
 from usdface.closure.lip_signal import LipDistances
 from usdface.face.bound_face import BoundFace
 from usdface.rigs import BlendShape, Mesh
@@ -118,6 +124,30 @@ def test_long_takes_are_held_together_in_the_memory_of_a_block(kind: str) -> Non
     np.testing.assert_allclose(
         closed[some], touching_lips(weights[some], largest[some], gaps), atol=1e-12
     )
+
+
+def test_a_corner_that_touches_closes_no_mouth_that_is_open_in_the_middle(
+    mesh: Mesh, gaps: LipGaps
+) -> None:
+    """The same closure is whole where the markers of the middle touch as well."""
+    weights = np.tile([[0.5 if n == "jawOpen" else 0.0 for n in mesh.shape_names]], (3, 1))
+    opened = gaps.opened(weights)
+    largest = np.full(opened.shape, np.inf)
+    largest[:, 0] = TOLERANCE  # the corner
+    closed = touching_lips(weights, largest, gaps)
+    middle = int(opened[0].argmax())
+    assert gaps.opened(closed)[0, middle] < 0.3 * opened[0, middle]
+    seen = np.zeros(opened.shape)
+    seen[0], seen[1] = opened[0], 0.2 * opened[0]
+    seen[:2, 0] = 0.0
+    kept = as_open_as_seen(weights, closed, seen, gaps, TOLERANCE)
+    after = gaps.opened(kept)
+    assert after[0, middle] > 0.65 * opened[0, middle]
+    assert after[1, middle] < after[0, middle] and after[1, middle] > 0.05 * opened[1, middle]
+    np.testing.assert_array_equal(kept[2], closed[2])
+    assert (after >= gaps.opened(closed) - 1e-9).all() and (after <= opened + 1e-9).all()
+    once = as_open_as_seen(weights, weights, seen, gaps, TOLERANCE)
+    np.testing.assert_array_equal(once, weights)
 
 
 def limits(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.closure.lip_contact import largest_gaps, lip_gaps_of, touching_lips
+from usdface.closure.lip_contact import as_open_as_seen, largest_gaps, lip_gaps_of, touching_lips
 from usdface.closure.lip_signal import lip_distances
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
@@ -25,7 +25,7 @@ _CLOSED = (
 _APART = (
     "lips that touch on the performer stay open in {frame_count} frames ({first_frame} to "
     "{last_frame}), by {gap_mm:.1f} mm at most more than the markers allow: no weights were found "
-    "that close them"
+    "that close them and leave the rest of the mouth as open as its markers"
 )
 
 
@@ -84,6 +84,7 @@ def close_lips(
             1.0 - near[:, None]
         )
     closed = touching_lips(weights, largest, gaps)
+    closed = as_open_as_seen(weights, closed, distances.seen, gaps, tolerance)
     before, after = gaps.opened(weights), gaps.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
     findings = _told("LIPS_CLOSED", _CLOSED, before - after)

@@ -19,7 +19,7 @@ from usdface.frame_blocks import by_blocks
 from usdface.smooth_step import smooth_step
 from usdface.takes import frame_step
 
-__all__ = ["LipGaps", "largest_gaps", "lip_gaps_of", "touching_lips"]
+__all__ = ["LipGaps", "as_open_as_seen", "largest_gaps", "lip_gaps_of", "touching_lips"]
 
 # Places along the lips.
 _PLACES = 6
@@ -28,7 +28,7 @@ _PLACES = 6
 # mouth open: 1.4 to 4.6 tolerances.
 _CONTRADICTED, _ABOVE_NOISE = 0.8, 3.0
 # Opening of the markers, in tolerances beyond the first, at which the limit of the lips rises twice
-# as fast as it.
+# as fast as it, and of which half stays open where another place is closed.
 _WIDENS = 2.0
 # Standard deviation [s] of the smoothing with which a limit comes and goes.
 _EASE = 0.05
@@ -161,6 +161,43 @@ def touching_lips(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> Fl
         return result
 
     return by_blocks(len(weights), touching, _BLOCK)
+
+
+def as_open_as_seen(
+    weights: FloatArray, closed: FloatArray, seen: FloatArray, gaps: LipGaps, tolerance: float
+) -> FloatArray:
+    """Return the part of a closure that leaves the lips open where the markers show them open.
+
+    A shape that closes one place closes others, too: a corner of the mouth that touches is no
+    reason to close a mouth that is open in the middle.
+
+    Parameters
+    ----------
+    weights, closed : (F, T) float64
+        Before the closure, and after.
+    seen : (F, K) float64 [m]
+        `LipDistances.seen`.
+    gaps : LipGaps
+    tolerance : float [m]
+        Of a contact.
+    """
+    frames = np.flatnonzero((closed != weights).any(axis=1))
+    start, change = weights[frames], closed[frames] - weights[frames]
+    before, beyond = gaps.opened(start), np.maximum(seen[frames] - tolerance, 0.0)
+    open_by = beyond**2 / (beyond + _WIDENS * tolerance)
+    least = np.where(beyond > 0.0, np.minimum(before, open_by), -np.inf)
+    share = np.ones(len(frames))
+    for _ in range(_ROUNDS):
+        after = gaps.opened(start + share[:, None] * change)
+        over = (after < least - _INSIDE) & (share > 0.0)[:, None]
+        if not over.any():
+            break
+        kept = np.divide(before - least, before - after, out=np.ones(over.shape), where=over)
+        share *= kept.min(axis=1)
+    result = closed.copy()
+    part = share < 1.0
+    result[frames[part]] = (start + share[:, None] * change)[part]
+    return result
 
 
 def _nearer(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:
