@@ -78,6 +78,26 @@ def test_each_hook_gets_the_result_of_the_one_before() -> None:
     assert "12 of 12 blend shapes in 35 frames" in findings[0].message
 
 
+def test_a_change_of_the_recorded_head_is_told() -> None:
+    turns = np.outer(np.arange(len(WEIGHTS.times)) > 9, [0.0, 0.2, 0.0])
+    take = replace(WEIGHTS, head=turns)
+
+    def twice(take: WeightsTake) -> WeightsTake:
+        return replace(take, head=2.0 * take.head)
+
+    def without(take: WeightsTake) -> WeightsTake:
+        return WeightsTake(take.names, take.times, 0.5 * take.weights, take.rate)
+
+    _, findings = run_hooks(hooks_of("take_read", nothing_of, twice, without), "take_read", take)
+    told, lost = (found.message for found in findings)
+    assert "the head in 30 frames, by 11.5 degrees at most" in told
+    assert "12 of 12 blend shapes" in lost and "the head left out" in lost
+
+
+def nothing_of(take: WeightsTake) -> None:
+    return None
+
+
 def test_a_hook_of_another_point_is_not_called() -> None:
     hooks = hooks_of("weights_corrected", half)
     assert run_hooks(hooks, "weights_solved", WEIGHTS, None) == (WEIGHTS, [])

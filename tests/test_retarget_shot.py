@@ -11,6 +11,9 @@ from worlds import World, animation_of, make_world
 
 import usdface
 from usdface import Cancelled, InputError, ProcessOptions, Shot, Step, WeightsTake
+from usdface.content_digest import content_digest
+from usdface.retarget_shot import _express_inputs
+from usdface.rigs import Skeleton
 from usdface.shot_report import report_of
 
 SCRIPT = """
@@ -145,6 +148,21 @@ def test_the_report_says_which_frames_are_neutral(shot: Shot) -> None:
 
 
 @pytest.mark.slow
+def test_a_joint_that_moves_is_an_input_of_the_correction(shot: Shot) -> None:
+    """A recorded head turns about it; a cache that did not know kept the head where it was."""
+    place = np.eye(4)[None]
+    lower = place.copy()
+    lower[0, 3, 1] = -0.05
+    rigs = [
+        replace(shot.rig, skeleton=Skeleton(("head",), ("head",), bind, bind))
+        for bind in (place, lower)
+    ]
+    one, same, other = (
+        content_digest(_express_inputs(replace(shot, rig=rig))) for rig in (rigs[0], *rigs)
+    )
+    assert one == same != other
+
+
 def test_an_explanation_needs_a_trace(shot: Shot) -> None:
     from usdface.explanation import explain_result
 

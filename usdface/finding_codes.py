@@ -621,6 +621,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_head_markers",
         "fewer than three head markers, or only some in a line, are visible in some frames",
     ),
+    "HEAD_LEFT_STILL": (
+        "warning",
+        "correct_settings",
+        "the recorded head is left still: no joint turns the head of this body alone",
+    ),
     "HEAD_PIVOT_ASSUMED": (
         "info",
         "correct_settings",

@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 
+from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.errors import InputError, PluginError, UsdFaceError
 from usdface.finding_values import Prose
@@ -209,6 +210,20 @@ def _take_change(before: Any, after: Any) -> str:
 
 
 def _weights_change(before: WeightsTake, after: WeightsTake) -> str:
+    changes = [_curves_change(before, after), _head_change(before.head, after.head)]
+    return "; ".join(change for change in changes if change)
+
+
+def _head_change(before: FloatArray | None, after: FloatArray | None) -> str:
+    if before is None or after is None:
+        return "" if before is after else f"the head {'left out' if after is None else 'added'}"
+    turned = np.linalg.norm(after - before, axis=1)
+    furthest = float(np.degrees(turned.max(initial=0.0)))
+    frames = (turned > 0).sum()
+    return f"the head in {frames} frames, by {furthest:.3g} degrees at most" if frames else ""
+
+
+def _curves_change(before: WeightsTake, after: WeightsTake) -> str:
     if before.names != after.names:
         return f"{len(before.names)} curves to {len(after.names)}"
     change = np.abs(after.weights - before.weights)

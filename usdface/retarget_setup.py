@@ -361,7 +361,9 @@ def unbound(take: MarkerTake | WeightsTake) -> RetargetSetup:
             f'e.g. {{"markers": {{"{take.names[0]}": {{"point": 0}}}}}}',
             "BINDING_MISSING",
         )
-    return RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
+    # A recorded head turns from where it is in the neutral frames.
+    assumed = take.head is not None
+    return RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral_assumed=assumed)
 
 
 def check_curve_factor(curve: str, shape: str, factor: object) -> None:

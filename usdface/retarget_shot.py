@@ -149,8 +149,9 @@ def solve_settings(shot: Shot) -> object:
 
 def _express_inputs(shot: Shot) -> object:
     """Return all that correction and closure depend on beside the solve."""
-    system = shot.system, shot.expressions, shot.layout, shot.gains
-    return shot.mesh, shot.rig.shape_names, shot.setup, system, shot.base, shot.factors
+    system, names = (shot.system, shot.expressions, shot.layout, shot.gains), shot.rig.shape_names
+    # A recorded head turns about its joint.
+    return shot.mesh, shot.rig.skeleton, names, shot.setup, system, shot.base, shot.factors
 
 
 def _express_shot(

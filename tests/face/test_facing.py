@@ -20,10 +20,22 @@ def test_a_face_looks_where_its_skin_does(degrees: float) -> None:
     assert facing(turned, bound) == pytest.approx(ahead + degrees, abs=1e-6)
 
 
+@pytest.mark.parametrize("degrees", [-170.0, -90.0, 0.0, 40.0, 180.0])
+def test_without_markers_the_skin_that_the_blend_shapes_move_tells(degrees: float) -> None:
+    mesh = make_world().rig.meshes[0]
+    turn = turn_about_up(degrees)[:3, :3]
+    shapes = tuple(replace(shape, offsets=shape.offsets @ turn) for shape in mesh.shapes)
+    ahead = facing(mesh, np.zeros(0, np.int64))
+    assert ahead == pytest.approx(0.0, abs=5.0)
+    looks = facing(replace(mesh, points=mesh.points @ turn, shapes=shapes), np.zeros(0, np.int64))
+    assert looks is not None
+    assert (looks - ahead - degrees + 180.0) % 360.0 == pytest.approx(180.0, abs=1e-6)
+
+
 def test_a_face_without_faces_or_markers_looks_nowhere() -> None:
     mesh = make_world().rig.meshes[0]
     none = np.zeros(0, np.int64)
-    assert facing(mesh, none) is None
+    assert facing(replace(mesh, shapes=()), none) is None
     assert facing(replace(mesh, face_counts=none, face_indices=none), np.array([0])) is None
     up = mesh.points @ Rotation.from_euler("x", 90, degrees=True).as_matrix()
     assert facing(replace(mesh, points=up), np.arange(len(up))) is None

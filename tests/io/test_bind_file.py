@@ -55,8 +55,9 @@ def test_only_markers_are_needed(tmp_path: Path) -> None:
 def test_a_take_of_weights_needs_no_markers() -> None:
     setup = setup_of_json({"curves": {"jawOpen": {"mouth-open": 1}}}, "bind.json")
     assert setup.binding.markers == () and setup.curves["jawOpen"]["mouth-open"] == 1.0
+    assert setup_of_json({"head_joint": "neck/head"}, "bind.json").head_joint == "neck/head"
     with pytest.raises(InputError, match='"markers" as an object'):
-        setup_of_json({"curves": {}}, "bind.json")
+        setup_of_json({}, "bind.json")
 
 
 def test_neutral_frames_that_nobody_named_are_not_written() -> None:

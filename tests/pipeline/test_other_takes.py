@@ -12,7 +12,10 @@ from scipy.spatial.transform import Rotation
 from worlds import animation_of, camera_pixels, filmed, make_world, write_live_link
 
 from usdface.cli import main
-from usdface.takes import MarkerTake
+from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import open_stage
+from usdface.io.usd.take import write_take
+from usdface.takes import MarkerTake, WeightsTake
 
 
 def test_weights_recorded_by_a_phone_play_by_name(tmp_path: Path) -> None:
@@ -80,6 +83,24 @@ def test_a_file_of_curves_alone_may_name_a_few(done: Done, tmp_path: Path) -> No
     np.testing.assert_allclose(played.column("jawOpen"), 0.5 * own["browInnerUp"], atol=1e-6)
     assert not played.column("browInnerUp").any()
     np.testing.assert_allclose(played.column("browDownLeft"), own["browDownLeft"], atol=1e-6)
+
+
+def test_neutral_frames_of_a_recorded_head_are_named_and_checked(tmp_path: Path) -> None:
+    world = make_world()
+    folder = world.write(tmp_path)
+    turns = np.outer(np.linspace(0.0, 0.5, len(world.take.times)), [0.0, 1.0, 0.0])
+    take = WeightsTake(
+        world.rig.shape_names, world.take.times, world.weights, world.take.rate, head=turns
+    )
+    write_take(take, folder / "take.usda")
+    files = shot_files(folder)
+    assert "NEUTRAL_ASSUMED" in codes_in(report(tmp_path, "shot", *files))
+    made = report(tmp_path, "shot", *files, "--neutral", 20, 30)
+    assert "NEUTRAL_ASSUMED" not in codes_in(made)
+    shot = read_shot(open_stage(folder / "shot.usda"), "shot.usda")[0].shot
+    assert shot.setup.neutral == (20, 30)
+    for wrong in (("--neutral", "20", "400"), ("--neutral", "auto")):
+        assert main([*map(str, ["shot", *files]), *wrong]) == 1
 
 
 def test_curves_are_of_no_use_to_markers(done: Done, tmp_path: Path) -> None:

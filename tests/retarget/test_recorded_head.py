@@ -84,11 +84,31 @@ def test_a_neutral_of_the_rig_keeps_the_angles(world: World) -> None:
     )
 
 
-def test_neutral_frames_beyond_the_take_are_its_last(world: World) -> None:
-    rig, mesh, _ = with_joints(world)
-    motion, _ = recorded_head(a_take(turning()), rig, mesh, replace(SETUP, neutral=(30, 40)))
-    assert motion is not None
-    np.testing.assert_allclose(motion.rotations[-1], np.eye(3), atol=1e-14)
+def test_a_body_without_a_joint_of_the_head_stays_still(world: World) -> None:
+    face = world.rig.meshes[0]
+    height = np.ptp(face.points[:, 1])
+    body = replace(face, points=np.concatenate([face.points, face.points - [0, 5 * height, 0]]))
+    rig = replace(world.rig, meshes=(body,))
+    motion, findings = recorded_head(a_take(turning()), rig, body, SETUP)
+    assert motion is None and [found.code for found in findings] == ["HEAD_LEFT_STILL"]
+    bust = replace(face, points=np.concatenate([face.points, face.points - [0, height, 0]]))
+    assert recorded_head(a_take(turning()), rig, bust, SETUP)[0] is not None
+    without = replace(face, shapes=())
+    motion, findings = recorded_head(a_take(turning()), rig, without, SETUP)
+    assert motion is None and [found.code for found in findings] == ["HEAD_LEFT_STILL"]
+
+
+def test_a_root_joint_may_be_the_head(world: World) -> None:
+    mesh = world.rig.meshes[0]
+    place = np.eye(4)[None].copy()
+    place[0, 3, :3] = 0.0, -0.1, -0.05
+    skin = Skin(np.zeros((len(mesh.points), 1), np.int64), np.ones((len(mesh.points), 1)))
+    skinned, skeleton = replace(mesh, skin=skin), Skeleton(("j",), ("Head_M",), place, place)
+    rig = replace(world.rig, meshes=(skinned,), skeleton=skeleton)
+    motion, findings = recorded_head(a_take(turning()), rig, skinned, SETUP)
+    assert motion is not None and not findings
+    at = motion.to_take(np.tile(place[0, 3, :3], (FRAMES, 1, 1)))
+    np.testing.assert_allclose(at - place[0, 3, :3], 0.0, atol=1e-15)
 
 
 @pytest.mark.parametrize("root", [True, False])
@@ -113,7 +133,7 @@ def test_without_a_joint_of_the_head_it_turns_about_its_middle(world: World, roo
     assert rest == pytest.approx(0.0, abs=1e-20)
     low, high = mesh.points.min(axis=0), mesh.points.max(axis=0)
     middle = (low + high) / 2
-    np.testing.assert_allclose(pivot[[0, 2]], middle[[0, 2]], atol=0.01)
+    np.testing.assert_allclose(pivot[[0, 2]], middle[[0, 2]], atol=0.02)
     assert front.points[:, 1].min() < pivot[1] < front.points[:, 1].max()
 
 

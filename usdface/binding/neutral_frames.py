@@ -9,7 +9,7 @@ from usdface.binding.held_poses import held_poses
 from usdface.binding.stabilised_take import FEWEST_MARKERS, StabilisedTake, without_head
 from usdface.errors import InputError
 from usdface.retarget.film.film_head import FEWEST_FILMED
-from usdface.takes import MarkerTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
     "MOST_PEAKS",
@@ -57,7 +57,9 @@ def peak_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]:
     return tuple(distant_frames(without_head(take, "peak"), neutral, MOST_PEAKS).tolist())
 
 
-def check_frames(take: MarkerTake, neutral: tuple[int, int] | None, peaks: Sequence[int]) -> None:
+def check_frames(
+    take: MarkerTake | WeightsTake, neutral: tuple[int, int] | None, peaks: Sequence[int]
+) -> None:
     """Check that the take has the neutral and peak frames.
 
     Raises

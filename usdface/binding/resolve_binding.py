@@ -140,7 +140,7 @@ def resolve_binding(
         check_vertices(given.binding, mesh)
         check_vertices(given.unsure, mesh)
     if not isinstance(take, MarkerTake):
-        return _of_weights(take, character, mesh, given or unbound(take))
+        return _of_weights(take, character, mesh, given or unbound(take), options)
     other_take = ""
     if given is not None and given.origin is not None and take_differs(given.origin, take):
         other_take, given = _names_frames(given), _without_frames(given)
@@ -177,15 +177,23 @@ def resolve_binding(
 
 
 def _of_weights(
-    take: WeightsTake, character: Rig, mesh: Mesh, setup: RetargetSetup
+    take: WeightsTake, character: Rig, mesh: Mesh, setup: RetargetSetup, options: BindOptions
 ) -> ResolvedBinding:
     """Return the binding of a take of weights, whose curves go by name, by unit or as told."""
+    if options.neutral == "auto":
+        raise InputError(
+            f"a rest is looked for in markers, but the take {take.source} has weights; name "
+            "frames: --neutral FIRST LAST",
+            "TAKE_KIND_WRONG",
+        )
+    setup = _requested(setup, options)
+    check_frames(take, setup.neutral, setup.peaks)
     names = character.shape_names
-    by_unit = curves_by_unit(*undecided(take.names, names, setup.curves))
+    by_unit = curves_by_unit(*undecided(take.names, names, setup.curves), setup.curves)
     setup = replace(setup, curves={**setup.curves, **by_unit})
     rename_weights(take, names, setup.curves)  # refused now, and not when it is played
-    if not setup.binding.markers:
-        setup = replace(setup, neutral_assumed=False)  # no frame is measured from it
+    if not setup.binding.markers and take.head is None:
+        setup = replace(setup, neutral_assumed=False)  # nothing is measured from it
     return ResolvedBinding(mesh, setup, by_unit=tuple(by_unit))
 
 

@@ -1,7 +1,8 @@
 """Blend shapes for recorded curves of another naming convention, by their FACS action units."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
+from types import MappingProxyType
 
 from usdface.face.facs_names import FACS, NAMING_CONVENTIONS, ActionUnit
 from usdface.face.shape_names import shape_key
@@ -18,7 +19,11 @@ _TURNING = (61, 62)
 _Unit = tuple[str, int]  # a naming convention, and the number of one of its action units
 
 
-def curves_by_unit(curves: Sequence[str], shapes: Sequence[str]) -> dict[str, dict[str, float]]:
+def curves_by_unit(
+    curves: Sequence[str],
+    shapes: Sequence[str],
+    told: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+) -> dict[str, dict[str, float]]:
     """Return the blend shapes of the action units that recorded curves are, with their factors.
 
     A blend shape is moved by the mean of its unit's curves: a smile without sides by those of both
@@ -33,6 +38,8 @@ def curves_by_unit(curves: Sequence[str], shapes: Sequence[str]) -> dict[str, di
         As ARKit names them, or another of `usdface.face.facs_names.NAMING_CONVENTIONS`.
     shapes : sequence of str
         Of the rig, in another convention; those in the same one go by their names.
+    told : mapping of str to mapping of str to float
+        The blend shapes that other curves drive, with factors.
 
     Returns
     -------
@@ -54,10 +61,10 @@ def curves_by_unit(curves: Sequence[str], shapes: Sequence[str]) -> dict[str, di
                 weight, movers = share, by
         for curve in movers:
             found.setdefault(curve, {})[shape] = round(weight / len(movers), 6)
-    by_key = {shape_key(curve): curve for curve in curves}
-    jaw, close = by_key.get(_JAW, ""), by_key.get(_CLOSE, "")
-    if jaw in found and close:
-        found[close] = {shape: -factor for shape, factor in found[jaw].items()}
+    driven = {shape_key(curve): by for curve, by in (*told.items(), *found.items())}
+    for curve in curves:
+        if shape_key(curve) == _CLOSE and driven.get(_JAW):
+            found[curve] = {shape: -factor for shape, factor in driven[_JAW].items()}
     return {curve: found[curve] for curve in curves if curve in found}
 
 

@@ -95,7 +95,8 @@ def unknown_curves(take: WeightsTake, curves: _Told, source: str) -> list[Findin
     unknown = [curve for curve in curves if shape_key(curve) not in known]
     if not unknown:
         return []
-    hint = Prose(did_you_mean(unknown[0], take.names) if len(unknown) == 1 else "")
+    hints = [did_you_mean(curve, take.names) for curve in unknown[:_NAMED]]
+    hint = Prose("".join(dict.fromkeys(hints)))
     message = "the take has no curves of the names {curves}{hint}"
     return [finding("CURVE_UNKNOWN", source, message, unknown, hint)]
 

@@ -10,9 +10,10 @@
      "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
      "clean": {"gaps": false}, "exaggeration": {"face": 1.2, "brows": 1.5}}
 
-Only `markers` is needed, or for a take of weights `curves`: the blend shapes that recorded curves
-drive, with factors, as in {"EyeBlinkLeft": {"eye-left-closure": 1.0}}. A marker may have a
-"confidence" (0 to 1), as proposed ones do; those that are "unsure" are not bound. `head` is
+Only `markers` is needed, and not for a take of weights. `curves` are of such a take: the blend
+shapes that recorded curves drive, with factors, as in
+{"EyeBlinkLeft": {"eye-left-closure": 1.0}}. A marker may have a "confidence" (0 to 1), as proposed
+ones do; those that are "unsure" are not bound. `head` is
 "solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
 take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; its
 "weights" are those of blend shapes that the performer shows in the neutral frames, which the solve
@@ -125,7 +126,7 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
             "SCHEMA_BROKEN",
         )
     curves = _curves(document.get("curves", {}), where)
-    without: dict[str, Any] = {"markers": {}} if curves else {}  # a take of weights has none
+    without: dict[str, Any] = {"markers": {}} if document else {}  # a take of weights has none
     binding = _binding(without | document, "markers", where)
     unsure = _binding({"unsure": {}} | without | document, "unsure", where)
     head, rigid = _head(document, where)

@@ -8,6 +8,7 @@ from usdface.arrays import FloatArray
 from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.closure.lip_contact import lip_gaps_of
 from usdface.face.bound_face import BoundFace
+from usdface.face.face_points import face_points
 from usdface.face.lip_lid_contacts import LipLidContacts
 from usdface.face.marker_heat import heat_of_markers
 from usdface.face.regions import shape_regions
@@ -94,9 +95,9 @@ def carrier_of(played: PlayedShot, face: BoundFace) -> int:
     """Return the joint that carries the face; -1 if none does."""
     skeleton = played.rig.skeleton
     own = next((m for m in played.rig.meshes if m.path == face.mesh.path), None)
-    if skeleton is None or own is None or own.skin is None or not len(face.vertices):
+    if skeleton is None or own is None or own.skin is None:
         return -1
-    joint = carrying_joint(skeleton, own.skin, face.vertices)
+    joint = carrying_joint(skeleton, own.skin, face_points(own, face.vertices))
     return -1 if joint is None else joint
 
 

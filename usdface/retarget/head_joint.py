@@ -2,26 +2,28 @@
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
+from usdface.face.face_points import FacePoints
 from usdface.geometry.rigid_fit import Pose
-from usdface.rigs import Mesh, Skeleton, Skin
+from usdface.rigs import Skeleton, Skin
 
-__all__ = ["carrying_joint", "face_points", "joint_track", "matrices_of", "named_joint"]
+__all__ = ["carrying_joint", "joint_track", "matrices_of", "named_joint"]
 
 # A joint carries the face if it and its descendants have this share of the markers' skin weight:
 # lids, lips and jaw may have joints of their own below the head's. Set by hand.
 _CARRIED = 0.9
 
 
-def carrying_joint(skeleton: Skeleton, skin: Skin, points: IntArray) -> int | None:
-    """Return the deepest joint that carries the vertices `points` (M,); None if none does.
+def carrying_joint(skeleton: Skeleton, skin: Skin, face: FacePoints) -> int | None:
+    """Return the deepest joint that carries a face; None if none does.
 
     A joint carries the vertices that are bound to it or to a joint below it.
     """
     count = len(skeleton.joints)
     shares = np.zeros(count)
-    np.add.at(shares, skin.joints[points].ravel(), skin.weights[points].ravel())
+    held = face.shares[:, None] * skin.weights[face.vertices]
+    np.add.at(shares, skin.joints[face.vertices].ravel(), held.ravel())
     if shares.sum() <= 0.0:
         return None
     parents = _parents(skeleton)
@@ -31,21 +33,6 @@ def carrying_joint(skeleton: Skeleton, skin: Skin, points: IntArray) -> int | No
     whole = sum(shares[joint] for joint in range(count) if parents[joint] < 0)
     carrying = [joint for joint in range(count) if shares[joint] >= _CARRIED * whole]
     return max(carrying, key=lambda joint: skeleton.joints[joint].count("/"), default=None)
-
-
-def face_points(mesh: Mesh, markers: IntArray) -> IntArray:
-    """Return the vertices that the head must move: those of markers, else of the blend shapes.
-
-    Parameters
-    ----------
-    mesh : Mesh
-    markers : (B,) int64
-        Vertices; those that the mesh has not are left out.
-    """
-    bound = markers[(markers >= 0) & (markers < len(mesh.points))]
-    if len(bound) or not mesh.shapes:
-        return bound
-    return np.unique(np.concatenate([shape.indices for shape in mesh.shapes]))
 
 
 def named_joint(skeleton: Skeleton, name: str) -> int:

@@ -4,14 +4,21 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray
+from usdface.face.face_points import FacePoints, face_points
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.head_joint import carrying_joint, face_points, named_joint
+from usdface.retarget.head_joint import carrying_joint, named_joint
 from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh, Rig
 from usdface.takes import WeightsTake
 
 __all__ = ["recorded_head"]
+
+# Share of the motion that is left out at each side of the box around a face.
+_LEFT_OUT = 0.02
+# Heights of the face below it down to which a mesh is a head, with neck and shoulders: ICT's has
+# 1.0, MakeHuman's body 9. By hand.
+_BUST = 3.0
 
 
 def recorded_head(
@@ -20,8 +27,8 @@ def recorded_head(
     """Return the motion of the character's head from its neutral position; None without one.
 
     The head turns from where it is in the neutral frames, about its own axes; if they are the
-    rig's, from straight ahead. It turns about the joint that carries the face, as far as this is
-    no root joint, else about the middle of the head.
+    rig's, from straight ahead. It turns about the joint that carries the face. Where that is a root
+    joint that is no head's, or none, it turns about the middle of the head; not on a body.
 
     Parameters
     ----------
@@ -36,49 +43,62 @@ def recorded_head(
     Pose or None
         In the character's space, for points of the character at rest.
     list of Finding
-        HEAD_PIVOT_ASSUMED.
+        HEAD_PIVOT_ASSUMED, or HEAD_LEFT_STILL.
     """
     if take.head is None:
         return None, []
     turns = Rotation.from_rotvec(take.head.copy())  # SciPy before 1.15.1 wants to write
     if setup.neutral is not None:
         first, last = setup.neutral
-        last = min(last, len(take.times) - 1)
-        turns = turns[min(first, last) : last + 1].mean().inv() * turns
-    joint = _joint(rig, mesh, setup)
+        turns = turns[first : last + 1].mean().inv() * turns
+    face = face_points(mesh, setup.binding.points)
+    joint = _joint(rig, mesh, setup, face)
     findings = []
-    if joint is None:
-        pivot = _middle(mesh, setup)
+    if joint is not None:
+        assert rig.skeleton is not None
+        pivot = rig.skeleton.bind[joint][3, :3]
+    elif len(face.vertices) and not _has_body(mesh, face):
+        pivot = _middle(mesh, face)
         message = (
             "the head turns about the middle of the head, {height_m:.3g} m high, as no joint below "
             "a root carries the face"
         )
         findings = [finding("HEAD_PIVOT_ASSUMED", mesh.path, message, float(pivot[1]))]
     else:
-        assert rig.skeleton is not None
-        pivot = rig.skeleton.bind[joint][3, :3]
+        return None, [finding("HEAD_LEFT_STILL", mesh.path)]
     rotations = turns.as_matrix()
     return Pose(rotations, pivot - rotations @ pivot), findings
 
 
-def _joint(rig: Rig, mesh: Mesh, setup: RetargetSetup) -> int | None:
-    """Return the joint that carries the face, unless it is a root that was not named."""
-    if rig.skeleton is None or mesh.skin is None:
+def _joint(rig: Rig, mesh: Mesh, setup: RetargetSetup, face: FacePoints) -> int | None:
+    """Return the joint that carries the face; None for a root that is no head's and was not told.
+
+    Such a root, as rigs without a skeleton get one, may be anywhere.
+    """
+    skeleton = rig.skeleton
+    if skeleton is None or mesh.skin is None:
         return None
     if setup.head_joint:
-        return named_joint(rig.skeleton, setup.head_joint)
-    joint = carrying_joint(rig.skeleton, mesh.skin, face_points(mesh, setup.binding.points))
-    return joint if joint is not None and "/" in rig.skeleton.joints[joint] else None
+        return named_joint(skeleton, setup.head_joint)
+    joint = carrying_joint(skeleton, mesh.skin, face)
+    if joint is None or "/" in skeleton.joints[joint] or "head" in skeleton.names[joint].lower():
+        return joint
+    return None
 
 
-def _middle(mesh: Mesh, setup: RetargetSetup) -> FloatArray:
+def _has_body(mesh: Mesh, face: FacePoints) -> bool:
+    """Return whether a mesh goes on below the neck, further than a bust does."""
+    low, high = face.box(mesh.points, _LEFT_OUT)
+    return bool(mesh.points[:, 1].min() < low[1] - _BUST * (high[1] - low[1]))
+
+
+def _middle(mesh: Mesh, face: FacePoints) -> FloatArray:
     """Return the middle of the head at the height of the middle of the face (3,) [m].
 
     The skull turns on the spine behind the mouth (the atlas), half the head's depth away from it.
     """
-    face = mesh.points[face_points(mesh, setup.binding.points)]
-    low, high = face.min(axis=0), face.max(axis=0)
-    middle = np.median(face, axis=0)
+    low, high = face.box(mesh.points, _LEFT_OUT)
+    middle = (low + high) / 2
     around = np.abs(mesh.points[:, :2] - middle[:2]) <= (high - low)[:2] / 2
     depths = mesh.points[around.all(axis=1), 2]
-    return np.array([(low[0] + high[0]) / 2, middle[1], (depths.min() + depths.max()) / 2])
+    return np.array([middle[0], middle[1], (depths.min() + depths.max()) / 2])

@@ -38,6 +38,12 @@ def check_bound_markers(setup: RetargetSetup, take: MarkerTake) -> None:
     """
     bound = setup.binding.markers
     count = len(set(bound) & set(take.names))
+    if not bound:
+        raise InputError(
+            f"the binding binds none of the markers of {take.source}; expected a vertex for each "
+            'under "markers", or --propose to find them',
+            "MARKERS_TOO_FEW",
+        )
     if not count:
         raise InputError(
             f"none of the {len(bound)} bound markers is in the take {take.source}; "

@@ -22,7 +22,8 @@ def timecode(seconds, base):
 def livelink_text(seconds, base=60, names=NAMES, empty=()):
     lines = [["Timecode", "BlendShapeCount", *names, *ROTATIONS]]
     for row, time in enumerate(seconds):
-        values = [0.01 * row + 0.1 * column for column in range(len(names) + len(ROTATIONS))]
+        values = [0.01 * row + 0.1 * column for column in range(len(names))]
+        values += [0.001 * (row % 100 + column) for column in range(len(ROTATIONS))]
         data = ["0"] if row in empty else [str(len(values)), *map(repr, values)]
         lines.append([timecode(time, base), *data])
     return "\n".join(",".join(line) for line in lines) + "\n"
@@ -110,8 +111,18 @@ def test_a_head_that_was_not_recorded_stays_still(read):
 
 def test_an_angle_that_is_missing_is_bridged(read):
     text = with_cell(3, "HeadPitch", "", with_cell(4, "HeadYaw", "0.4", turned(yaw=0.1)))
-    head = read(text)[0].head
-    np.testing.assert_allclose(head[1], [0.0, 0.2, 0.0], atol=1e-12)
+    take, findings = read(text)
+    np.testing.assert_allclose(take.head[1], [0.0, 0.2, 0.0], atol=1e-12)
+    (found,) = (each for each in findings if each.code == "WEIGHT_BRIDGED")
+    assert found.values["lines"] == [3] and found.where.endswith(": head")
+
+
+def test_degrees_and_a_column_that_comes_twice_are_no_head(read):
+    take, findings = read(turned(yaw=20.0))
+    assert take.head is None
+    assert any(f.values.get("angle") == 20.0 and f.code == "CHANNEL_IGNORED" for f in findings)
+    with pytest.raises(InputError, match="two columns HeadYaw"):
+        read(turned(yaw=0.2).replace("LeftEyeYaw", "HeadYaw"))
 
 
 @pytest.mark.parametrize(

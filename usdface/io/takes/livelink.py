@@ -39,6 +39,7 @@ _NTSC = 1.001  # s, of as many frames as drop-frame timecode counts a second (SM
 _DAY = 86400.0  # s
 _ROTATION = ("Yaw", "Pitch", "Roll")
 _HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
+_HALF_TURN = 3.15  # rad, rounded up
 _WRITTEN = 0.5  # of the rows, at least, have a weight of a curve that is read
 
 
@@ -71,7 +72,8 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     columns, weights, absent = _columns_with_weights(path, header, columns, weights)
     names = tuple(header[c][0].lower() + header[c][1:] for c in columns)
     findings += absent
-    angles = _head_angles(path, header, kept)
+    angles, told = _head_angles(path, header, kept)
+    findings += told
     used = () if angles is None else _HEAD
     ignored = [name for name in header[2:] if name.endswith(_ROTATION) and name not in used]
     if ignored:
@@ -135,14 +137,28 @@ def _columns_with_weights(
     return kept, weights[:, written], [found]
 
 
-def _head_angles(path: Path, header: list[str], rows: list[Row]) -> FloatArray | None:
+def _head_angles(
+    path: Path, header: list[str], rows: list[Row]
+) -> tuple[FloatArray | None, list[Finding]]:
     """Return yaw, pitch and roll of the head (F, 3) [rad], NaN where missing; None if not told."""
     if not all(name in header for name in _HEAD):
-        return None
+        return None, []
+    if repeated := next((name for name in _HEAD if header.count(name) > 1), None):
+        raise InputError(f"{path}: there are two columns {repeated}; expected one", "NAME_REPEATED")
     angles = read_numbers(path, rows, [header.index(name) for name in _HEAD])
-    angles[~np.isfinite(angles).all(axis=1)] = np.nan
-    told = ~np.isnan(angles[:, 0])
-    return angles if told.mean() >= _WRITTEN and angles[told].any() else None
+    missing = ~np.isfinite(angles).all(axis=1)
+    angles[missing] = np.nan
+    if 1.0 - missing.mean() < _WRITTEN or not np.nan_to_num(angles).any():
+        return None, []
+    if np.nanmax(np.abs(angles)) > _HALF_TURN:
+        message = "angles of the head go up to {angle:.3g}, which are no radians; left out"
+        largest = float(np.nanmax(np.abs(angles)))
+        return None, [finding("CHANNEL_IGNORED", str(path), message, largest)]
+    if not missing.any():
+        return angles, []
+    lines = [rows[row][0] for row in np.flatnonzero(missing)]
+    message = "no rotation in line {lines}; bridged from the rows around it"
+    return angles, [finding("WEIGHT_BRIDGED", f"{path}: head", message, lines)]
 
 
 def _head(times: FloatArray, angles: FloatArray) -> FloatArray:

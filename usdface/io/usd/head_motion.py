@@ -8,11 +8,11 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
+from usdface.face.face_points import face_points
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.stage import matrices
 from usdface.retarget.head_joint import (
     carrying_joint,
-    face_points,
     joint_track,
     matrices_of,
     named_joint,
@@ -86,13 +86,12 @@ def find_carrier(
     InputError
         If the named joint does not exist.
     """
-    points = face_points(mesh, setup.binding.points)
     xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
     if skeleton is not None and mesh.skin is not None:
         joint = (
             named_joint(skeleton, setup.head_joint)
             if setup.head_joint
-            else carrying_joint(skeleton, mesh.skin, points)
+            else carrying_joint(skeleton, mesh.skin, face_points(mesh, setup.binding.points))
         )
         if joint is not None:
             to_world = np.array(xforms.GetLocalToWorldTransform(prim)) @ inverse_head_motion(root)

@@ -191,8 +191,8 @@ def _facing_front(
 ) -> tuple[Rig, FloatArray, list[Finding]]:
     """Return the rig, turned for its face to look along +z, and the turn (4, 4)."""
     rig, findings = rig_of_stage(stage, root, True, asset_root)
-    mesh, points = rig.mesh(setup.binding.mesh), setup.binding.points
-    looks = facing(mesh, points[(points >= 0) & (points < len(mesh.points))])
+    mesh = rig.mesh(setup.binding.mesh)
+    looks = facing(mesh, setup.binding.points)
     if looks is None:
         return rig, np.eye(4), findings
     degrees = turn_to_front(looks, yaw_of(spaces_of_meshes(stage)[mesh.path]))
