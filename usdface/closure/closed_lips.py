@@ -84,7 +84,7 @@ def close_lips(
             1.0 - near[:, None]
         )
     closed = touching_lips(weights, largest, gaps)
-    closed = as_open_as_seen(weights, closed, distances.seen, gaps, tolerance)
+    closed = as_open_as_seen(weights, closed, largest, distances.seen, gaps, tolerance)
     before, after = gaps.opened(weights), gaps.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
     findings = _told("LIPS_CLOSED", _CLOSED, before - after)

@@ -32,6 +32,7 @@ _CONTRADICTED, _ABOVE_NOISE = 0.8, 3.0
 _WIDENS = 2.0
 # Standard deviation [s] of the smoothing with which a limit comes and goes.
 _EASE = 0.05
+_HALVINGS = 20  # of the part of a closure that is done
 # Rounds of projections: an upper bound. They aim so far inside the limits [m] that they end.
 _ROUNDS = 60
 _INSIDE = 1e-5
@@ -164,39 +165,45 @@ def touching_lips(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> Fl
 
 
 def as_open_as_seen(
-    weights: FloatArray, closed: FloatArray, seen: FloatArray, gaps: LipGaps, tolerance: float
+    weights: FloatArray,
+    closed: FloatArray,
+    largest: FloatArray,
+    seen: FloatArray,
+    gaps: LipGaps,
+    tolerance: float,
 ) -> FloatArray:
-    """Return the part of a closure that leaves the lips open where the markers show them open.
+    """Return the part of a closure after which the lips are as near as the markers show overall.
 
     A shape that closes one place closes others, too: a corner of the mouth that touches is no
-    reason to close a mouth that is open in the middle.
+    reason to close a mouth that is open in the middle. The part is that of the least squares of how
+    much wider places are than they may be, and how much narrower than they are seen.
 
     Parameters
     ----------
     weights, closed : (F, T) float64
         Before the closure, and after.
-    seen : (F, K) float64 [m]
-        `LipDistances.seen`.
+    largest, seen : (F, K) float64 [m]
+        The limits, and `LipDistances.seen`.
     gaps : LipGaps
     tolerance : float [m]
         Of a contact.
     """
-    frames = np.flatnonzero((closed != weights).any(axis=1))
-    start, change = weights[frames], closed[frames] - weights[frames]
-    before, beyond = gaps.opened(start), np.maximum(seen[frames] - tolerance, 0.0)
+    before, after = gaps.opened(weights), gaps.opened(closed)
+    beyond = np.maximum(seen - tolerance, 0.0)
     open_by = beyond**2 / (beyond + _WIDENS * tolerance)
     least = np.where(beyond > 0.0, np.minimum(before, open_by), -np.inf)
-    share = np.ones(len(frames))
-    for _ in range(_ROUNDS):
-        after = gaps.opened(start + share[:, None] * change)
-        over = (after < least - _INSIDE) & (share > 0.0)[:, None]
-        if not over.any():
-            break
-        kept = np.divide(before - least, before - after, out=np.ones(over.shape), where=over)
-        share *= kept.min(axis=1)
+    frames = np.flatnonzero((after < least).any(axis=1))
+    low, high = np.zeros(len(frames)), np.ones(len(frames))
+    start, way = before[frames], (before - after)[frames]
+    for _ in range(_HALVINGS):
+        part = (low + high) / 2
+        opened = start - part[:, None] * way
+        wide = np.maximum(opened - largest[frames], 0.0)
+        narrow = np.maximum(least[frames] - opened, 0.0)
+        further = (way * (wide - narrow)).sum(axis=1) > 0.0
+        low, high = np.where(further, part, low), np.where(further, high, part)
     result = closed.copy()
-    part = share < 1.0
-    result[frames[part]] = (start + share[:, None] * change)[part]
+    result[frames] = weights[frames] + high[:, None] * (closed[frames] - weights[frames])
     return result
 
 
