@@ -123,22 +123,7 @@ def resolve_binding(
     UnsureBindingError
         If more of them are unsure than markers are bound.
     """
-    of_markers = isinstance(take, MarkerTake)
-    if given is None or not (given.binding.mesh or of_markers):
-        mesh = character.face()
-    else:
-        mesh = character.mesh(given.binding.mesh)
-    if of_markers and given is not None and given.curves and not given.binding.markers:
-        raise InputError(
-            f"the binding names curves and no markers, but the take {take.source} has markers; "
-            "give one that binds them, or none",
-            "TAKE_KIND_WRONG",
-        )
-    if given is not None and given.origin is not None:
-        check_mesh(given.origin, mesh)
-    if given is not None:
-        check_vertices(given.binding, mesh)
-        check_vertices(given.unsure, mesh)
+    mesh = _bound_mesh(character, take, given)
     if not isinstance(take, MarkerTake):
         return _of_weights(take, character, mesh, given or unbound(take), options)
     other_take = ""
@@ -176,16 +161,39 @@ def resolve_binding(
     return replace(resolved, setup=setup, other_take=other_take)
 
 
+def _bound_mesh(
+    character: Rig, take: MarkerTake | WeightsTake, given: RetargetSetup | None
+) -> Mesh:
+    """Return the mesh of a binding, checked; the face of a rig if none is named.
+
+    Raises
+    ------
+    InputError
+    """
+    if given is None:
+        return character.face()
+    binding, of_markers = given.binding, isinstance(take, MarkerTake)
+    mesh = character.mesh(binding.mesh) if binding.mesh or of_markers else character.face()
+    if of_markers and given.curves and not binding.markers:
+        raise InputError(
+            f"the binding names curves and no markers, but the take {take.source} has markers; "
+            "give one that binds them, or none",
+            "TAKE_KIND_WRONG",
+        )
+    if given.origin is not None:
+        check_mesh(given.origin, mesh)
+    check_vertices(binding, mesh)
+    check_vertices(given.unsure, mesh)
+    return mesh
+
+
 def _of_weights(
     take: WeightsTake, character: Rig, mesh: Mesh, setup: RetargetSetup, options: BindOptions
 ) -> ResolvedBinding:
-    """Return the binding of a take of weights, whose curves go by name, by unit or as told."""
-    if options.neutral == "auto":
-        raise InputError(
-            f"a rest is looked for in markers, but the take {take.source} has weights; name "
-            "frames: --neutral FIRST LAST",
-            "TAKE_KIND_WRONG",
-        )
+    """Return the binding of a take of weights, whose curves go by name, by unit or as told.
+
+    Its neutral frames are not looked for: only a recorded head is measured from them.
+    """
     setup = _requested(setup, options)
     check_frames(take, setup.neutral, setup.peaks)
     names = character.shape_names
