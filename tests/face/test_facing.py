@@ -32,6 +32,14 @@ def test_without_markers_the_skin_that_the_blend_shapes_move_tells(degrees: floa
     assert (looks - ahead - degrees + 180.0) % 360.0 == pytest.approx(180.0, abs=1e-6)
 
 
+def test_faces_that_are_inside_out_look_to_the_other_side() -> None:
+    mesh = make_world().rig.meshes[0]
+    corners = mesh.face_indices.reshape(-1, int(mesh.face_counts[0]))
+    turned = replace(mesh, face_indices=corners[:, ::-1].ravel())
+    bound = np.arange(0, len(mesh.points), 3)
+    assert facing(turned, bound) == pytest.approx(facing(mesh, bound), abs=1e-9)
+
+
 def test_a_face_without_faces_or_markers_looks_nowhere() -> None:
     mesh = make_world().rig.meshes[0]
     none = np.zeros(0, np.int64)
@@ -71,7 +79,9 @@ def test_a_character_on_its_head_has_no_yaw() -> None:
         (4.0, 90.0, 0.0),  # modelled along x, put right by the stage
         (91.0, 0.0, -90.0),  # modelled along x
         (-85.0, 0.0, 90.0),
-        (179.0, 0.0, 0.0),  # faces that are inside out
+        (179.0, 0.0, -180.0),  # modelled along -z, as VRM 0.x
+        (-160.0, 0.0, 180.0),
+        (140.0, 0.0, 0.0),
     ],
 )
 def test_a_face_is_turned_back_by_exactly_what_turned_it(

@@ -9,7 +9,6 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.arrays import FloatArray, IntArray
 from usdface.binding_origin import check_mesh
 from usdface.errors import InputError
-from usdface.face.facing import facing, turn_about_up, turn_to_front, yaw_of
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.face_layout import read_exaggeration, read_gains, read_layout
@@ -18,7 +17,7 @@ from usdface.io.usd.head_motion import HeadCarrier, find_carrier
 from usdface.io.usd.ignored_attributes import ignored_attributes
 from usdface.io.usd.pins import read_pins
 from usdface.io.usd.retarget_setup import check_neutral, read_expressions, read_setup
-from usdface.io.usd.rig import rig_of_stage, spaces_of_meshes
+from usdface.io.usd.rig_ahead import rig_ahead
 from usdface.io.usd.stage import (
     Metrics,
     check_clocks,
@@ -28,7 +27,6 @@ from usdface.io.usd.stage import (
     to_si,
 )
 from usdface.io.usd.take import count_frames, read_take_prim
-from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Rig
 from usdface.schemas import tokens
 from usdface.shot import Shot
@@ -42,9 +40,6 @@ __all__ = [
     "read_shot",
     "shot_frames",
 ]
-
-# A face that is turned aside by less [degrees] looks ahead: rounding of transforms.
-_AHEAD = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +102,8 @@ def read_character(path: Path) -> tuple[Rig, list[Finding]]:
             "itself, from which that shot was made",
             "SHOT_AS_RIG",
         )
-    return rig_of_stage(stage)
+    rig, _, findings = rig_ahead(stage)
+    return rig, findings
 
 
 def read_shot(
@@ -154,7 +150,14 @@ def _read(
     check_neutral(prim, setup, take, count)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     root = str(scope[0]) if scope else ""
-    rig, turn, findings = _facing_front(stage, root, setup, asset_root)
+    rig, turn, findings = rig_ahead(
+        stage,
+        root,
+        joints=True,
+        asset_root=asset_root,
+        mesh=setup.binding.mesh,
+        markers=setup.binding.points,
+    )
     pins, pin_findings = read_pins(prim, rig.shape_names, codes)
     setup, findings = replace(setup, pins=pins), findings + pin_findings + missing_metrics(stage)
     fuzzy = prim.GetRelationship(tokens.SYSTEM).GetTargets()
@@ -184,27 +187,6 @@ def _read(
     exaggeration = read_exaggeration(prim, codes)
     shot = Shot(rig, take, setup, system, expressions, layout, gains, base, exaggeration)
     return StagedShot(shot, prims, codes, metrics, to_rig), findings
-
-
-def _facing_front(
-    stage: Usd.Stage, root: str, setup: RetargetSetup, asset_root: Path | None
-) -> tuple[Rig, FloatArray, list[Finding]]:
-    """Return the rig, turned for its face to look along +z, and the turn (4, 4)."""
-    rig, findings = rig_of_stage(stage, root, True, asset_root)
-    mesh = rig.mesh(setup.binding.mesh)
-    looks = facing(mesh, setup.binding.points)
-    if looks is None:
-        return rig, np.eye(4), findings
-    degrees = turn_to_front(looks, yaw_of(spaces_of_meshes(stage)[mesh.path]))
-    if abs(degrees) < _AHEAD:
-        return rig, np.eye(4), findings
-    turn = turn_about_up(degrees)
-    rig, findings = rig_of_stage(stage, root, True, asset_root, turn=turn)
-    message = (
-        "the face looks {turned_degrees:.0f} degrees to the side; it is solved, and written as "
-        "glTF, as if it looked along +z"
-    )
-    return rig, turn, [*findings, finding("CHARACTER_TURNED", mesh.path, message, abs(degrees))]
 
 
 def _retarget_prims(stage: Usd.Stage) -> list[Usd.Prim]:

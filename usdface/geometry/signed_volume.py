@@ -1,0 +1,29 @@
+"""The signed volume of a mesh: whether its faces look outwards."""
+
+import numpy as np
+
+from usdface.arrays import FloatArray, IntArray
+
+__all__ = ["signed_volume"]
+
+
+def signed_volume(points: FloatArray, face_counts: IntArray, face_indices: IntArray) -> float:
+    """Return the volume of the cones from the middle of the points to the faces [m3].
+
+    Negative where most faces look inwards, of an open mesh as well. Faces are fans of triangles (C.
+    Zhang, T. Chen, "Efficient feature extraction for 2D/3D objects in mesh representation", 2001).
+
+    Parameters
+    ----------
+    points : (V, 3) float64 [m]
+    face_counts : (P,) int64
+    face_indices : (C,) int64
+    """
+    around = points - points.mean(axis=0)
+    first = np.cumsum(face_counts) - face_counts
+    # Each corner but the first and the last of a face begins a triangle with the next one.
+    fans = np.maximum(face_counts - 2, 0)
+    face = np.repeat(np.arange(len(fans)), fans)
+    step = np.arange(len(face)) - np.repeat(np.cumsum(fans) - fans, fans)
+    a, b, c = (around[face_indices[first[face] + k]] for k in (0, step + 1, step + 2))
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)
