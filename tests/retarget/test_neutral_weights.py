@@ -63,6 +63,18 @@ def showing(
     return replace(world.take, positions=positions, times=times), weights
 
 
+def neutral_weights_of(
+    positions: FloatArray, points: FloatArray, offsets: FloatArray
+) -> dict[str, float]:
+    """Return the neutral weights found for markers (F, M, 3) on shapes s0, s1, ... at 30 Hz."""
+    names = tuple(f"m{i}" for i in range(len(points)))
+    take = MarkerTake(names, np.arange(len(positions)) / 30.0, positions, 30.0)
+    setup = RetargetSetup(Binding(names, np.arange(len(points))), neutral=(0, NEUTRAL - 1))
+    shapes = tuple(f"s{i}" for i in range(len(offsets)))
+    solution, _ = solve_take(take, points, offsets, shapes, setup)
+    return dict(solution.neutral_weights)
+
+
 def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
@@ -130,14 +142,8 @@ def test_a_performer_with_other_movements_shows_nothing_at_rest(seed: int, oppos
     waves = np.linspace(0, 1, count)[:, None] * rng.uniform(1, 4, 8) + rng.uniform(0, 1, 8)
     weights = np.sin(2 * np.pi * waves).clip(min=0.0) ** power
     weights[:NEUTRAL] = 0.0
-    names = tuple(f"m{i}" for i in range(20))
-    take = MarkerTake(
-        names, np.arange(count) / 30.0, points + np.tensordot(weights, own, axes=1), 30.0
-    )
-    setup = RetargetSetup(Binding(names, np.arange(20)), neutral=(0, NEUTRAL - 1))
-    shapes = tuple(f"s{i}" for i in range(8))
-    solution, _ = solve_take(take, points, offsets, shapes, setup)
-    assert not solution.neutral_weights
+    positions = points + np.tensordot(weights, own, axes=1)
+    assert not neutral_weights_of(positions, points, offsets)
 
 
 @pytest.mark.parametrize("seed", [0, 3])
@@ -154,14 +160,8 @@ def test_a_single_movement_that_the_rig_lacks_is_no_expression_of_the_neutral(se
     weights = np.sin(2 * np.pi * waves).clip(min=0.0) ** 3
     weights[:NEUTRAL] = weights[:, 1] = weights[100:140, 0] = 0.0
     weights[100:140, 1] = np.sin(np.linspace(0, np.pi, 40))
-    names = tuple(f"m{i}" for i in range(20))
-    take = MarkerTake(
-        names, np.arange(300) / 30.0, points + np.tensordot(weights, own, axes=1), 30.0
-    )
-    setup = RetargetSetup(Binding(names, np.arange(20)), neutral=(0, NEUTRAL - 1))
-    shapes = tuple(f"s{i}" for i in range(8))
-    solution, _ = solve_take(take, points, offsets, shapes, setup)
-    assert not solution.neutral_weights
+    positions = points + np.tensordot(weights, own, axes=1)
+    assert not neutral_weights_of(positions, points, offsets)
 
 
 @pytest.mark.parametrize(("seed", "opposed"), [(0, 0.2), (1, 0.4), (2, 0.4)])
@@ -173,14 +173,9 @@ def test_a_movement_exactly_against_a_shape_is_none_either(seed: int, opposed: f
     weights = np.sin(2 * np.pi * waves).clip(min=0.0) ** 3
     weights[:NEUTRAL] = 0.0
     weights[100:130, 0] = -opposed * np.sin(np.linspace(0, np.pi, 30))
-    names = tuple(f"m{i}" for i in range(20))
     positions = points + np.tensordot(weights, offsets, axes=1)
     positions += 2e-4 * rng.normal(size=positions.shape)
-    take = MarkerTake(names, np.arange(300) / 30.0, positions, 30.0)
-    setup = RetargetSetup(Binding(names, np.arange(20)), neutral=(0, NEUTRAL - 1))
-    shapes = tuple(f"s{i}" for i in range(8))
-    solution, _ = solve_take(take, points, offsets, shapes, setup)
-    assert not solution.neutral_weights
+    assert not neutral_weights_of(positions, points, offsets)
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -193,13 +188,8 @@ def test_a_small_weight_is_found_though_few_movements_leave_it(seed: int) -> Non
     weights[:, 0] = 0.3
     weights[:NEUTRAL] = weights[100:140, 0] = 0.0
     weights[:NEUTRAL, 0] = 0.05
-    names = tuple(f"m{i}" for i in range(20))
     positions = points + np.tensordot(weights, offsets, axes=1)
-    take = MarkerTake(names, np.arange(300) / 30.0, positions, 30.0)
-    setup = RetargetSetup(Binding(names, np.arange(20)), neutral=(0, NEUTRAL - 1))
-    shapes = tuple(f"s{i}" for i in range(8))
-    solution, _ = solve_take(take, points, offsets, shapes, setup)
-    assert dict(solution.neutral_weights) == {"s0": pytest.approx(0.05, abs=0.01)}
+    assert neutral_weights_of(positions, points, offsets) == {"s0": pytest.approx(0.05, abs=0.01)}
 
 
 def test_too_few_frames_say_nothing(world: World) -> None:
