@@ -17,7 +17,7 @@ __all__ = ["recorded_head"]
 # Share of the motion that is left out at each side of the box around a face.
 _LEFT_OUT = 0.02
 # Heights of the face below it down to which a mesh is a head, with neck and shoulders: ICT's has
-# 1.0, MakeHuman's body 9. By hand.
+# 1.0, MakeHuman's body 13. By hand.
 _BUST = 3.0
 
 
