@@ -81,7 +81,9 @@ def assemble_shot(
     ['joy', 'sadness', 'anger']
     """
     performer = calibration.face if calibration else None
-    resolved = resolve_binding(rig, take, setup, options=binding, performer=performer)
+    resolved = resolve_binding(
+        rig, take, setup, options=binding, performer=performer, source=setup_source
+    )
     findings = binding_findings(resolved, take, setup_source)
     mesh, bound = resolved.mesh, resolved.setup
     if calibration is not None:

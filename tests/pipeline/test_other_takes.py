@@ -104,6 +104,19 @@ def test_neutral_frames_of_a_recorded_head_are_named_and_checked(tmp_path: Path)
     assert "NEUTRAL_ASSUMED" in codes_in(report(tmp_path, "shot", *files, "--neutral", "auto"))
 
 
+def test_a_wrong_blend_shape_is_refused_with_its_file(
+    done: Done, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = done.world.write(tmp_path)
+    write_live_link(done.world, folder / "phone.csv")
+    run("take", folder / "phone.csv", "-o", folder / "take.usda")
+    (folder / "curves.json").write_text(json.dumps({"curves": {"jawOpen": {"jawOpn": 1.0}}}))
+    arguments = ["shot", *shot_files(folder), "--bind", folder / "curves.json"]
+    assert main([str(a) for a in arguments]) == 1
+    said = capsys.readouterr().err
+    assert "curves.json: the curve 'jawOpen' is to drive 'jawOpn'" in said
+
+
 def test_curves_are_of_no_use_to_markers(done: Done, tmp_path: Path) -> None:
     folder = done.world.write(tmp_path)
     (folder / "bind.json").write_text(json.dumps({"curves": {"jawOpen": {"jawOpen": 1.0}}}))

@@ -102,6 +102,7 @@ def resolve_binding(
     *,
     options: BindOptions,
     performer: PerformerFace | None = None,
+    source: str = "",
 ) -> ResolvedBinding:
     """Complete a binding: vertices, neutral and peak frames.
 
@@ -114,6 +115,8 @@ def resolve_binding(
     options : BindOptions
     performer : PerformerFace, optional
         Its resting markers help to find the neutral frames of a take whose markers are bound.
+    source : str
+        File of the binding, if it is known.
 
     Raises
     ------
@@ -125,7 +128,12 @@ def resolve_binding(
     """
     mesh = _bound_mesh(character, take, given)
     if not isinstance(take, MarkerTake):
-        return _of_weights(take, character, mesh, given or unbound(take), options)
+        setup = _requested(given or unbound(take), options)
+        check_frames(take, setup.neutral, setup.peaks)
+        try:
+            return _of_weights(take, character, mesh, setup)
+        except InputError as error:
+            raise InputError(f"{source}: {error}" if source else str(error), error.code) from error
     other_take = ""
     if given is not None and given.origin is not None and take_differs(given.origin, take):
         other_take, given = _names_frames(given), _without_frames(given)
@@ -188,14 +196,12 @@ def _bound_mesh(
 
 
 def _of_weights(
-    take: WeightsTake, character: Rig, mesh: Mesh, setup: RetargetSetup, options: BindOptions
+    take: WeightsTake, character: Rig, mesh: Mesh, setup: RetargetSetup
 ) -> ResolvedBinding:
     """Return the binding of a take of weights, whose curves go by name, by unit or as told.
 
     Its neutral frames are not looked for: only a recorded head is measured from them.
     """
-    setup = _requested(setup, options)
-    check_frames(take, setup.neutral, setup.peaks)
     names = character.shape_names
     by_unit = curves_by_unit(*undecided(take.names, names, setup.curves), setup.curves)
     setup = replace(setup, curves={**setup.curves, **by_unit})
