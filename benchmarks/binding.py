@@ -31,8 +31,9 @@ from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]

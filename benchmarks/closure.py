@@ -35,9 +35,10 @@ from usdface.face.layout import find_layout
 from usdface.io.takes.files import read_take
 from usdface.options import ProcessOptions
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh, Rig
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup, unbound
 from usdface.shot import Shot, ShotResult
 from usdface.takes import MarkerTake, WeightsTake
 

@@ -33,7 +33,6 @@ from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
 from usdface.progress import Progress  # noqa: E402
-from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
 from usdface.retarget_take import retarget  # noqa: E402
 from usdface.rule_design.marker_roles import known_roles  # noqa: E402
 from usdface.rule_learning.cross_validation import Validation, cross_validate  # noqa: E402
@@ -47,6 +46,8 @@ from usdface.rule_learning.learned_system import (  # noqa: E402
     fit_system,
 )
 from usdface.rule_learning.separation import separations  # noqa: E402
+from usdface.setup.binding import Binding  # noqa: E402
+from usdface.setup.retarget_setup import RetargetSetup  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
 RATE, NOISE, PERFORMERS = 60.0, 0.0003, 6

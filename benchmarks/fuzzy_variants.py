@@ -20,7 +20,6 @@ from fuzzy_fit import emotions_only, nearest_mean, rules_and_fallback  # noqa: E
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
 from usdface.face.bound_face import BoundFace, bound_face  # noqa: E402
-from usdface.retarget_setup import Binding, RetargetSetup  # noqa: E402
 from usdface.rule_design.marker_roles import (  # noqa: E402
     direction_names,
     known_roles,
@@ -31,6 +30,8 @@ from usdface.rule_learning.cross_validation import cross_validate  # noqa: E402
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
 from usdface.rule_learning.labelled_takes import feature_noise, pose_features  # noqa: E402
 from usdface.rule_learning.learned_system import fit_system  # noqa: E402
+from usdface.setup.binding import Binding  # noqa: E402
+from usdface.setup.retarget_setup import RetargetSetup  # noqa: E402
 
 PERFORMERS = 6
 # Of the markers' noise what smoothing leaves.

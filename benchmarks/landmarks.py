@@ -20,9 +20,10 @@ from benchmarks.solve.faces import Face, bent, ict
 from usdface.binding.propose_film import propose_film
 from usdface.face.bound_face import bound_face
 from usdface.options import SolveOptions
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_take import solve
 from usdface.rigs import Mesh
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))

@@ -22,8 +22,9 @@ from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.options import ProcessOptions
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh, Rig
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot
 from usdface.shot_report import report_of
 from usdface.takes import MarkerTake

@@ -19,7 +19,7 @@ from usdface.figures.rig_picture import render_rig
 from usdface.io.atomic import write_text
 from usdface.io.bind_file import bind_json
 from usdface.io.usd.rig_write import write_rig
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["bind_text", "main", "make_picture", "make_sources", "make_stages", "trc_text"]

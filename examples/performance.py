@@ -13,8 +13,8 @@ from examples.expressions import EMOTIONS
 from examples.head import build_head
 from examples.sculpt import march
 from usdface.arrays import FloatArray
-from usdface.retarget_setup import Binding
 from usdface.rigs import Rig
+from usdface.setup.binding import Binding
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["MARKERS", "NEUTRAL", "Performance", "bent_as_performer", "binding", "perform", "record"]

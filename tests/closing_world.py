@@ -9,9 +9,11 @@ from slits import slit_face
 from usdface.arrays import FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.options import ProcessOptions
-from usdface.retarget_setup import Binding, Pin, RetargetSetup
 from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh, Rig
+from usdface.setup.binding import Binding
+from usdface.setup.pin import Pin
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot, ShotResult
 from usdface.takes import MarkerTake
 

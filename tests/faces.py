@@ -29,8 +29,10 @@ from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig import read_rig
 from usdface.options import CorrectionOptions
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, Expression, RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.binding import Binding
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["FACES", "NOISE", "RATE", "Face", "Played", "make_face"]

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.retarget_setup import Expression
 from usdface.rigs import BlendShape, Combination, Inbetween, Mesh
+from usdface.setup.expression import Expression
 
 __all__ = ["EXPRESSIONS", "LID_GAP", "LIP_GAP", "bent_slit_face", "slit_face", "with_correctives"]
 

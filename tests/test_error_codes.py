@@ -22,8 +22,9 @@ from usdface.io.usd.take import write_take
 from usdface.options import BindOptions, MapOptions, RigOptions, TakeOptions
 from usdface.pipeline import calibrate, make_shot, process
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.rigs import Mesh, Rig
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup, unbound
 from usdface.takes import MarkerTake, WeightsTake
 
 WORLD = make_world(head_moves=False)

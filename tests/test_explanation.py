@@ -23,8 +23,8 @@ from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.take import write_take
 from usdface.pipeline import explain
-from usdface.retarget_setup import Expression
 from usdface.schemas import tokens
+from usdface.setup.expression import Expression
 from usdface.takes import WeightsTake
 
 FRAME = 25

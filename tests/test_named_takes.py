@@ -22,9 +22,10 @@ from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.options import ProcessOptions
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh, Rig
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot_assembly import assemble_shot
 from usdface.takes import MarkerTake
 

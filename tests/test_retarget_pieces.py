@@ -14,8 +14,9 @@ from usdface.errors import InputError, SolveError
 from usdface.io.mapped_arrays import MappedArrays
 from usdface.join_pieces import join
 from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_shot import retarget
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake
 

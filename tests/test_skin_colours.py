@@ -7,8 +7,9 @@ import pytest
 from worlds import make_world
 
 from usdface.errors import InputError
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_shot import retarget
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot, ShotResult
 from usdface.skin_colours import residual_colours
 

@@ -16,8 +16,9 @@ from pxr import Usd, UsdGeom, UsdSkel, Vt
 from usdface.arrays import FloatArray, frozen
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import BlendShape, Mesh, Rig
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [

@@ -63,7 +63,6 @@ if TYPE_CHECKING:
         TakeOptions,
         ViewOptions,
     )
-    from usdface.performer_face import PerformerFace
     from usdface.pipeline import (
         apply,
         calibrate,
@@ -96,9 +95,14 @@ if TYPE_CHECKING:
     from usdface.played_shot import PlayedShot
     from usdface.progress import Step
     from usdface.result import Result
-    from usdface.retarget_setup import Binding, Calibration, Expression, Pin, RetargetSetup
     from usdface.retarget_shot import retarget
     from usdface.rigs import BlendShape, Mesh, Rig
+    from usdface.setup.binding import Binding
+    from usdface.setup.calibration import Calibration
+    from usdface.setup.expression import Expression
+    from usdface.setup.performer_face import PerformerFace
+    from usdface.setup.pin import Pin
+    from usdface.setup.retarget_setup import RetargetSetup
     from usdface.shot import Shot, ShotResult
     from usdface.shot_assembly import assemble_shot
     from usdface.skin_colours import residual_colours
@@ -273,23 +277,21 @@ _HOMES = {
         "view",
         "write_paper_system",
     ),
-    "performer_face": ("PerformerFace",),
     "played_shot": ("PlayedShot",),
     "progress": ("Step",),
     "result": ("Result",),
-    "retarget_setup": (
-        "Binding",
-        "Calibration",
-        "Expression",
-        "Pin",
-        "RetargetSetup",
-    ),
     "retarget_shot": ("retarget",),
     "rigs": (
         "BlendShape",
         "Mesh",
         "Rig",
     ),
+    "setup.binding": ("Binding",),
+    "setup.calibration": ("Calibration",),
+    "setup.expression": ("Expression",),
+    "setup.performer_face": ("PerformerFace",),
+    "setup.pin": ("Pin",),
+    "setup.retarget_setup": ("RetargetSetup",),
     "shot": (
         "Shot",
         "ShotResult",

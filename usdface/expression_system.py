@@ -38,7 +38,7 @@ class MarkerFeature:
     Attributes
     ----------
     role : str
-        Of the marker, see `usdface.retarget_setup.RetargetSetup.roles`.
+        Of the marker, see `usdface.setup.retarget_setup.RetargetSetup.roles`.
     axis : {"x", "y", "z"}
     measure : {"signed", "absolute"}
         Whether the difference has a sign, see `usdface.correction.features.measure`.

@@ -7,7 +7,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.frame_blocks import by_blocks
 from usdface.retarget.neutral_weights import LARGEST, weights_at_limit
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot
 from usdface.verdict.judge import Measured
 

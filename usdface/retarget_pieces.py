@@ -31,8 +31,8 @@ from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
 from usdface.retarget.solve_take import estimate_take
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solver_input
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot, SolvedShot
 from usdface.solve_shot import Solved, TakeSolver, believed_solve, judged_lids
 from usdface.takes import MarkerTake, WeightsTake

@@ -24,8 +24,9 @@ from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.exaggeration import Exaggeration
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh, Rig
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotResult", "SolvedShot"]

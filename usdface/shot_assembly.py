@@ -15,8 +15,10 @@ from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding
 from usdface.options import BindOptions, CorrectionOptions
 from usdface.retarget.usable_markers import check_bound_markers
-from usdface.retarget_setup import Calibration, Expression, RetargetSetup
 from usdface.rigs import Mesh, Rig
+from usdface.setup.calibration import Calibration
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake

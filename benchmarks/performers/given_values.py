@@ -12,7 +12,7 @@ from benchmarks.solve.faces import Face
 from usdface.arrays import FloatArray
 from usdface.io.calibration_file import calibration_json, read_calibration_file
 from usdface.options import AMPLITUDE_SPREAD
-from usdface.retarget_setup import Calibration
+from usdface.setup.calibration import Calibration
 
 __all__ = ["errors_with_given_values"]
 

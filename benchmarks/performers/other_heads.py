@@ -13,8 +13,9 @@ from benchmarks.performers.shown_neutral import with_neutral
 from benchmarks.solve.faces import ROOT, Face
 from usdface.face.bound_face import bound_face
 from usdface.io.bind_file import read_bind
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.retarget_take import solve
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["OTHER_HEADS", "neutrals_on"]

@@ -12,7 +12,8 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks.solve.faces import Face, bent, example, has_real_data, ict, makehuman
 from usdface.arrays import BoolArray, FloatArray
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["METRES_PER_PIXEL", "REST", "World", "worlds"]

@@ -13,8 +13,8 @@ from usdface.blend_shapes import BlendShape
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.options import BindOptions
-from usdface.performer_face import PerformerFace
-from usdface.retarget_setup import Calibration
+from usdface.setup.calibration import Calibration
+from usdface.setup.performer_face import PerformerFace
 from usdface.shot_assembly import assemble_shot
 from usdface.takes import MarkerTake
 

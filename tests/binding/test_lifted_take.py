@@ -13,7 +13,8 @@ from usdface.errors import InputError
 from usdface.face.named_places import named_places
 from usdface.io.usd.rig import read_rig
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -11,14 +11,14 @@ from slits import LIP_GAP, slit_face
 from worlds import make_world
 
 from usdface.binding.marker_places import free_places, marker_places
-from usdface.binding_origin import origin_of
 from usdface.cli import main
 from usdface.errors import InputError
 from usdface.io.bind_file import read_bind
 from usdface.options import MarkerOptions
 from usdface.pipeline.markers import make_markers
-from usdface.retarget_setup import Binding
 from usdface.rigs import BlendShape, Mesh
+from usdface.setup.binding import Binding
+from usdface.setup.binding_origin import origin_of
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()

@@ -14,7 +14,8 @@ from usdface.binding.propose import propose
 from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"

@@ -9,8 +9,9 @@ from usdface.binding.proposal import proposal_findings
 from usdface.binding.propose import propose as proposed
 from usdface.errors import InputError
 from usdface.findings import Finding
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import BlendShape, Mesh
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 NO_BINDING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)), neutral=(0, NEUTRAL - 1))

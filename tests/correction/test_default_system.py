@@ -9,7 +9,7 @@ from usdface.correction.default_system import design
 from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.options import CorrectionOptions
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 

@@ -26,8 +26,10 @@ from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.options import CorrectionOptions
-from usdface.retarget_setup import Binding, Expression, RetargetSetup
 from usdface.rule_design.paper_system import EMOTIONS, MEDIUM, paper_system
+from usdface.setup.binding import Binding
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 
 # The paper's roles, and who plays them in the small world.

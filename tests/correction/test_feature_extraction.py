@@ -19,7 +19,8 @@ from usdface.fuzzy.variables import Term, Variable
 from usdface.options import FEATURE_SMOOTHING
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 
 

@@ -3,7 +3,7 @@ import pytest
 
 from usdface.correction.gains import Gains
 from usdface.errors import InputError
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 
 def test_a_part_has_the_product_of_its_gains():

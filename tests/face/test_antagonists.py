@@ -5,8 +5,8 @@ import pytest
 from slits import EXPRESSIONS, slit_face
 
 from usdface.face.antagonists import antagonists
-from usdface.retarget_setup import Expression
 from usdface.rigs import BlendShape
+from usdface.setup.expression import Expression
 
 FACE = slit_face()
 

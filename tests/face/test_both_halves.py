@@ -5,7 +5,7 @@ import pytest
 from marker_face import marker_face
 
 from usdface.face.both_halves import shown_by_both_halves
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 PLACES = np.array([[0, 0, 0], [0.0, 0.03, 0], [0, -0.03, 0]])
 

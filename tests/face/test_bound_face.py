@@ -8,7 +8,8 @@ from slits import EXPRESSIONS, slit_face
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.layout import find_layout
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 
 WORLD = make_curved_world(head_moves=False)
 MESH = WORLD.rig.face()

@@ -15,7 +15,7 @@ from usdface.face.facs_names import (
     ActionUnit,
     action_unit,
 )
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 SIDES = {"Left": "Right", "_L": "_R", "left": "right"}
 

@@ -6,7 +6,7 @@ from face.test_expression_poses import RIGS
 from usdface.face.drawn_expressions import DRAWN
 from usdface.face.expression_poses import expressions_for
 from usdface.face.expression_variants import expression_variants
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 
 def test_poses_come_first_then_what_is_drawn():

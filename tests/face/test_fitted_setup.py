@@ -8,7 +8,8 @@ from worlds import World, make_world
 
 from usdface.errors import InputError
 from usdface.face.fitted_setup import fit_setup
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 
 
 @pytest.fixture(scope="module")

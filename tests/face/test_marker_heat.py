@@ -4,7 +4,8 @@ from worlds import make_world
 
 from usdface.face.bound_face import bound_face
 from usdface.face.marker_heat import heat_of_markers
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 
 
 def bound(world, neutral=(0, 0)):

@@ -8,7 +8,8 @@ from usdface.face.bound_face import bound_face
 from usdface.face.region_residuals import region_errors, region_residuals
 from usdface.face.regions import regions_of
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()

@@ -7,7 +7,7 @@ from worlds import make_world
 
 from usdface.errors import InputError
 from usdface.figures.binding import write_bind_figure
-from usdface.retarget_setup import Binding
+from usdface.setup.binding import Binding
 
 WORLD = make_world(head_moves=False)
 MESH = WORLD.rig.face()

@@ -12,8 +12,9 @@ from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.variables import Term, Variable
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Rig
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot, ShotResult
 from usdface.takes import WeightsTake
 

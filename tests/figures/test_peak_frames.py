@@ -5,7 +5,8 @@ import pytest
 from worlds import make_world
 
 from usdface.figures.peak_frames import peak_frames, sheet_frames
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot, ShotResult
 from usdface.takes import WeightsTake
 

@@ -7,7 +7,8 @@ import pytest
 from usdface.errors import InputError
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.options import CleanOptions, MapOptions, SolveOptions
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 
 SETUPS = [
     RetargetSetup(Binding(("a", "b"), np.array([3, 9]), "/Asset/Face/Head")),

@@ -7,8 +7,8 @@ import pytest
 from usdface.errors import InputError
 from usdface.io.calibration_file import calibration_json, read_calibration_file
 from usdface.io.json_fingerprint import is_unedited
-from usdface.performer_face import PerformerFace
-from usdface.retarget_setup import Calibration
+from usdface.setup.calibration import Calibration
+from usdface.setup.performer_face import PerformerFace
 
 
 def test_what_was_written_is_read(tmp_path: Path) -> None:

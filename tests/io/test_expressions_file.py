@@ -5,7 +5,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.io.expressions_file import expressions_json, read_expressions_file
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 
 def test_what_is_written_is_read(tmp_path):

@@ -5,7 +5,8 @@ from worlds import NEUTRAL, make_world
 
 from usdface.io.bind_file import bind_json
 from usdface.page.bind_data import bind_data, mirror_vertices, motion_curve
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 
 
 def binding(points, confidence=None):

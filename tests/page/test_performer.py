@@ -7,7 +7,8 @@ from usdface.face.bound_face import bound_face
 from usdface.geometry.rigid_fit import rigid_fit
 from usdface.page.performer import markers_on_face
 from usdface.retarget.head_joint import matrices_of
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 
 
 def bound(world, neutral=(0, 0)):

@@ -15,7 +15,7 @@ from usdface.io.bind_file import read_bind
 from usdface.io.usd.take import write_take
 from usdface.papers.image_points import compare_ways
 from usdface.retarget.rbf import fit_paper_map
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 SCALE = 4000.0  # pixels a metre

@@ -3,7 +3,7 @@ import numpy as np
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, CombinationWeight
 from usdface.inbetween_path import InbetweenPath
 from usdface.retarget.calibrated_shapes import performed
-from usdface.retarget_setup import Calibration
+from usdface.setup.calibration import Calibration
 
 SHAPES = np.array([[1.0, 0.0], [0.0, 2.0], [1.0, 1.0]])
 NAMES = ("a", "b", "ab")

@@ -7,8 +7,10 @@ from worlds import NEUTRAL, World, make_world
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
-from usdface.retarget_setup import Binding, Calibration, RetargetSetup
 from usdface.retarget_take import calibrate, retarget
+from usdface.setup.binding import Binding
+from usdface.setup.calibration import Calibration
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 WORLD = make_world(head_moves=False)

@@ -16,9 +16,9 @@ from usdface.cli import main
 from usdface.face.layout import FaceLayout
 from usdface.io.bind_file import setup_of_json
 from usdface.retarget.exaggeration import Exaggeration, exaggerated
-from usdface.retarget_setup import Pin
 from usdface.rigs import Combination
 from usdface.schemas import tokens
+from usdface.setup.pin import Pin
 
 BROWS = tuple(name for name in make_world().rig.shape_names if name.startswith("brow"))
 

@@ -15,7 +15,9 @@ from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_at_rest
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, Calibration, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.calibration import Calibration
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 HEAD = make_head()

@@ -7,7 +7,8 @@ from worlds import camera_pixels, make_world
 
 from usdface.errors import InputError
 from usdface.retarget.laid_markers import LaidMarkers, lay_markers
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 WORLD = make_world()

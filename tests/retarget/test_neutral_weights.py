@@ -19,7 +19,9 @@ from usdface.retarget.neutral_weights import (
 )
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, Calibration, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.calibration import Calibration
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 MOUTH = 0.3

@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation
 from skins import RATE, make_head
 
 from usdface.findings import Finding
-from usdface.performer_face import PerformerFace
 from usdface.retarget.calibration import calibrate_take
 from usdface.retarget.performed_face import (
     MatchedFace,
@@ -18,7 +17,10 @@ from usdface.retarget.performed_face import (
 )
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, Calibration, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.calibration import Calibration
+from usdface.setup.performer_face import PerformerFace
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 HEAD = make_head()

@@ -4,7 +4,7 @@ import pytest
 from usdface.errors import InputError
 from usdface.options import PIN_REACH
 from usdface.retarget.pins import check_pins, faded_at_pins, pin_bounds, with_pins
-from usdface.retarget_setup import Pin
+from usdface.setup.pin import Pin
 
 TIMES = np.arange(120) / 60
 NAMES = ("jaw", "smile", "brow")

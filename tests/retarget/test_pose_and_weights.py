@@ -9,7 +9,8 @@ from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.options import HeadMode, MapOptions
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.rbf import fit_map
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 
 RNG = np.random.default_rng(8)
 FRAMES, MARKERS, SHAPES = 90, 30, 8

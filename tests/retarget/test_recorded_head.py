@@ -9,8 +9,9 @@ from worlds import World, make_world
 
 from usdface.arrays import FloatArray
 from usdface.retarget.recorded_head import recorded_head
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 
 FRAMES = 12

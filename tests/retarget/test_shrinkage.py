@@ -14,7 +14,7 @@ from usdface.geometry.rigid_modes import small_motions
 from usdface.io.bind_file import setup_of_json
 from usdface.retarget.shrinkage import brow_factor
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import Pin
+from usdface.setup.pin import Pin
 
 NAMES = make_world().rig.shape_names
 BROWS = np.array([name.startswith("brow") for name in NAMES])

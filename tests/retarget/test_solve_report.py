@@ -10,7 +10,8 @@ from usdface.options import SolveOptions
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import SolveReport, solve_report
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 WORLD = make_world(head_moves=False)

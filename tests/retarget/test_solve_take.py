@@ -6,7 +6,8 @@ from usdface.findings import Finding
 from usdface.options import SolveOptions
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_setup import Binding, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 RNG = np.random.default_rng(9)

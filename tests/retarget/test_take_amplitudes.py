@@ -9,8 +9,10 @@ from worlds import NEUTRAL, make_world
 from usdface.face.bound_face import bound_face
 from usdface.options import AMPLITUDE_RANGE, SolveOptions
 from usdface.retarget.take_amplitudes import take_amplitudes
-from usdface.retarget_setup import Binding, Calibration, RetargetSetup
 from usdface.retarget_take import retarget
+from usdface.setup.binding import Binding
+from usdface.setup.calibration import Calibration
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 WORLD = make_world(head_moves=False)

@@ -6,7 +6,7 @@ from worlds import World, make_world
 
 from usdface.errors import InputError
 from usdface.retarget.usable_markers import check_bound_markers, neutral_frames, usable_markers
-from usdface.retarget_setup import Binding
+from usdface.setup.binding import Binding
 
 
 @pytest.fixture(scope="module")

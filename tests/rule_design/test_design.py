@@ -14,8 +14,8 @@ from usdface.face.expression_poses import EMOTIONS, expressions_for
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
 from usdface.options import FEATURE_SMOOTHING
-from usdface.retarget_setup import Expression
 from usdface.rule_design.design import design_system
+from usdface.setup.expression import Expression
 
 NOISE = 0.0003
 

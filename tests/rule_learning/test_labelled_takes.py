@@ -12,10 +12,10 @@ from usdface.face.fitted_setup import fit_setup
 from usdface.io.bind_file import setup_of_json
 from usdface.options import FitOptions
 from usdface.progress import Progress
-from usdface.retarget_setup import RetargetSetup
 from usdface.rule_design.marker_roles import known_roles, marker_features
 from usdface.rule_learning.labelled_takes import examples_of, feature_noise, pose_features
 from usdface.rule_learning.labels import NEUTRAL, NOTHING, Label
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 TAKE = Path("take.trc")

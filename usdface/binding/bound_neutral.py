@@ -23,8 +23,8 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.performer_face import PerformerFace
 from usdface.retarget.film.film_head import FEWEST_FILMED
+from usdface.setup.performer_face import PerformerFace
 from usdface.takes import MarkerTake
 
 __all__ = ["bound_neutral"]

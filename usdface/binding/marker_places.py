@@ -14,8 +14,8 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
 from usdface.retarget.solver.regularisation import Regularisation
-from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
+from usdface.setup.binding import Binding
 
 __all__ = ["FreePlaces", "MarkerPlaces", "free_places", "marker_places"]
 

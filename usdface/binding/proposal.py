@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from usdface.binding.anchor_check import DoubtedAnchor
 from usdface.findings import Finding, finding
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 
 __all__ = ["ContradictedName", "DuplicateMarker", "Proposal", "proposal_findings"]
 

@@ -32,8 +32,9 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.named_places import named_places
 from usdface.face.place_names import place_names
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["propose"]

@@ -7,8 +7,8 @@ from usdface.binding.neutral_frames import shows_poses
 from usdface.binding.proposal import Proposal
 from usdface.binding.propose import propose
 from usdface.face.bound_face import bound_face
-from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["propose_film"]

@@ -15,7 +15,6 @@ from usdface.binding.neutral_frames import (
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
 from usdface.binding.propose_film import propose_film
-from usdface.binding_origin import check_mesh, origin_of, take_differs
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
@@ -24,10 +23,12 @@ from usdface.face.driven_shapes import rename_weights, undecided, unknown_curves
 from usdface.face.fitted_setup import check_vertices
 from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
-from usdface.performer_face import PerformerFace
 from usdface.retarget.usable_markers import unknown_marker
-from usdface.retarget_setup import Binding, RetargetSetup, unbound
 from usdface.rigs import Mesh, Rig
+from usdface.setup.binding import Binding
+from usdface.setup.binding_origin import check_mesh, origin_of, take_differs
+from usdface.setup.performer_face import PerformerFace
+from usdface.setup.retarget_setup import RetargetSetup, unbound
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [

@@ -18,7 +18,7 @@ from usdface.findings import Finding
 from usdface.options import ClosureOptions
 from usdface.retarget.pins import pin_nearness
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import Pin
+from usdface.setup.pin import Pin
 from usdface.takes import WeightsTake
 
 __all__ = ["Closure", "close_eyes_and_lips"]

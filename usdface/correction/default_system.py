@@ -8,9 +8,10 @@ from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.options import LIKENESS, MARKER_NOISE, CorrectionOptions
-from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 
 __all__ = ["assign_roles", "design"]
 

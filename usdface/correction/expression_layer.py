@@ -21,7 +21,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import Side
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation, evaluate
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 __all__ = [
     "Correction",

@@ -19,7 +19,7 @@ from usdface.frame_blocks import by_blocks
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 from usdface.takes import MarkerTake, WeightsTake, frame_step
 
 __all__ = ["Features", "features", "sided_features"]

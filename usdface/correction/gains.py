@@ -9,7 +9,7 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
 from usdface.face.regions import GainRegion
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 __all__ = ["Gains"]
 

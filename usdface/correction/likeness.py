@@ -27,8 +27,8 @@ from usdface.face.drawn_expressions import DRAWN
 from usdface.face.expression_poses import EMOTIONS
 from usdface.face.mirror import Side, half_weights
 from usdface.face.symmetry import symmetric_pairs
-from usdface.retarget_setup import Expression
 from usdface.rule_design.movements import single_movements
+from usdface.setup.expression import Expression
 
 __all__ = ["ExpressionLikeness", "Likeness", "likeness_of_sides", "performers_outputs"]
 

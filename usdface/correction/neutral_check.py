@@ -12,10 +12,10 @@ from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
 from usdface.fuzzy.inference import evaluate
 from usdface.options import MARKER_NOISE
-from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
 from usdface.rigs import Rig
 from usdface.rule_design.paper_system import paper_system
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["NeutralResponse", "neutral_responses"]

@@ -14,8 +14,8 @@ from usdface.face.drawn_expressions import DRAWN
 from usdface.face.expression_poses import EMOTIONS, composed_pose
 from usdface.face.expression_variants import expression_variants
 from usdface.face.face_motion import motion_at
-from usdface.retarget_setup import Expression
 from usdface.rule_design.movements import movements, single_movements
+from usdface.setup.expression import Expression
 
 __all__ = ["synthetic_faces", "weights_without_emotion"]
 

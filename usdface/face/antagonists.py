@@ -6,8 +6,8 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from usdface.face.expression_poses import units_of
-from usdface.retarget_setup import Expression
 from usdface.rigs import BlendShape, Mesh
+from usdface.setup.expression import Expression
 
 __all__ = ["antagonists"]
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import named_regions
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 __all__ = ["shown_by_both_halves"]
 

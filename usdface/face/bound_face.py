@@ -15,8 +15,9 @@ from usdface.face.layout import FaceLayout, find_layout
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.findings import Finding
 from usdface.options import CONTACT_TOLERANCE
-from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 
 __all__ = ["BoundFace", "bound_face"]
 

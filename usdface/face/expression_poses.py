@@ -20,7 +20,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit, NamingConvention
 from usdface.findings import Finding, finding
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 __all__ = ["EMOTIONS", "NAMED", "ActionPose", "composed_pose", "expressions_for", "units_of"]
 

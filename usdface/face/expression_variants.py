@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from usdface.arrays import FloatArray
 from usdface.face.drawn_expressions import DRAWN
 from usdface.face.expression_poses import composed_pose
-from usdface.retarget_setup import Expression
+from usdface.setup.expression import Expression
 
 __all__ = ["Variant", "expression_variants"]
 

@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.binding_origin import check_mesh
 from usdface.errors import InputError, did_you_mean
 from usdface.face.landmark_sets import nose_tip_landmark
 from usdface.face.named_places import names_nose_tip
 from usdface.findings import Finding, finding
-from usdface.retarget_setup import Binding, RetargetSetup, check_neutral_weights
 from usdface.rigs import Mesh
+from usdface.setup.binding import Binding
+from usdface.setup.binding_origin import check_mesh
+from usdface.setup.retarget_setup import RetargetSetup, check_neutral_weights
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["check_vertices", "fit_setup"]

@@ -17,8 +17,8 @@ from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.mirror import SIDES, Side, sided_shapes
 from usdface.face.regions import GAIN_REGIONS, GainRegion, shape_regions
 from usdface.options import CONTACT_TOLERANCE
-from usdface.retarget_setup import Expression
 from usdface.rigs import Mesh
+from usdface.setup.expression import Expression
 
 __all__ = ["FaceLayout", "find_layout", "split_poses"]
 

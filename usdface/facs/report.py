@@ -14,8 +14,8 @@ from usdface.facs.poses import PoseVerdict, judge_pose, units_expected
 from usdface.facs.shape_claims import Claim
 from usdface.findings import Finding, finding
 from usdface.options import MARKER_NOISE
-from usdface.retarget_setup import Expression
 from usdface.rigs import Rig
+from usdface.setup.expression import Expression
 
 __all__ = ["FacsReport", "PeakVerdict", "facs_findings", "judge_rig"]
 

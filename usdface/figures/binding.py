@@ -9,8 +9,8 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import face_surface
 from usdface.figures.labels import label_places, text_size
 from usdface.figures.picture import save_figure
-from usdface.retarget_setup import Binding
 from usdface.rigs import Mesh
+from usdface.setup.binding import Binding
 
 __all__ = ["write_bind_figure"]
 

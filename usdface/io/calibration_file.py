@@ -29,8 +29,8 @@ from usdface.errors import InputError
 from usdface.io.json_fingerprint import FINGERPRINT, sign
 from usdface.io.json_values import checked_object, whole_number
 from usdface.io.takes.text_table import read_text
-from usdface.performer_face import PerformerFace
-from usdface.retarget_setup import Calibration
+from usdface.setup.calibration import Calibration
+from usdface.setup.performer_face import PerformerFace
 
 __all__ = ["calibration_json", "read_calibration_file"]
 

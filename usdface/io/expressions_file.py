@@ -23,8 +23,8 @@ from usdface.io.json_values import checked_object
 from usdface.io.takes.text_table import read_text
 from usdface.io.usd.retarget_setup import read_expressions
 from usdface.io.usd.stage import open_stage
-from usdface.retarget_setup import Expression
 from usdface.schemas import tokens
+from usdface.setup.expression import Expression
 
 __all__ = ["expressions_json", "read_expressions_file"]
 

@@ -13,8 +13,9 @@ from usdface.face.mirror import midline, mirrored_markers
 from usdface.page.clip_data import ticks
 from usdface.page.packed_data import Quantized
 from usdface.page.performer import markers_on_face
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["bind_data", "mirror_vertices", "motion_curve"]

@@ -9,7 +9,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.geometry.marker_spread import marker_spread
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.page.packed_data import Quantized
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["markers_on_face", "performer_data"]

@@ -18,8 +18,8 @@ from usdface.findings import Finding
 from usdface.options import MapOptions
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.rbf import fit_paper_map
-from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import clean, solve
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 

@@ -30,8 +30,9 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.viewing import images_of
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_setup import Binding, RetargetSetup
 from usdface.rigs import Mesh, Rig
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.show.page import check_page_name
 from usdface.takes import MarkerTake, WeightsTake
 

@@ -22,9 +22,10 @@ from usdface.options import FitOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_setup import Expression, RetargetSetup
 from usdface.rule_learning.fitting import Fitted, fit_labelled, fit_rig
 from usdface.rule_learning.labelled_takes import examples_of
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 
 __all__ = ["fit_fuzzy"]
 

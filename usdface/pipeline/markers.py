@@ -15,7 +15,7 @@ from usdface.io.usd.rig import read_rig
 from usdface.options import MarkerOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_setup import Binding
+from usdface.setup.binding import Binding
 
 __all__ = ["make_markers"]
 

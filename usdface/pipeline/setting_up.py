@@ -21,8 +21,10 @@ from usdface.options import BindOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_setup import Calibration, Expression, RetargetSetup
 from usdface.schemas import tokens
+from usdface.setup.calibration import Calibration
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot
 from usdface.shot_assembly import assemble_shot
 from usdface.takes import MarkerTake, WeightsTake

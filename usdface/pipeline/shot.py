@@ -24,8 +24,8 @@ from usdface.options import BindOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import Shot
 from usdface.shot_assembly import assemble_shot
 

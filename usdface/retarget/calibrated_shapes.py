@@ -10,7 +10,8 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.options import AMPLITUDE_RANGE
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget_setup import Calibration, RetargetSetup
+from usdface.setup.calibration import Calibration
+from usdface.setup.retarget_setup import RetargetSetup
 
 __all__ = ["as_large", "as_performed", "enlarged", "performed"]
 

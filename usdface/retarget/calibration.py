@@ -26,7 +26,6 @@ from usdface.options import (
     LARGEST_OFFSET,
     OFFSET_SPREAD,
 )
-from usdface.performer_face import PerformerFace
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.solution import Solution
@@ -39,7 +38,9 @@ from usdface.retarget.wide_bounds import (
     resting_weights,
     weights_in_wide_bounds,
 )
-from usdface.retarget_setup import Calibration, RetargetSetup
+from usdface.setup.calibration import Calibration
+from usdface.setup.performer_face import PerformerFace
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["Calibrated", "calibrate_take"]

@@ -20,8 +20,8 @@ from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import GainRegion, shape_regions
 from usdface.options import EXAGGERATION_PARTS, SolveLimits, check_exaggeration
 from usdface.retarget.pins import faded_at_pins
-from usdface.retarget_setup import Pin
 from usdface.rigs import Mesh
+from usdface.setup.pin import Pin
 from usdface.takes import WeightsTake
 
 __all__ = ["Exaggeration", "exaggerated", "scaled_weights"]

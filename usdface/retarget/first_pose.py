@@ -6,7 +6,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit
 from usdface.retarget.neutral import on_plane
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
 
 __all__ = ["first_pose", "head_markers_few", "in_posed_frames", "shows_pose"]

@@ -34,7 +34,7 @@ from usdface.retarget.shrinkage import restored_findings, restoring_factors
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.take_amplitudes import with_found_gains
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
 
 __all__ = ["FittedTake", "fit_take"]

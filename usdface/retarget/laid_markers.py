@@ -24,7 +24,7 @@ from usdface.retarget.performed_face import (
     match_face,
 )
 from usdface.retarget.usable_markers import determined, neutral_frames, usable_markers
-from usdface.retarget_setup import RetargetSetup, check_neutral_weights
+from usdface.setup.retarget_setup import RetargetSetup, check_neutral_weights
 from usdface.takes import MarkerTake
 
 __all__ = ["LaidMarkers", "lay_markers"]

@@ -21,7 +21,7 @@ from usdface.retarget.neutral import on_plane
 from usdface.retarget.neutral_cost import NeutralCost
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.windows import window_starts
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 
 __all__ = [
     "LARGEST",

@@ -10,13 +10,13 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.performer_face import PerformerFace
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.performed_directions import PerformedDirections, learn_directions
 from usdface.retarget.places import MOST_MARKERS, PlaceGuess, guess_at_rest
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
+from usdface.setup.performer_face import PerformerFace
 
 __all__ = ["MatchedFace", "face_of_solution", "fit_known_face", "known_places", "match_face"]
 

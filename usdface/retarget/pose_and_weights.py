@@ -26,7 +26,8 @@ from usdface.retarget.solver.noise import Unexplained, frames_apart
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import reach
 from usdface.retarget.take_rows import TakeRows
-from usdface.retarget_setup import Pin, RetargetSetup
+from usdface.setup.pin import Pin
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import visible
 
 __all__ = ["PoseAndWeights", "reach_of_ends", "solve_pose_and_weights"]

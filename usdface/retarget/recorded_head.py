@@ -8,8 +8,8 @@ from usdface.face.face_points import FacePoints, face_points
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.head_joint import carrying_joint, named_joint
-from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh, Rig
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 
 __all__ = ["recorded_head"]

@@ -27,7 +27,8 @@ from usdface.retarget.pins import faded_at_pins
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.wide_bounds import held_peaks
-from usdface.retarget_setup import Pin, RetargetSetup
+from usdface.setup.pin import Pin
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = [

@@ -15,7 +15,7 @@ from usdface.retarget.pose_and_weights import (
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solution_of
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, frame_step
 
 __all__ = ["overlap_frames", "settled", "solve_piece"]

@@ -18,8 +18,8 @@ from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.solution import Solution
 from usdface.retarget.solver.noise import MOST
 from usdface.retarget.solver.regularisation import Regularisation
-from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import frame_step
 
 __all__ = ["SolveReport", "solve_report", "usual_misfit"]

@@ -15,7 +15,8 @@ from usdface.retarget.shrinkage import restored
 from usdface.retarget.solution import Solution
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget.usable_markers import unsolved_frames
-from usdface.retarget_setup import Pin, RetargetSetup
+from usdface.setup.pin import Pin
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["estimate_take", "solution_of", "solve_take"]

@@ -18,7 +18,7 @@ from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.wide_bounds import held_peaks, weights_in_wide_bounds
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.smooth_step import smooth_step
 from usdface.takes import MarkerTake
 

@@ -11,7 +11,7 @@ from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import IN_LINE
 from usdface.retarget.neutral import neutral_markers, on_plane, resting_frames
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
 
 __all__ = [

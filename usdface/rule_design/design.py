@@ -24,7 +24,6 @@ from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
-from usdface.retarget_setup import Expression
 from usdface.rule_design.feature_errors import feature_errors, misplacement
 from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import SelectedFeatures, select_features
@@ -39,6 +38,7 @@ from usdface.rule_design.movements import movements
 from usdface.rule_design.negative_conditions import Ramp
 from usdface.rule_design.selection_cost import FEWEST
 from usdface.rule_design.trial_faces import features_at
+from usdface.setup.expression import Expression
 
 __all__ = ["design_system", "face_features"]
 

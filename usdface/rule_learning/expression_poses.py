@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.retarget_setup import Expression
 from usdface.rule_learning.examples import Examples
+from usdface.setup.expression import Expression
 
 __all__ = ["learned_poses"]
 

@@ -15,7 +15,6 @@ from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.fuzzy.rules import Rule
 from usdface.options import CorrectionOptions, FitOptions
-from usdface.retarget_setup import Expression
 from usdface.rule_design.marker_roles import known_roles, marker_features
 from usdface.rule_design.paper_design import fit_paper
 from usdface.rule_learning.cross_validation import Validation, cross_validate, held_out
@@ -23,6 +22,7 @@ from usdface.rule_learning.expression_poses import learned_poses
 from usdface.rule_learning.labelled_takes import Labelled, feature_noise, pose_features
 from usdface.rule_learning.learned_system import evaluate_features, fit_system
 from usdface.rule_learning.separation import Separation, pose_separations, separations
+from usdface.setup.expression import Expression
 
 __all__ = ["Fitted", "fit_labelled", "fit_rig"]
 

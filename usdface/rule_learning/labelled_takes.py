@@ -19,7 +19,6 @@ from usdface.geometry.marker_spread import marker_spread
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.progress import Progress
 from usdface.retarget.solution import Solution
-from usdface.retarget_setup import RetargetSetup
 from usdface.retarget_take import retarget
 from usdface.rule_design.design import face_features
 from usdface.rule_design.feature_noise import solved_noise
@@ -27,6 +26,7 @@ from usdface.rule_design.marker_roles import direction_names, known_roles, marke
 from usdface.rule_design.movements import single_movements
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.labels import NEUTRAL, Label
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Labelled", "examples_of", "feature_noise", "pose_features"]

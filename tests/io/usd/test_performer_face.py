@@ -4,9 +4,11 @@ from pxr import Sdf, Usd, Vt
 
 from usdface.errors import InputError
 from usdface.io.usd.retarget_setup import read_setup, write_setup
-from usdface.performer_face import PerformerFace
-from usdface.retarget_setup import Binding, Calibration, RetargetSetup
 from usdface.schemas import tokens
+from usdface.setup.binding import Binding
+from usdface.setup.calibration import Calibration
+from usdface.setup.performer_face import PerformerFace
+from usdface.setup.retarget_setup import RetargetSetup
 
 FACE = PerformerFace(
     ("chin", "lip"),

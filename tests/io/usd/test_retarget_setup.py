@@ -10,8 +10,10 @@ from usdface.io.usd.retarget_setup import (
     write_setup,
 )
 from usdface.options import CleanOptions, MapOptions, SolveOptions
-from usdface.retarget_setup import Binding, Expression, RetargetSetup
 from usdface.schemas import tokens
+from usdface.setup.binding import Binding
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 
 SETUPS = [
     RetargetSetup(Binding(("a", "b"), np.array([3, 9]), "/Shot/Character/Head")),

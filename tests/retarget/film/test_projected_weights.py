@@ -16,7 +16,9 @@ from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget_setup import Binding, Pin, RetargetSetup
+from usdface.setup.binding import Binding
+from usdface.setup.pin import Pin
+from usdface.setup.retarget_setup import RetargetSetup
 
 SETUP = RetargetSetup(
     Binding(WORLD.take.names, PLACES),

@@ -17,8 +17,8 @@ from usdface.retarget.head_joint import (
     matrices_of,
     named_joint,
 )
-from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh, Skeleton
+from usdface.setup.retarget_setup import RetargetSetup
 
 __all__ = ["HEAD_OP", "HeadCarrier", "author_head", "find_carrier", "inverse_head_motion"]
 

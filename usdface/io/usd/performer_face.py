@@ -6,8 +6,8 @@ from pxr import Sdf, Usd, Vt
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author
-from usdface.performer_face import PerformerFace
 from usdface.schemas import tokens
+from usdface.setup.performer_face import PerformerFace
 
 __all__ = ["author_performer_face", "read_performer_face"]
 

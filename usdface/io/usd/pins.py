@@ -8,8 +8,8 @@ from pxr import Usd
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.io.prim_names import prim_names
-from usdface.retarget_setup import Pin
 from usdface.schemas import tokens
+from usdface.setup.pin import Pin
 
 __all__ = ["read_pins"]
 

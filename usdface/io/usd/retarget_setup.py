@@ -6,14 +6,17 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
 
-from usdface.binding_origin import BindingOrigin
 from usdface.errors import InputError
 from usdface.io.usd.attributes import author, value_of
 from usdface.io.usd.face_layout import EXAGGERATION
 from usdface.io.usd.performer_face import author_performer_face, read_performer_face
 from usdface.options import CleanOptions, ClosureOptions, MapOptions, SolveOptions, solve_settings
-from usdface.retarget_setup import Binding, Calibration, Expression, RetargetSetup
 from usdface.schemas import tokens
+from usdface.setup.binding import Binding
+from usdface.setup.binding_origin import BindingOrigin
+from usdface.setup.calibration import Calibration
+from usdface.setup.expression import Expression
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["check_neutral", "read_expressions", "read_setup", "write_expressions", "write_setup"]

@@ -7,7 +7,6 @@ import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.binding_origin import check_mesh
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
@@ -29,6 +28,7 @@ from usdface.io.usd.stage import (
 from usdface.io.usd.take import count_frames, read_take_prim
 from usdface.rigs import Rig
 from usdface.schemas import tokens
+from usdface.setup.binding_origin import check_mesh
 from usdface.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 

@@ -30,7 +30,7 @@ from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.temporal_solve import Iterate
 from usdface.retarget.solver.terms import roughness
-from usdface.retarget_setup import RetargetSetup
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import visible
 
 __all__ = ["solve_projected_weights"]

@@ -4,7 +4,9 @@ from worlds import World, make_world
 
 from usdface.errors import InputError
 from usdface.face.fitted_setup import fit_setup
-from usdface.retarget_setup import Binding, Expression, Pin, unbound
+from usdface.setup.expression import Expression
+from usdface.setup.pin import Pin
+from usdface.setup.retarget_setup import unbound
 from usdface.takes import WeightsTake
 
 
@@ -28,42 +30,6 @@ def test_a_setup_does_not_follow_the_dictionary_it_was_made_of(world: World) -> 
     setup = world.setup(roles=roles)
     roles["lip"] = "chin"
     assert setup.roles["lip"] == "lip_lower"
-
-
-def test_a_pose_is_an_expressions_weights_in_another_order() -> None:
-    expression = Expression("joy", ("a", "b"), np.array([0.2, 0.7]))
-    np.testing.assert_array_equal(expression.pose(("b", "x", "a")), [0.7, 0.0, 0.2])
-    np.testing.assert_array_equal(expression.pose(("x",)), [0.0])
-
-
-@pytest.mark.parametrize("weights", [[0.5], [0.5, 1.1], [-0.1, 0.5], [np.nan, 0.5]])
-def test_an_expression_has_a_weight_in_0_to_1_for_each_shape(weights: list[float]) -> None:
-    with pytest.raises(InputError, match="'joy'"):
-        Expression("joy", ("a", "b"), np.array(weights))
-
-
-def test_a_binding_has_one_point_for_each_marker() -> None:
-    with pytest.raises(InputError, match="1 points for 2 markers"):
-        Binding(("a", "b"), np.array([1]))
-    with pytest.raises(InputError, match="twice"):
-        Binding(("a", "a"), np.array([1, 2]))
-
-
-@pytest.mark.parametrize(
-    ("frames", "weights", "expected"),
-    [
-        ([3, 4], [1.0], "1 weights at 2 frames"),
-        ([], [], "at least one"),
-        ([4, 3], [1.0, 1.0], "do not rise"),
-        ([-1], [1.0], "do not rise from 0"),
-        ([3], [1.1], "outside 0 to 1"),
-    ],
-)
-def test_a_pin_has_rising_frames_and_a_weight_for_each(
-    frames: list[int], weights: list[float], expected: str
-) -> None:
-    with pytest.raises(InputError, match=expected):
-        Pin("jawOpen", np.array(frames), np.array(weights))
 
 
 def test_a_blend_shape_has_one_pin(world: World) -> None:

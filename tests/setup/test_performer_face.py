@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.performer_face import PerformerFace
+from usdface.setup.performer_face import PerformerFace
 
 
 def made(**changed: Any) -> PerformerFace:

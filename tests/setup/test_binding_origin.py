@@ -9,12 +9,12 @@ import pytest
 from worlds import make_world
 
 from usdface.binding.resolve_binding import binding_findings, resolve_binding
-from usdface.binding_origin import mesh_difference, origin_of, take_differs
 from usdface.errors import InputError
 from usdface.io.bind_file import bind_json, setup_of_json
 from usdface.options import BindOptions
-from usdface.retarget_setup import RetargetSetup
 from usdface.rigs import Mesh
+from usdface.setup.binding_origin import mesh_difference, origin_of, take_differs
+from usdface.setup.retarget_setup import RetargetSetup
 
 WORLD = make_world()
 (MESH,) = WORLD.rig.meshes

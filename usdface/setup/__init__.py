@@ -1,0 +1,1 @@
+"""The setup of one face: binding, neutral, options, pins, the performer's calibration."""
