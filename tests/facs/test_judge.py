@@ -8,8 +8,10 @@ import pytest
 from ict_face import ict_mesh
 from spoilt_shapes import mirrored, mixed, renamed, silenced
 
+from usdface.face.facing import turn_about_up
 from usdface.facs.judge import judge_shapes
 from usdface.facs.report import FacsReport, facs_findings, judge_rig
+from usdface.geometry.bake_transform import bake_transform
 from usdface.io.rigs.files import read_rig_file
 from usdface.rigs import BlendShape, Rig
 
@@ -41,6 +43,15 @@ def makehuman(shared_data: Path) -> Rig:
 @pytest.fixture(scope="module")
 def ict(shared_data: Path) -> Rig:
     return Rig("ict", (ict_mesh(shared_data),))
+
+
+@pytest.mark.parametrize("degrees", [90.0, 180.0])
+def test_a_face_that_looks_aside_is_judged_as_if_it_looked_ahead(
+    head: Rig, judged_head: FacsReport, degrees: float
+) -> None:
+    turn = turn_about_up(degrees)
+    aside = replace(head, meshes=tuple(bake_transform(mesh, turn) for mesh in head.meshes))
+    assert wrong(judge_rig(aside, ())) == wrong(judged_head)
 
 
 def test_every_shape_of_the_example_does_its_unit(judged_head: FacsReport) -> None:

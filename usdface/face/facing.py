@@ -4,16 +4,19 @@ Features, lids and regions are those of a face that looks along +z, as glTF's mo
 is turned in a shot, or modelled along another axis, is solved as if it did.
 """
 
+from dataclasses import replace
+
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.face_points import face_points
+from usdface.geometry.bake_transform import bake_transform
 from usdface.geometry.signed_volume import signed_volume
 from usdface.geometry.vertex_normals import NormalsNear
-from usdface.rigs import Mesh
+from usdface.rigs import Mesh, Rig
 
-__all__ = ["facing", "turn_about_up", "turn_to_front", "yaw_of"]
+__all__ = ["facing", "rig_to_front", "turn_about_up", "turn_to_front", "yaw_of"]
 
 # Markers cover a face unevenly, one half of it in the extreme: their normals are off by so much at
 # most [degrees].
@@ -34,6 +37,7 @@ _LEVEL = 0.3
 # The same for blend shapes, which also move teeth, tongue and the insides of lips, but both halves
 # alike: ICT 0.25, the example 0.30, MakeHuman 0.61.
 _LEVEL_OF_SHAPES = 0.12
+_NO_MARKERS: IntArray = np.zeros(0, dtype=np.int64)
 
 
 def facing(mesh: Mesh, bound: IntArray) -> float | None:
@@ -53,6 +57,18 @@ def facing(mesh: Mesh, bound: IntArray) -> float | None:
     x, _, z = np.average(normals, axis=0, weights=face.shares)
     level = _LEVEL if len(bound) else _LEVEL_OF_SHAPES
     return float(np.degrees(np.arctan2(x, z))) if np.hypot(x, z) > level else None
+
+
+def rig_to_front(rig: Rig) -> Rig:
+    """Return a rig, turned for its face to look along +z: its meshes, their shapes and normals.
+
+    For a rig that nothing has placed; `usdface.io.usd.rig_ahead` knows the turn of a stage. The
+    joints stay.
+    """
+    looks = facing(rig.face(), _NO_MARKERS)
+    degrees = 0.0 if looks is None else turn_to_front(looks, 0.0)
+    turn = turn_about_up(degrees)
+    return replace(rig, meshes=tuple(bake_transform(mesh, turn) for mesh in rig.meshes))
 
 
 def yaw_of(to_rig: FloatArray) -> float:

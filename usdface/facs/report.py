@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.face.facing import rig_to_front
 from usdface.facs.feature_points import FeaturePoints, find_feature_points
 from usdface.facs.judge import ShapeVerdict, ShapeVerdicts, judge_shapes
 from usdface.facs.movements import MOVEMENTS
@@ -111,6 +112,7 @@ def judge_rig(
     Parameters
     ----------
     rig : Rig
+        Judged as if its face looked along +z.
     expressions : sequence of Expression
     noise : float [m]
         Standard deviation of a marker coordinate on a face: smaller movements are not done.
@@ -120,6 +122,7 @@ def judge_rig(
     InputError
         If the face shows no lids and lips, so that its feature points are not found.
     """
+    rig = rig_to_front(rig)
     points, names = find_feature_points(rig), rig.shape_names
     largest = np.zeros(len(names))
     row = {name: i for i, name in enumerate(names)}

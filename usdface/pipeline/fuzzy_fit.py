@@ -16,8 +16,9 @@ from usdface.io.labels_file import read_labels
 from usdface.io.replaced import check_replaced
 from usdface.io.takes.files import read_take
 from usdface.io.usd.layers import open_shot
-from usdface.io.usd.rig import read_rig
+from usdface.io.usd.rig_ahead import rig_ahead
 from usdface.io.usd.shot import read_shot
+from usdface.io.usd.stage import open_stage
 from usdface.options import FitOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
@@ -129,7 +130,7 @@ def _face(
         shot = staged.shot
         rig, setup, expressions = shot.rig, shot.setup, shot.expressions
     else:
-        rig, findings = read_rig(source)
+        rig, _, findings = rig_ahead(open_stage(source))
         setup, new_findings = read_bind(bind)
         expressions, pose_findings = expressions_for(rig.shape_names)
         findings += new_findings + pose_findings

@@ -11,7 +11,8 @@ from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.replaced import check_replaced
-from usdface.io.usd.rig import read_rig
+from usdface.io.usd.rig_ahead import rig_ahead
+from usdface.io.usd.stage import open_stage
 from usdface.options import MarkerOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -76,7 +77,7 @@ def make_markers(
 
         check_picture(figure)
     with progress.step("read"):
-        character, findings = read_rig(rig)
+        character, _, findings = rig_ahead(open_stage(rig))
         if bind:
             setup, new_findings = read_bind(bind)
             findings += new_findings

@@ -12,6 +12,8 @@ from worlds import World, animation_of, make_world
 from usdface.face.facing import turn_about_up
 from usdface.io.usd.rig_ahead import rig_ahead
 from usdface.io.usd.stage import open_stage
+from usdface.options import MarkerOptions
+from usdface.pipeline import fit_fuzzy, make_markers
 from usdface.rigs import Mesh
 
 
@@ -66,3 +68,19 @@ def test_a_rig_without_blend_shapes_is_left_as_it_is(world: World, tmp_path: Pat
     rig, turn, findings = rig_ahead(open_stage(tmp_path / "rig.usda"))
     np.testing.assert_array_equal(turn, np.eye(4))
     assert not findings and not rig.meshes[0].shapes
+
+
+def test_commands_on_the_rig_alone_turn_it_as_well(world: World, tmp_path: Path) -> None:
+    """`usdface fuzzy fit` and `markers` on a rig along -z: rules and places of the one ahead."""
+    aside = replace(world, rig=replace(world.rig, meshes=(modelled(world.rig.meshes[0], 180.0),)))
+    systems, places = [], []
+    for name, made in (("ahead", world), ("aside", aside)):
+        (tmp_path / name).mkdir()
+        made.write(tmp_path / name)
+        rig, bind = tmp_path / name / "rig.usda", tmp_path / name / "bind.json"
+        systems.append(fit_fuzzy(rig, tmp_path / name / "system.usda", bind=bind).value.system)
+        found = make_markers(rig, bind=bind, options=MarkerOptions(count=2))
+        places.append(found.summary["new_markers"])
+    ahead, turned = systems
+    assert [rule.text for rule in ahead.fuzzy.rules] == [rule.text for rule in turned.fuzzy.rules]
+    assert places[0] == places[1]

@@ -12,8 +12,8 @@ from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.bake_transform import bake_transform
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.bake_transform import bake_transform
 from usdface.io.gltf.decompress import decompress
 from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.errors import schema_errors

@@ -15,9 +15,9 @@ from pygltflib import TRIANGLE_FAN, TRIANGLE_STRIP, TRIANGLES, Primitive
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.bake_transform import TANGENTS
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.document import item
 from usdface.io.gltf.skin_weights import normalised_weights
 from usdface.io.gltf.textures import uv_name

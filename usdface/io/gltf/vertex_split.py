@@ -11,8 +11,8 @@ import pygltflib
 from pygltflib import ARRAY_BUFFER
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.geometry.bake_transform import TANGENTS
 from usdface.geometry.vertex_normals import unit_or_up
-from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.rigs import Mesh, Rig

@@ -11,9 +11,9 @@ from pygltflib import ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
+from usdface.geometry.bake_transform import TANGENTS
 from usdface.geometry.triangulation import triangulated
 from usdface.geometry.vertex_normals import NormalsNear, normals_of_faces, unit_or_up
-from usdface.io.gltf.bake_transform import TANGENTS
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.inbetweens import flat_mesh
 from usdface.io.gltf.vertex_colours import COLOURS

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from deformed import deformed
 
-from usdface.io.gltf.bake_transform import bake_transform
+from usdface.blend_shapes import Inbetween
+from usdface.geometry.bake_transform import bake_transform
 from usdface.rigs import BlendShape, Mesh
 
 
@@ -16,6 +17,19 @@ def test_placing_commutes_with_deforming() -> None:
     weights = np.array([0.7])
     moved = np.c_[deformed(mesh, weights), np.ones(6)] @ matrix
     np.testing.assert_allclose(deformed(bake_transform(mesh, matrix), weights), moved[:, :3])
+
+
+def test_an_inbetween_goes_as_its_blend_shape() -> None:
+    rng = np.random.default_rng(7)
+    offsets, normal_offsets = rng.normal(size=(2, 1, 3))
+    between = Inbetween("half", 0.5, offsets, normal_offsets)
+    shape = BlendShape("s", [1], offsets, normal_offsets, inbetweens=(between,))
+    mesh = Mesh("m", np.eye(3), [3], [0, 1, 2], np.eye(3), shapes=(shape,))
+    matrix = np.eye(4)
+    matrix[:, :3] = rng.normal(size=(4, 3))
+    (out,) = bake_transform(mesh, matrix).shapes
+    np.testing.assert_array_equal(out.inbetweens[0].offsets, out.offsets)
+    np.testing.assert_array_equal(out.inbetweens[0].normal_offsets, out.normal_offsets)
 
 
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
