@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
-from pxr import Usd, UsdGeom, UsdSkel, Vt
+from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray, frozen
 from usdface.io.usd.rig_write import write_rig
@@ -203,6 +203,8 @@ def restaged(path: Path, meters_per_unit: float, up_axis: str) -> None:
     """Write a rig of metres, Y up, anew as the same face in other units and another up axis."""
     stage = Usd.Stage.Open(str(path))
     turn = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]]) if up_axis == "Z" else np.eye(3)
+    space = np.eye(4)
+    space[:3, :3] = turn / meters_per_unit
     for prim in stage.Traverse():
         for attribute in prim.GetAuthoredAttributes():
             name, value = attribute.GetName(), attribute.Get()
@@ -210,6 +212,15 @@ def restaged(path: Path, meters_per_unit: float, up_axis: str) -> None:
                 unit = 1.0 if name.startswith("normal") else 1.0 / meters_per_unit
                 moved = (np.array(value) @ turn * unit).astype(np.float32)
                 attribute.Set(Vt.Vec3fArray.FromNumpy(moved))
+            elif name in ("bindTransforms", "restTransforms"):
+                own = np.linalg.inv(space) @ np.array(value) @ space
+                attribute.Set(Vt.Matrix4dArray.FromNumpy(own))
+            elif name == "translations":
+                attribute.Set(Vt.Vec3fArray.FromNumpy((value @ space[:3, :3]).astype(np.float32)))
+            elif name == "rotations":  # of another axis by the same angle
+                turned = [Gf.Vec3d(*(np.array(q.imaginary) @ turn)) for q in value]
+                pairs = zip(value, turned, strict=True)
+                attribute.Set(Vt.QuatfArray([Gf.Quatf(q.real, Gf.Vec3f(v)) for q, v in pairs]))
             elif name == "extent":
                 attribute.Clear()
     UsdGeom.SetStageMetersPerUnit(stage, meters_per_unit)

@@ -621,6 +621,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_head_markers",
         "fewer than three head markers, or only some in a line, are visible in some frames",
     ),
+    "GAZE_BY_JOINTS": (
+        "info",
+        "correct_settings",
+        "joints turn the character's eyes by the recorded curves of gaze",
+    ),
     "HEAD_LEFT_STILL": (
         "warning",
         "correct_settings",

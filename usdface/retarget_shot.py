@@ -19,7 +19,9 @@ from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
 from usdface.retarget.head_motion import head_motion, turned_at_neutral
+from usdface.retarget.joint_motion import JointMotion
 from usdface.retarget.pins import check_pins, with_pins
+from usdface.retarget.recorded_eyes import recorded_eyes, turning_joints
 from usdface.retarget.recorded_head import recorded_head
 from usdface.retarget.solution import Solution
 from usdface.shot import Shot, ShotResult, SolvedShot
@@ -150,8 +152,9 @@ def solve_settings(shot: Shot) -> object:
 def _express_inputs(shot: Shot) -> object:
     """Return all that correction and closure depend on beside the solve."""
     system, names = (shot.system, shot.expressions, shot.layout, shot.gains), shot.rig.shape_names
-    # A recorded head turns about its joint.
-    return shot.mesh, shot.rig.skeleton, names, shot.setup, system, shot.base, shot.factors
+    # A recorded head turns about its joint, eyes about theirs.
+    joints = shot.rig.skeleton, turning_joints(shot.rig, shot.setup)
+    return shot.mesh, joints, names, shot.setup, system, shot.base, shot.factors
 
 
 def _express_shot(
@@ -213,11 +216,14 @@ def _exaggerated_shot(
     motion, new_findings = _head_motion(shot, face, solution) if options.head else (None, [])
     findings += new_findings
     findings += turned_at_neutral(motion, shot.take.source) if motion else []
+    eyes, new_findings = _eye_motions(shot, face)
+    findings += new_findings
     return ShotResult(
         shot,
         _with_pinned_base(shot, weights),
         solution=solution,
         head_motion=motion,
+        eye_motions=eyes,
         repairs=solved.repairs,
         region_residuals=regions,
         findings=(*solved.findings, *findings, *failed),
@@ -285,6 +291,12 @@ def _head_motion(
         _head_seen(shot, solution),
     )
     return motion, []
+
+
+def _eye_motions(shot: Shot, face: BoundFace) -> tuple[tuple[JointMotion, ...], list[Finding]]:
+    if not isinstance(shot.take, WeightsTake):
+        return (), []
+    return recorded_eyes(shot.take, shot.rig, face.mesh, shot.setup)
 
 
 def _head_seen(shot: Shot, solution: Solution) -> BoolArray:

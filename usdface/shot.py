@@ -23,6 +23,7 @@ from usdface.face.layout import FaceLayout
 from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.exaggeration import Exaggeration
+from usdface.retarget.joint_motion import JointMotion
 from usdface.retarget.solution import Solution
 from usdface.rigs import Mesh, Rig
 from usdface.setup.expression import Expression
@@ -167,6 +168,8 @@ class ShotResult:
         The retarget of a marker take: head pose, residual, feature points; None of a weights take.
     head_motion : Pose or None
         Motion of the character's head in rig space; None if it stays still.
+    eye_motions : tuple of JointMotion
+        Of the joints that turn the character's eyes, on top of the head's.
     repairs : tuple of Repair
         Changes of the marker clean-up.
     region_residuals : mapping of str to (F,) float64 [m]
@@ -193,6 +196,7 @@ class ShotResult:
     closure: Closure | None = None
     solution: Solution | None = None
     head_motion: Pose | None = None
+    eye_motions: tuple[JointMotion, ...] = ()
     repairs: tuple[Repair, ...] = ()
     region_residuals: Mapping[str, FloatArray] = field(default_factory=dict)
     trace: ExpressionTrace | None = None

@@ -61,6 +61,33 @@ def test_a_take_of_weights_needs_no_markers() -> None:
         setup_of_json({}, "bind.json")
 
 
+def test_joints_of_the_eyes_and_a_factor_on_their_turns() -> None:
+    eyes = {"joints": ["eye.L", "eye.R"], "turn": 0.5}
+    setup = setup_of_json({"eyes": eyes, "curves": {"a": {"b": 1}}}, "bind.json")
+    assert setup.eye_joints == ("eye.L", "eye.R") and setup.eye_turn == 0.5
+    assert json.loads(bind_json(setup))["eyes"] == eyes
+    assert "eyes" not in json.loads(bind_json(RetargetSetup(Binding(("a",), np.array([1])))))
+
+
+@pytest.mark.parametrize(
+    "eyes",
+    [
+        ["eye.L", "eye.R"],
+        {"joints": "eye.L"},
+        {"joints": ["eye.L"]},
+        {"joints": ["a", 1]},
+        {"turn": True},
+        {"turn": -0.5},
+        {"turn": float("nan")},
+        {"turn": 5},
+        {"gain": 1.0},
+    ],
+)
+def test_other_eyes_are_refused(eyes: object) -> None:
+    with pytest.raises(InputError, match="eyes"):
+        setup_of_json({"markers": {}, "eyes": eyes}, "bind.json")
+
+
 def test_neutral_frames_that_nobody_named_are_not_written() -> None:
     setup = RetargetSetup(Binding(("a",), np.array([1])), neutral_assumed=True)
     text = bind_json(setup)

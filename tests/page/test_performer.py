@@ -6,7 +6,7 @@ from worlds import make_world
 from usdface.face.bound_face import bound_face
 from usdface.geometry.rigid_fit import rigid_fit
 from usdface.page.performer import markers_on_face
-from usdface.retarget.head_joint import matrices_of
+from usdface.retarget.joint_motion import matrices_of
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 

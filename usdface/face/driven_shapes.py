@@ -8,6 +8,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError, did_you_mean
+from usdface.face.gaze_curves import is_gaze_curve
 from usdface.face.shape_names import DIRECTIONS, shape_key
 from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
@@ -44,7 +45,8 @@ def rename_weights(
     WeightsTake
         Columns `names`; a blend shape without a curve is 0.
     list of Finding
-        CHANNEL_IGNORED for curves without a blend shape, CURVE_UNKNOWN for those of `curves` that
+        CHANNEL_IGNORED for curves without a blend shape (but those of gaze, of which
+        `usdface.retarget.recorded_eyes` tells), CURVE_UNKNOWN for those of `curves` that
         the take lacks. WEIGHTS_CLIPPED, but not below 0 where a factor is negative: such a curve
         takes back what others drive.
 
@@ -61,6 +63,7 @@ def rename_weights(
     findings = unknown_curves(take, curves or {}, take.source)
     idle = np.flatnonzero(~np.any(factors, axis=1)).tolist()
     unused = [take.names[i] for i in idle if take.names[i] not in told]
+    unused = [name for name in unused if not is_gaze_curve(name)]  # they may turn joints
     if unused:
         message = "curves without a blend shape: {channels}"
         findings.append(finding("CHANNEL_IGNORED", take.source, message, unused))

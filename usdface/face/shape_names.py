@@ -3,7 +3,7 @@
 import re
 import unicodedata
 
-__all__ = ["DIRECTIONS", "shape_key"]
+__all__ = ["DIRECTIONS", "shape_key", "split_words"]
 
 # Left and right of these are directions, not sides.
 DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose"))
@@ -24,10 +24,19 @@ def shape_key(name: str) -> tuple[str, str]:
     >>> shape_key("L_browDown"), shape_key("eyebrows-left-down")
     (('browdown', 'left'), ('eyebrowsdown', 'left'))
     """
-    words = [word.lower() for word in _WORD.findall(unicodedata.normalize("NFC", name))]
+    words = split_words(name)
     ends = [i for i in (len(words) - 1, 0) if words and words[i] in _SIDES]
     within = [i for i, word in enumerate(words) if word in ("left", "right")]
     if len(words) > 1 and (ends or within):
         at = (ends or within)[0]
         return "".join(words[:at] + words[at + 1 :]), _SIDES[words[at]]
     return "".join(words), ""
+
+
+def split_words(name: str) -> list[str]:
+    """Return the words of a name in lower case: at capitals, digits and anything between letters.
+
+    >>> split_words("J_Adj_L_FaceEye"), split_words("eye.L.001")
+    (['j', 'adj', 'l', 'face', 'eye'], ['eye', 'l', '001'])
+    """
+    return [word.lower() for word in _WORD.findall(unicodedata.normalize("NFC", name))]

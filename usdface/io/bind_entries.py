@@ -28,6 +28,7 @@ __all__ = [
     "read_binding",
     "read_curves",
     "read_exaggeration",
+    "read_eyes",
     "read_head",
     "read_map",
     "read_neutral",
@@ -38,6 +39,7 @@ __all__ = [
     "read_switches",
 ]
 
+_EYES_KEYS = frozenset(("joints", "turn"))
 _NEUTRAL_KEYS = frozenset(("start", "end", "weights"))
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 _Switches = TypeVar("_Switches", CleanOptions, ClosureOptions)
@@ -165,6 +167,19 @@ def read_curves(value: object, where: str) -> dict[str, dict[str, float]]:
                 raise InputError(f"{where}: {error}", error.code) from error
         curves[curve] = {name: float(factor) for name, factor in shapes.items()}
     return curves
+
+
+def read_eyes(value: object, where: str) -> dict[str, Any]:
+    """Read "eyes": the joints that turn the eyes, and the factor on the turns, as setup fields."""
+    if isinstance(value, dict) and value.keys() <= _EYES_KEYS:
+        joints, turn = value.get("joints", []), value.get("turn", 1.0)
+        named = isinstance(joints, list) and all(isinstance(name, str) for name in joints)
+        if named and isinstance(turn, (int, float)) and not isinstance(turn, bool):
+            return {"eye_joints": tuple(joints), "eye_turn": float(turn)}
+    raise InputError(
+        f'{where}: "eyes" is {value!r}; expected {{"joints": [left, right], "turn": factor}}',
+        "SCHEMA_BROKEN",
+    )
 
 
 def read_exaggeration(value: object, where: str) -> dict[str, float]:

@@ -4,7 +4,7 @@
 
     {"mesh": "/Asset/Face/Head",
      "markers": {"NoseHead": {"point": 3124}, "ForeHead": {"point": 877}},
-     "head": "solve", "nose_tip": "NoseHead",
+     "head": "solve", "nose_tip": "NoseHead", "eyes": {"joints": ["eye.L", "eye.R"], "turn": 0.5},
      "unsure": {"Chin": {"point": 640, "confidence": 0.31}},
      "roles": {"lip_lower": "DownLip"}, "neutral": {"start": 0, "end": 30}, "peaks": [51, 204],
      "map": {"radius": 3.0}, "solve": {"smoothness": 1.0},
@@ -14,14 +14,16 @@ Only `markers` is needed, and not for a take of weights. `curves` are of such a 
 shapes that recorded curves drive, with factors, as in
 {"EyeBlinkLeft": {"eye-left-closure": 1.0}}. A marker may have a "confidence" (0 to 1), as proposed
 ones do; those that are "unsure" are not bound. `head` is
-"solve", "stabilised" or a list of truly rigid markers; `neutral` is in frame indices of the
-take, or "rig" where the take's neutral is the rig's own neutral mesh, in the same space; its
-"weights" are those of blend shapes that the performer shows in the neutral frames, which the solve
-finds where none are given; `peaks` are frame indices of strong expressions, by which places are
-proposed; `map` and `solve` override `usdface.options`. A map whose kernel, radius or smoothing is
-named is not chosen, unless its `choice` says "auto"; a solve whose agility is named does not learn
-how weights move, unless its `prior` says "learned". `exaggeration` has factors on the solved
-weights, of the face and of its regions "brows", "eyes" and "mouth", or is one number for the face.
+"solve", "stabilised" or a list of truly rigid markers; `eyes` names the joints that turn the left
+and the right eye by the gaze curves of a take of weights, and a factor on the turns; `neutral` is
+in frame indices of the take, or "rig" where the take's neutral is the rig's own neutral mesh, in
+the same space; its "weights" are those of blend shapes that the performer shows in the neutral
+frames, which the solve finds where none are given; `peaks` are frame indices of strong expressions,
+by which places are proposed; `map` and `solve` override `usdface.options`. A map whose kernel,
+radius or smoothing is named is not chosen, unless its `choice` says "auto"; a solve whose agility
+is named does not learn how weights move, unless its `prior` says "learned". `exaggeration` has
+factors on the solved weights, of the face and of its regions "brows", "eyes" and "mouth", or is one
+number for the face.
 `made_with`, written by usdface, tells the mesh and the take: another mesh is refused, neutral and
 peak frames are not carried to another take. `fingerprint` tells whether a person edited a file that
 usdface wrote (`usdface.io.json_fingerprint`); it is not read.
@@ -41,6 +43,7 @@ from usdface.io.bind_entries import (
     read_binding,
     read_curves,
     read_exaggeration,
+    read_eyes,
     read_head,
     read_map,
     read_neutral,
@@ -67,6 +70,7 @@ _KEYS = frozenset(
         "head",
         "move_head",
         "head_joint",
+        "eyes",
         "nose_tip",
         "roles",
         "neutral",
@@ -142,6 +146,7 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         head_markers=rigid,
         move_head=expect(document.get("move_head", True), bool, '"move_head" as true or false'),
         head_joint=expect(document.get("head_joint", ""), str, '"head_joint" as a joint\'s name'),
+        **read_eyes(document.get("eyes", {}), where),
         neutral=read_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
         neutral_assumed="neutral" not in document,
         neutral_weights=read_neutral_weights(document.get("neutral"), where),
@@ -172,6 +177,8 @@ def bind_json(setup: RetargetSetup) -> str:
         "nose_tip": setup.nose_tip,
         "roles": dict(setup.roles),
     }
+    if eyes := _eyes_entry(setup):
+        document["eyes"] = eyes
     document |= {} if setup.neutral_assumed else {"neutral": _neutral_entry(setup)}
     if setup.curves:
         document["curves"] = {curve: dict(shapes) for curve, shapes in setup.curves.items()}
@@ -187,6 +194,11 @@ def bind_json(setup: RetargetSetup) -> str:
     if setup.exaggeration:
         document["exaggeration"] = dict(setup.exaggeration)
     return json.dumps(sign(document), indent=1, ensure_ascii=False) + "\n"
+
+
+def _eyes_entry(setup: RetargetSetup) -> dict[str, Any]:
+    joints = {"joints": list(setup.eye_joints)} if setup.eye_joints else {}
+    return joints | ({"turn": setup.eye_turn} if setup.eye_turn != 1.0 else {})
 
 
 def _neutral_entry(setup: RetargetSetup) -> object:

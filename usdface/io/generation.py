@@ -30,6 +30,8 @@ def generation_of(result: ShotResult, root: Path) -> Generation:
     arrays = [result.weights.times, result.solved.weights, result.weights.weights]
     if result.head_motion is not None:
         arrays += [result.head_motion.rotations, result.head_motion.translations]
+    for eye in result.eye_motions:
+        arrays += [eye.motion.rotations, eye.motion.translations]
     for array in arrays:
         digest.update(np.ascontiguousarray(array, np.float32).tobytes())
     return {"generation": digest.hexdigest()[:_LENGTH], "result": root.name}

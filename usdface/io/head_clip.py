@@ -1,5 +1,6 @@
-"""The head's motion as an animation of joints, for formats that move nothing else."""
+"""The motion of head and eyes as an animation of joints, for formats that move nothing else."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -8,31 +9,41 @@ from usdface.arrays import FloatArray
 from usdface.clips import JointsTake
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.transforms import decompose
-from usdface.retarget.head_joint import joint_track
+from usdface.retarget.joint_motion import JointMotion, joint_track
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
 __all__ = ["head_clip"]
 
 
-def head_clip(rig: Rig, joint: int, motion: Pose, times: FloatArray) -> tuple[Rig, JointsTake]:
-    """Return a rig and the animation that moves its head.
+def head_clip(
+    rig: Rig,
+    joint: int,
+    motion: Pose | None,
+    times: FloatArray,
+    eyes: Sequence[JointMotion] = (),
+) -> tuple[Rig, JointsTake]:
+    """Return a rig and the animation that moves its head, its eyes, or both.
 
     Parameters
     ----------
     rig : Rig
     joint : int
         The joint that carries the face; -1 = none does, and all meshes hang on one of their own.
-    motion : Pose
-        In rig space, F frames.
+    motion : Pose or None
+        Of the head, in rig space, F frames.
     times : (F,) float64 [s]
+    eyes : sequence of JointMotion
+        Only of a rig with a joint that carries the face.
     """
     if joint < 0 or rig.skeleton is None:
         joint, rest = 0, np.eye(4)[None]
         skeleton = Skeleton(("head",), ("head",), rest, rest)
         rig = replace(rig, meshes=tuple(map(_hung, rig.meshes)), skeleton=skeleton)
     assert rig.skeleton is not None
-    moved, turned, sized = decompose(joint_track(rig.skeleton, joint, motion)[:, None])
-    return rig, JointsTake((rig.skeleton.joints[joint],), times, moved, turned, sized)
+    head = () if motion is None else (JointMotion(joint, motion),)
+    tracks = [joint_track(rig.skeleton, each) for each in (*head, *eyes)]
+    names = tuple(rig.skeleton.joints[each.joint] for each in (*head, *eyes))
+    return rig, JointsTake(names, times, *decompose(np.stack(tracks, axis=1)))
 
 
 def _hung(mesh: Mesh) -> Mesh:

@@ -85,10 +85,9 @@ class ProcessOutputs:
         from usdface.io.head_clip import head_clip
 
         rig, clip = staged.shot.rig, Clip("take", solved.weights)
-        if solved.head_motion is not None and staged.prims.head is not None:
-            rig, joints = head_clip(
-                rig, staged.prims.head.joint, solved.head_motion, solved.solved.times
-            )
+        head, eyes = solved.head_motion, solved.eye_motions
+        if staged.prims.head is not None and (head is not None or eyes):
+            rig, joints = head_clip(rig, staged.prims.head.joint, head, solved.solved.times, eyes)
             clip = replace(clip, joints=joints)
         (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
         return findings + write_gltf(rig, self.gltf, clips, read=read, metadata=generation)

@@ -1,14 +1,13 @@
-"""The joint of a skeleton that moves the face, and its transforms for a head motion."""
+"""The joint of a skeleton that carries the face."""
 
 import numpy as np
 
-from usdface.arrays import FloatArray
-from usdface.errors import InputError
-from usdface.face.face_points import FacePoints
-from usdface.geometry.rigid_fit import Pose
-from usdface.rigs import Skeleton, Skin
+from usdface.face.face_points import FacePoints, face_points
+from usdface.retarget.joint_motion import named_joint
+from usdface.rigs import Mesh, Skeleton, Skin
+from usdface.setup.retarget_setup import RetargetSetup
 
-__all__ = ["carrying_joint", "joint_track", "matrices_of", "named_joint"]
+__all__ = ["carrying_joint", "face_joint"]
 
 # A joint carries the face if it and its descendants have this share of the markers' skin weight:
 # lids, lips and jaw may have joints of their own below the head's. Set by hand.
@@ -35,54 +34,21 @@ def carrying_joint(skeleton: Skeleton, skin: Skin, face: FacePoints) -> int | No
     return max(carrying, key=lambda joint: skeleton.joints[joint].count("/"), default=None)
 
 
-def named_joint(skeleton: Skeleton, name: str) -> int:
-    """Return the joint of that path, or the only one of that name.
-
-    Raises
-    ------
-    InputError
-        If there is none, or several.
-    """
-    if name in skeleton.joints:
-        return skeleton.joints.index(name)
-    ends = (joint.rpartition("/")[2] for joint in skeleton.joints)
-    pairs = zip(ends, skeleton.names, strict=True)
-    found = [joint for joint, names in enumerate(pairs) if name in names]
-    if len(found) != 1:
-        raise InputError(
-            f"the skeleton has {len(found) or 'no'} joints named {name!r}; name the head's by its "
-            f"path, one of {', '.join(skeleton.joints[:12])}",
-            "JOINT_UNKNOWN",
-        )
-    return found[0]
-
-
 def _parents(skeleton: Skeleton) -> list[int]:
     place = {joint: i for i, joint in enumerate(skeleton.joints)}
     return [place.get(joint.rpartition("/")[0], -1) for joint in skeleton.joints]
 
 
-def joint_track(skeleton: Skeleton, joint: int, motion: Pose) -> FloatArray:
-    """Return the joint's transforms to its parent that move its skin as `motion`: (F, 4, 4).
+def face_joint(skeleton: Skeleton | None, mesh: Mesh, setup: RetargetSetup) -> int | None:
+    """Return the joint that carries the face of a mesh: the named one, else as found; None without.
 
-    Row vectors, metres. The motion is applied in the bind pose and followed by the skeleton's rest
-    pose, so that it stays relative to a neck that something else animates.
-
-    Parameters
-    ----------
-    skeleton : Skeleton
-    joint : int
-    motion : Pose
-        In rig space, for points as they are bound.
+    Raises
+    ------
+    InputError
+        If the setup names a joint that the skeleton has not.
     """
-    bind = skeleton.bind[joint]
-    moved = bind @ matrices_of(motion) @ np.linalg.inv(bind) @ skeleton.rest[joint]
-    return np.asarray(moved, np.float64)
-
-
-def matrices_of(pose: Pose) -> FloatArray:
-    """Return a pose as matrices for row vectors: (F, 4, 4)."""
-    result = np.tile(np.eye(4), (len(pose.rotations), 1, 1))
-    result[:, :3, :3] = pose.rotations.transpose(0, 2, 1)
-    result[:, 3, :3] = pose.translations
-    return result
+    if skeleton is None or mesh.skin is None:
+        return None
+    if setup.head_joint:
+        return named_joint(skeleton, setup.head_joint)
+    return carrying_joint(skeleton, mesh.skin, face_points(mesh, setup.binding.points))

@@ -7,7 +7,7 @@ from usdface.arrays import FloatArray
 from usdface.face.face_points import FacePoints, face_points
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
-from usdface.retarget.head_joint import carrying_joint, named_joint
+from usdface.retarget.head_joint import face_joint
 from usdface.rigs import Mesh, Rig
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
@@ -52,7 +52,7 @@ def recorded_head(
         first, last = setup.neutral
         turns = turns[first : last + 1].mean().inv() * turns
     face = face_points(mesh, setup.binding.points)
-    joint = _joint(rig, mesh, setup, face)
+    joint = _joint(rig, mesh, setup)
     findings = []
     if joint is not None:
         assert rig.skeleton is not None
@@ -70,18 +70,15 @@ def recorded_head(
     return Pose(rotations, pivot - rotations @ pivot), findings
 
 
-def _joint(rig: Rig, mesh: Mesh, setup: RetargetSetup, face: FacePoints) -> int | None:
+def _joint(rig: Rig, mesh: Mesh, setup: RetargetSetup) -> int | None:
     """Return the joint that carries the face; None for a root that is no head's and was not told.
 
     Such a root, as rigs without a skeleton get one, may be anywhere.
     """
-    skeleton = rig.skeleton
-    if skeleton is None or mesh.skin is None:
-        return None
-    if setup.head_joint:
-        return named_joint(skeleton, setup.head_joint)
-    joint = carrying_joint(skeleton, mesh.skin, face)
-    if joint is None or "/" in skeleton.joints[joint] or "head" in skeleton.names[joint].lower():
+    skeleton, joint = rig.skeleton, face_joint(rig.skeleton, mesh, setup)
+    if skeleton is None or joint is None or setup.head_joint:
+        return joint
+    if "/" in skeleton.joints[joint] or "head" in skeleton.names[joint].lower():
         return joint
     return None
 

@@ -58,6 +58,8 @@ __all__ = [
     "EYES_EXAGGERATION",
     "EYES_GAIN",
     "EYES_SHAPES",
+    "EYE_JOINTS",
+    "EYE_TURN",
     "FACE_UNIT",
     "FALLBACK_TYPES",
     "FEATURE_POINTS",
@@ -192,6 +194,8 @@ BIND_CONFIDENCE: Final = "usdface:bind:confidence"
 HEAD_MODE: Final = "usdface:head:mode"
 HEAD_APPLY: Final = "usdface:head:apply"
 HEAD_JOINT: Final = "usdface:head:joint"
+EYE_JOINTS: Final = "usdface:eyes:joints"
+EYE_TURN: Final = "usdface:eyes:turn"
 HEAD_MARKERS: Final = "usdface:head:markers"
 NOSE_TIP: Final = "usdface:noseTip"
 ROLES_NAMES: Final = "usdface:roles:names"

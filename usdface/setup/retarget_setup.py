@@ -8,6 +8,7 @@ import numpy as np
 
 from usdface.errors import InputError, did_you_mean
 from usdface.options import (
+    EXAGGERATION_RANGE,
     LARGEST_CURVE_FACTOR,
     CleanOptions,
     ClosureOptions,
@@ -45,6 +46,11 @@ class RetargetSetup:
     head_joint : str
         Path or name of the joint that carries the face; "" = found by the skin of the face, and
         the whole character moves if there is none.
+    eye_joints : (str, str) or ()
+        Paths or names of the joints that turn the left and the right eye by the gaze curves of a
+        take of weights; () = found by their names.
+    eye_turn : float
+        Factor on these turns, 0 to 4.
     neutral : (int, int) or None
         First and last neutral frame index, inclusive; None = the take's neutral is the
         rig's own neutral mesh, in the same space.
@@ -94,6 +100,8 @@ class RetargetSetup:
     head_markers: tuple[str, ...] = ()
     move_head: bool = True
     head_joint: str = ""
+    eye_joints: tuple[str, ...] = ()
+    eye_turn: float = 1.0
     neutral: tuple[int, int] | None = (0, 0)
     neutral_assumed: bool = False
     neutral_weights: Mapping[str, float] = field(default_factory=dict)
@@ -135,6 +143,18 @@ class RetargetSetup:
         if weights and self.neutral is None:
             raise InputError(
                 'the neutral "rig" has no weights; name neutral frames', "SETTING_WRONG"
+            )
+        if len(self.eye_joints) not in (0, 2):
+            raise InputError(
+                f"the joints of the eyes are {self.eye_joints}; expected that of the left and that "
+                "of the right one",
+                "SETTING_WRONG",
+            )
+        if not EXAGGERATION_RANGE[0] <= self.eye_turn <= EXAGGERATION_RANGE[1]:
+            raise InputError(
+                f"the factor on the turns of the eyes is {self.eye_turn}; expected 0 to "
+                f"{EXAGGERATION_RANGE[1]:g}",
+                "SETTING_WRONG",
             )
         if self.head == "markers" and len(self.head_markers) < 3:
             raise InputError(

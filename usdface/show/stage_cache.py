@@ -22,6 +22,7 @@ from usdface.geometry.rigid_fit import Pose
 from usdface.inbetween_path import InbetweenPath
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.one_camera import PinholeCamera
+from usdface.retarget.joint_motion import JointMotion
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
@@ -38,7 +39,17 @@ __all__ = ["StageCache"]
 _CLASSES = (
     *(BlendShapeEvaluator, Cleaned, Closure, CombinationWeight, CompletedClosing, EstimatedTake),
     *(Evaluation, ExpressionTrace, EyeClosing, FilmedHead, Finding, InbetweenPath, LidGaps),
-    *(MapChoice, MarkerTake, MistrackedLid, PinholeCamera, Pose, Repair, ShotResult, SideTrace),
+    *(
+        JointMotion,
+        MapChoice,
+        MarkerTake,
+        MistrackedLid,
+        PinholeCamera,
+        Pose,
+        Repair,
+        ShotResult,
+        SideTrace,
+    ),
     *(Solution, SolvedShot, SpaceMap, TakeEstimates, WeightsTake),
 )
 _KEPT = 2  # files of each stage, so that a setting can be changed back

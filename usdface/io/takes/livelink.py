@@ -39,6 +39,7 @@ _NTSC = 1.001  # s, of as many frames as drop-frame timecode counts a second (SM
 _DAY = 86400.0  # s
 _ROTATION = ("Yaw", "Pitch", "Roll")
 _HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
+_EYES = ("LeftEye", "RightEye")
 _HALF_TURN = 3.15  # rad, rounded up
 _WRITTEN = 0.5  # of the rows, at least, have a weight of a curve that is read
 
@@ -46,7 +47,8 @@ _WRITTEN = 0.5  # of the rows, at least, have a weight of a curve that is read
 def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsTake, list[Finding]]:
     """Read a Live Link Face CSV as weights, columns by name (`EyeBlinkLeft` -> `eyeBlinkLeft`).
 
-    Rotations of the eyes are left out, as are rows without weights (the face was lost), and those
+    Rotations of the eyes are left out, which the curves of gaze say, too
+    (`usdface.face.gaze_curves`), as are rows without weights (the face was lost), and those
     of the head if they are all 0. A weight that is missing in a row with others is bridged
     (WEIGHT_BRIDGED). Dropped frames stay gaps in the times; a recording may run over midnight.
 
@@ -77,7 +79,9 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     used = () if angles is None else _HEAD
     ignored = [name for name in header[2:] if name.endswith(_ROTATION) and name not in used]
     if ignored:
-        message = "rotations that are not read: {channels}"
+        of_eyes = all(name.startswith(_EYES) for name in ignored)
+        why = ", as the curves of gaze say the same" if of_eyes else ""
+        message = f"rotations that are not read{why}: {{channels}}"
         findings.append(finding("CHANNEL_IGNORED", str(path), message, ignored))
     seconds, base_findings = _seconds(path, kept)
     times, rate, time_findings = take_times(path, len(kept), seconds=seconds, override=options.rate)

@@ -21,7 +21,7 @@ from usdface.io.usd.stage import (
     matrices,
     to_si,
 )
-from usdface.retarget.head_joint import matrices_of
+from usdface.retarget.joint_motion import JointMotion, matrices_of
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
 from usdface.shot import ShotResult
@@ -96,6 +96,7 @@ class Animation:
     emotions: Mapping[str, FloatArray] = field(default_factory=dict)
     repairs: tuple[Repair, ...] = ()
     motion: Pose | None = None
+    eyes: tuple[JointMotion, ...] = ()
     firing: FloatArray | None = None
     regions: Mapping[str, FloatArray] = field(default_factory=dict)
     closure: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -117,6 +118,7 @@ def solve_animation(
         result.solution,
         repairs=result.repairs,
         motion=result.head_motion,
+        eyes=result.eye_motions,
         regions=result.region_residuals,
         deviations=deviations or {},
         verdict=verdict,
@@ -229,13 +231,14 @@ def author(
             _author_deviations(layer, shot, animation.deviations)
         if animation.verdict is not None:
             _author_verdict(layer, shot, animation.verdict)
-        if animation.motion is not None and prims.head is not None:
+        if prims.head is not None:
             author_head(
                 layer,
                 stage,
                 (prims.skel_root, str(anim.path)),
                 prims.head,
                 animation.motion,
+                animation.eyes,
                 codes,
                 stage_codes or codes,
             )

@@ -1,5 +1,6 @@
 """The head's motion on a stage: on the joint that moves the face, else on the SkelRoot."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -8,15 +9,10 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.face.face_points import face_points
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.stage import matrices
-from usdface.retarget.head_joint import (
-    carrying_joint,
-    joint_track,
-    matrices_of,
-    named_joint,
-)
+from usdface.retarget.head_joint import face_joint
+from usdface.retarget.joint_motion import JointMotion, joint_track, matrices_of
 from usdface.rigs import Mesh, Skeleton
 from usdface.setup.retarget_setup import RetargetSetup
 
@@ -87,16 +83,11 @@ def find_carrier(
         If the named joint does not exist.
     """
     xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
-    if skeleton is not None and mesh.skin is not None:
-        joint = (
-            named_joint(skeleton, setup.head_joint)
-            if setup.head_joint
-            else carrying_joint(skeleton, mesh.skin, face_points(mesh, setup.binding.points))
-        )
-        if joint is not None:
-            to_world = np.array(xforms.GetLocalToWorldTransform(prim)) @ inverse_head_motion(root)
-            return HeadCarrier(joint, skeleton, to_world @ si)
-    elif setup.head_joint:
+    joint = face_joint(skeleton, mesh, setup)
+    if joint is not None:
+        to_world = np.array(xforms.GetLocalToWorldTransform(prim)) @ inverse_head_motion(root)
+        return HeadCarrier(joint, skeleton, to_world @ si)
+    if setup.head_joint:
         raise InputError(
             f"the head's joint is {setup.head_joint!r}, but no skeleton with joints moves "
             f"{mesh.path}; leave it out, and the SkelRoot moves",
@@ -131,19 +122,24 @@ def author_head(
     stage: Usd.Stage,
     paths: tuple[str, str],
     carrier: HeadCarrier,
-    motion: Pose,
+    motion: Pose | None,
+    eyes: Sequence[JointMotion],
     codes: list[float],
     stage_codes: list[float],
 ) -> None:
-    """Author the motion on a layer; `paths` are SkelRoot and SkelAnimation.
+    """Author the motion of the head, and of joints of the eyes, on a layer.
 
-    `codes` are time codes of the layer, `stage_codes` the same on the stage.
+    `paths` are SkelRoot and SkelAnimation; `codes` are time codes of the layer, `stage_codes` the
+    same on the stage.
     """
     root, animation = paths
-    if carrier.skeleton is None:
+    if carrier.skeleton is not None:
+        head = () if motion is None else (JointMotion(carrier.joint, motion),)
+        moved = (*head, *eyes)
+        if moved:
+            _author_joints(layer, stage, animation, carrier, moved, codes, stage_codes)
+    elif motion is not None:
         _author_root(layer, root, carrier, motion, codes)
-    else:
-        _author_joint(layer, stage, animation, carrier, motion, codes, stage_codes)
 
 
 def _author_root(
@@ -159,44 +155,45 @@ def _author_root(
     order.default = Vt.TokenArray([*carrier.ops, HEAD_OP])
 
 
-def _author_joint(
+def _author_joints(
     layer: Sdf.Layer,
     stage: Usd.Stage,
     path: str,
     carrier: HeadCarrier,
-    motion: Pose,
+    moved: Sequence[JointMotion],
     codes: list[float],
     stage_codes: list[float],
 ) -> None:
-    """Author complete joint arrays: the head's joint moves, the others keep their motion."""
-    moved = UsdSkel.DecomposeTransforms(matrices(_local(carrier, motion)))
+    """Author complete joint arrays: those of head and eyes move, others keep their motion."""
+    assert carrier.skeleton is not None
+    own = [carrier.skeleton.joints[each.joint] for each in moved]
+    tracks = [UsdSkel.DecomposeTransforms(matrices(_local(carrier, each))) for each in moved]
     names, others = _authored_joints(stage, path, stage_codes)
-    if carrier.name not in names:
-        names = (*names, carrier.name)
-    column = names.index(carrier.name)
+    names = tuple(dict.fromkeys((*names, *own)))
+    columns = [names.index(name) for name in own]
     anim, kinds = Sdf.CreatePrimInLayer(layer, path), Sdf.ValueTypeNames
     order = anim.attributes.get("joints") or Sdf.AttributeSpec(
         anim, "joints", kinds.TokenArray, Sdf.VariabilityUniform
     )
     order.default = Vt.TokenArray(names)
-    for (name, kind, array), authored, own in zip(
-        _COMPONENTS, zip(*others, strict=True), moved, strict=True
+    for (name, kind, array), authored, parts in zip(
+        _COMPONENTS, zip(*others, strict=True), zip(*tracks, strict=True), strict=True
     ):
-        values = np.array(own)
-        rows = np.empty((len(codes), len(names), values.shape[1]), values.dtype)
+        values = np.stack([np.array(part) for part in parts], axis=1)
+        rows = np.empty((len(codes), len(names), values.shape[2]), values.dtype)
         before = np.array([np.array(part) for part in authored])
         rows[:, : before.shape[1]] = before
-        rows[:, column] = values
+        rows[:, columns] = values
         _samples(layer, anim, name, kind, codes, map(array.FromNumpy, rows))
 
 
-def _local(carrier: HeadCarrier, motion: Pose) -> FloatArray:
-    """Return the joint's transforms to its parent in the skeleton's units: (F, 4, 4)."""
+def _local(carrier: HeadCarrier, moved: JointMotion) -> FloatArray:
+    """Return a joint's transforms to its parent in the skeleton's units: (F, 4, 4)."""
     assert carrier.skeleton is not None
-    track = joint_track(carrier.skeleton, carrier.joint, motion)
+    track = joint_track(carrier.skeleton, moved)
     scale = np.cbrt(abs(np.linalg.det(carrier.to_rig[:3, :3]))) or 1.0
     shrink, grow = np.diag([1 / scale] * 3 + [1.0]), np.diag([scale] * 3 + [1.0])
-    is_root = "/" not in carrier.name
+    is_root = "/" not in carrier.skeleton.joints[moved.joint]
     below = np.linalg.inv(carrier.to_rig) if is_root else shrink
     return np.asarray(grow @ track @ below)
 

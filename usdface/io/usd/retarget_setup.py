@@ -67,6 +67,10 @@ def write_setup(
     author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
     author(prim, tokens.HEAD_APPLY, _NAMES.Bool, setup.move_head)
     author(prim, tokens.HEAD_JOINT, _NAMES.Token, setup.head_joint)
+    if setup.eye_joints:
+        author(prim, tokens.EYE_JOINTS, _NAMES.TokenArray, Vt.TokenArray(setup.eye_joints))
+    if setup.eye_turn != 1.0:
+        author(prim, tokens.EYE_TURN, _NAMES.Double, setup.eye_turn)
     author(prim, tokens.NOSE_TIP, _NAMES.Token, setup.nose_tip)
     author(prim, tokens.ROLES_NAMES, _NAMES.TokenArray, Vt.TokenArray(tuple(setup.roles)))
     author(
@@ -194,6 +198,8 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
             head_markers=_strings(prim, tokens.HEAD_MARKERS),
             move_head=_switch(prim, tokens.HEAD_APPLY, True),
             head_joint=str(_value(prim, tokens.HEAD_JOINT, "")),
+            eye_joints=_strings(prim, tokens.EYE_JOINTS),
+            eye_turn=float(_value(prim, tokens.EYE_TURN, 1.0)),
             neutral=None if neutral == "rig" else (int(start), int(end)),
             neutral_weights=dict(zip(shown, weights.tolist(), strict=True)),
             curves=_read_curves(prim),

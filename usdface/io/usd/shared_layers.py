@@ -22,6 +22,7 @@ _CHARACTER = Sdf.Path("/Shot/Character")
 _OF_PERFORMER = ("usdface:calibration:",)
 _OF_CHARACTER = (
     *("usdface:bind:", "usdface:contact:", "usdface:roles:", tokens.NOSE_TIP, tokens.HEAD_JOINT),
+    *(tokens.EYE_JOINTS, tokens.EYE_TURN),
     *(tokens.LEFT_SHAPES, tokens.RIGHT_SHAPES, tokens.BROWS_SHAPES, tokens.EYES_SHAPES),
     *(tokens.MOUTH_SHAPES, tokens.ANTAGONISTS, tokens.RIG, tokens.SYSTEM, tokens.EXPRESSIONS),
 )
