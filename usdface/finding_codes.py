@@ -624,7 +624,17 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "GAZE_BY_JOINTS": (
         "info",
         "correct_settings",
-        "joints turn the character's eyes by the recorded curves of gaze",
+        "joints turn the character's eyes as they were recorded",
+    ),
+    "GAZE_RECORDED": (
+        "info",
+        "correct_settings",
+        "the eyes look where the take's recorder saw them look, from straight ahead in the neutral",
+    ),
+    "GAZE_UNSHOWN": (
+        "info",
+        "correct_settings",
+        "the recorded gaze is not shown: the rig has no blend shapes of gaze and no joints of eyes",
     ),
     "HEAD_LEFT_STILL": (
         "warning",

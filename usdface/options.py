@@ -52,6 +52,7 @@ __all__ = [
     "Setting",
     "SolveErrors",
     "SolveGains",
+    "SolveGaze",
     "SolveLimits",
     "SolveMode",
     "SolveNeutral",
@@ -78,6 +79,7 @@ SolveGains = Literal["found", "given"]
 SolveNeutral = Literal["found", "given"]
 SolveErrors = Literal["found", "alike"]
 SolveShrinkage = Literal["restored", "kept"]
+SolveGaze = Literal["recorded", "solved"]
 SolvePrior = Literal["learned", "fixed"]
 HeadMode = Literal["solve", "markers", "stabilised"]
 CorrectionMode = Literal["raise", "add"]
@@ -390,6 +392,9 @@ class SolveOptions:
     symmetry : float [1]
         Penalty on the difference of left and right shapes, relative to the error of the
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
+    gaze : {"recorded", "solved"}
+        "recorded": eyes look where the take's recorder saw them look (`MarkerTake.gaze`). "solved":
+        as the lids show.
     vergence : float [1]
         Expected difference of the two eyes' weights for one direction of gaze: eyes move together.
         Eyes that meet 0.25 m away turn in by 7 degrees each, a fifth of a look to the side; large
@@ -511,6 +516,14 @@ class SolveOptions:
         default=0.0,
         metadata=_row(
             "Penalty on the difference of left and right, relative to the markers' error [1]."
+        ),
+    )
+    gaze: SolveGaze = field(
+        default="recorded",
+        metadata=_row(
+            "recorded: eyes look where the take's recorder saw them look. solved: as the lids "
+            "show.",
+            choices=SolveGaze,
         ),
     )
     vergence: float = field(

@@ -22,6 +22,7 @@ from usdface.retarget.head_motion import head_motion, turned_at_neutral
 from usdface.retarget.joint_motion import JointMotion
 from usdface.retarget.pins import check_pins, with_pins
 from usdface.retarget.recorded_eyes import recorded_eyes, turning_joints
+from usdface.retarget.recorded_gaze import gaze_pins
 from usdface.retarget.recorded_head import recorded_head
 from usdface.retarget.solution import Solution
 from usdface.shot import Shot, ShotResult, SolvedShot
@@ -241,12 +242,15 @@ def _corrected(
 
 
 def with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
-    """Return the shot with the options of this run."""
+    """Return the shot with the options of this run, and a recorded gaze as pins."""
     setup, exaggeration = shot.setup, shot.factors.with_constant(options.exaggeration)
     if not options.clean:
         setup = replace(setup, clean=CleanOptions(swaps=False, spikes=False, gaps=False))
     if options.solve is not None:
         setup = replace(setup, solve=replace(setup.solve, mode=options.solve))
+    if isinstance(shot.take, MarkerTake):
+        pins = gaze_pins(shot.take, shot.rig.shape_names, setup)
+        setup = replace(setup, pins=(*setup.pins, *pins))
     return replace(shot, setup=setup, exaggeration=exaggeration)
 
 
@@ -294,8 +298,6 @@ def _head_motion(
 
 
 def _eye_motions(shot: Shot, face: BoundFace) -> tuple[tuple[JointMotion, ...], list[Finding]]:
-    if not isinstance(shot.take, WeightsTake):
-        return (), []
     return recorded_eyes(shot.take, shot.rig, face.mesh, shot.setup)
 
 

@@ -57,6 +57,18 @@ def _check_blink(blink: FloatArray, frames: int) -> None:
         )
 
 
+def _check_gaze(gaze: FloatArray, frames: int) -> None:
+    if gaze.shape != (frames, 2):
+        raise InputError(
+            f"the marker take has a gaze of shape {gaze.shape}; expected ({frames}, 2)",
+            "VALUES_WRONG",
+        )
+    if (np.abs(gaze) > math.pi).any():
+        raise InputError(
+            "angles of the gaze must be within pi, or NaN where no face is seen", "VALUES_WRONG"
+        )
+
+
 def _check_names(names: tuple[str, ...], subject: str) -> None:
     seen: set[str] = set()
     for name in names:
@@ -116,6 +128,9 @@ class MarkerTake:
     blink : (F,) float64 or None
         How far a recorder saw both eyes blink by itself, 0 to 1 (of action unit 45 in FACS, of
         which 1 is the greatest intensity); NaN where it saw no face.
+    gaze : (F, 2) float64 [rad] or None
+        Yaw, to the head's own left, and pitch, up, of both eyes in their head, as a recorder saw
+        them; NaN where it saw no face.
 
     Examples
     --------
@@ -139,6 +154,7 @@ class MarkerTake:
     diameters: FloatArray | None = None
     deviation: float = 0.0
     blink: FloatArray | None = None
+    gaze: FloatArray | None = None
 
     def __post_init__(self) -> None:
         for field in ("times", "positions"):
@@ -176,6 +192,9 @@ class MarkerTake:
         if self.blink is not None:
             object.__setattr__(self, "blink", frozen(self.blink))
             _check_blink(self.blink, len(self.times))
+        if self.gaze is not None:
+            object.__setattr__(self, "gaze", frozen(self.gaze))
+            _check_gaze(self.gaze, len(self.times))
         if self.up_axis not in ("Y", "Z"):
             raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")
 
@@ -206,6 +225,7 @@ class MarkerTake:
             times=self.times[frames],
             positions=self.positions[frames],
             blink=None if self.blink is None else self.blink[frames],
+            gaze=None if self.gaze is None else self.gaze[frames],
         )
 
     def select(self, names: tuple[str, ...]) -> FloatArray:

@@ -8,12 +8,12 @@ from usdface.arrays import FloatArray
 from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit
 from usdface.face.shape_names import shape_key
 
-__all__ = ["GAZE_UNITS", "Side", "gaze_angles", "is_gaze_curve", "is_gaze_shape"]
+__all__ = ["GAZE_CURVES", "Side", "gaze_angles", "gaze_weights", "is_gaze_curve", "is_gaze_shape"]
 
 Side = Literal["left", "right"]
 
 # Eyes turn left, right, up, down.
-GAZE_UNITS = (61, 62, 63, 64)
+_GAZE_UNITS = (61, 62, 63, 64)
 
 # Angle of an eye at weight 1 [rad]. In a phone's recorded range of motion (Live Link Face, 4,030
 # frames) the eyes' angles are these times the weights, R^2 0.9995 and more for each of four: fits
@@ -24,6 +24,11 @@ _ANGLES = {
     "eyelookup": np.radians(25.0),
     "eyelookdown": np.radians(35.0),
 }
+
+
+GAZE_CURVES = tuple(
+    f"eyeLook{way}{side}" for side in ("Left", "Right") for way in ("In", "Out", "Up", "Down")
+)
 
 
 def is_gaze_curve(name: str) -> bool:
@@ -67,9 +72,23 @@ def gaze_angles(names: tuple[str, ...], weights: FloatArray) -> dict[Side, Float
     return found
 
 
+def gaze_weights(angles: FloatArray) -> FloatArray:
+    """Return the weights of `GAZE_CURVES` (F, 8) for yaw and pitch (F, 2) [rad] of both eyes.
+
+    Yaw is positive to the face's own left, pitch up. Weights are clipped to [0, 1].
+    """
+    yaw, pitch = angles.T
+    ways = {
+        "Left": (-yaw, yaw, pitch, -pitch),
+        "Right": (yaw, -yaw, pitch, -pitch),
+    }
+    turns = np.stack([*ways["Left"], *ways["Right"]], axis=1)
+    return np.asarray((turns / np.tile(list(_ANGLES.values()), 2)).clip(0.0, 1.0))
+
+
 _GAZE_SHAPES = frozenset(
     shape_key(name)
     for convention in NAMING_CONVENTIONS
-    for unit in GAZE_UNITS
+    for unit in _GAZE_UNITS
     for name, _ in convention.names(ActionUnit(unit))
 )

@@ -1,4 +1,6 @@
-"""The eyes of a take of weights on a character whose eyes turn by joints."""
+"""Recorded eyes on a character: by joints, or by blend shapes of gaze."""
+
+from collections.abc import Mapping
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -12,9 +14,10 @@ from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.head_joint import face_joint
 from usdface.retarget.joint_motion import JointMotion, named_joint
+from usdface.retarget.recorded_gaze import gaze_shapes, recorded_gaze
 from usdface.rigs import Mesh, Rig, Skeleton
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.takes import WeightsTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["recorded_eyes", "turning_joints"]
 
@@ -22,15 +25,16 @@ _SIDES: tuple[Side, Side] = ("left", "right")
 
 
 def recorded_eyes(
-    take: WeightsTake, rig: Rig, mesh: Mesh, setup: RetargetSetup
+    take: MarkerTake | WeightsTake, rig: Rig, mesh: Mesh, setup: RetargetSetup
 ) -> tuple[tuple[JointMotion, ...], list[Finding]]:
-    """Return the motion of the joints that turn the character's eyes as the gaze curves say.
+    """Return the motion of the joints that turn the character's eyes as they were recorded.
 
     Eyes that blend shapes of gaze turn have none, unless the setup names their joints.
 
     Parameters
     ----------
-    take : WeightsTake
+    take : MarkerTake or WeightsTake
+        With a gaze, or with curves of gaze.
     rig : Rig
     mesh : Mesh
         The bound one.
@@ -41,35 +45,59 @@ def recorded_eyes(
     tuple of JointMotion
         One for each eye; () where no joint of a skeleton that carries the face turns them.
     list of Finding
-        GAZE_BY_JOINTS, if they turn, and CHANNEL_IGNORED for gaze curves that turn nothing.
+        GAZE_BY_JOINTS, if they turn, and CHANNEL_IGNORED for gaze curves that turn nothing; of a
+        marker take GAZE_RECORDED or GAZE_UNSHOWN.
 
     Raises
     ------
     InputError
         If the setup names a joint that the skeleton has not.
     """
-    angles = gaze_angles(take.names, take.weights)
-    if not angles or setup.eye_turn == 0.0:
+    angles = _angles(take, setup)
+    if not angles:
         return (), []
     skeleton = rig.skeleton if face_joint(rig.skeleton, mesh, setup) is not None else None
-    joints = {side: joint for side, joint in turning_joints(rig, setup).items() if side in angles}
-    if skeleton is None:
-        joints = {}
-    idle, _ = undecided(take.names, rig.shape_names, setup.curves)
-    unused = [n for n in idle if is_gaze_curve(n) and shape_key(n)[1] not in joints]
-    findings = []
-    if unused:
-        message = "curves of gaze without a blend shape, or a joint of an eye: {channels}"
-        findings.append(finding("CHANNEL_IGNORED", take.source, message, unused))
+    joints: dict[Side, int] = {}
+    if skeleton is not None and setup.eye_turn > 0.0:
+        found = turning_joints(rig, setup)
+        joints = {side: joint for side, joint in found.items() if side in angles}
+    findings = _shown(take, rig, setup, joints)
     if skeleton is None or not joints:
         return (), findings
-    names = [skeleton.joints[joint] for joint in joints.values()]
-    message = "the eyes turn by {joints}, as the curves of gaze say"
     motions = tuple(
         JointMotion(joint, _turned(skeleton, joint, setup.eye_turn * angles[side]))
         for side, joint in joints.items()
     )
+    names = [skeleton.joints[joint] for joint in joints.values()]
+    message = "the eyes turn by {joints}, as they were recorded"
     return motions, [*findings, finding("GAZE_BY_JOINTS", mesh.path, message, names)]
+
+
+def _angles(take: MarkerTake | WeightsTake, setup: RetargetSetup) -> dict[Side, FloatArray]:
+    """Return yaw and pitch (F, 2) [rad] of each recorded eye."""
+    if isinstance(take, WeightsTake):
+        return gaze_angles(take.names, take.weights)
+    gaze = recorded_gaze(take, setup)
+    if gaze is None:
+        return {}
+    seen = ~np.isnan(gaze[:, 0])
+    bridged = [np.interp(take.times, take.times[seen], each[seen]) for each in gaze.T]
+    return dict.fromkeys(_SIDES, np.stack(bridged, axis=1))
+
+
+def _shown(
+    take: MarkerTake | WeightsTake, rig: Rig, setup: RetargetSetup, joints: Mapping[Side, int]
+) -> list[Finding]:
+    """Report how a recorded gaze is shown, and what of it is not."""
+    if isinstance(take, MarkerTake):
+        shown = joints or gaze_shapes(rig.shape_names) or setup.eye_turn == 0.0
+        return [finding("GAZE_RECORDED" if shown else "GAZE_UNSHOWN", take.source)]
+    idle, _ = undecided(take.names, rig.shape_names, setup.curves)
+    unused = [n for n in idle if is_gaze_curve(n) and shape_key(n)[1] not in joints]
+    if not unused or setup.eye_turn == 0.0:
+        return []
+    message = "curves of gaze without a blend shape, or a joint of an eye: {channels}"
+    return [finding("CHANNEL_IGNORED", take.source, message, unused)]
 
 
 def turning_joints(rig: Rig, setup: RetargetSetup) -> dict[Side, int]:

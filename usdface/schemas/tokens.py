@@ -71,6 +71,7 @@ __all__ = [
     "FUZZY_SYSTEM",
     "FUZZY_VARIABLE",
     "GAIN",
+    "GAZE",
     "HEAD_APPLY",
     "HEAD_JOINT",
     "HEAD_MARKERS",
@@ -170,6 +171,7 @@ POINTS: Final = "points"
 MARKERS_NAMES: Final = "usdface:markers:names"
 MARKERS_VISIBLE: Final = "usdface:markers:visible"
 BLINK: Final = "usdface:blink"
+GAZE: Final = "usdface:gaze"
 MARKERS_DEVIATION: Final = "usdface:markers:deviation"
 MARKERS_DIAMETERS: Final = "usdface:markers:diameters"
 DIMENSION: Final = "usdface:dimension"

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from usdface.errors import InputError
 from usdface.io.takes.deeplabcut import read_deeplabcut
@@ -121,6 +122,30 @@ def test_a_file_of_openface_that_is_cut_short_is_refused_with_its_line(write):
     assert len(read_openface(write(*whole))[0].times) == 1
 
 
+GAZE = ", ".join(
+    [*(f"gaze_{eye}_{axis}" for eye in (0, 1) for axis in "xyz"), "pose_Rx, pose_Ry, pose_Rz"]
+)
+
+
+@pytest.mark.parametrize("head", [[0.0, 0.0, 0.0], [0.3, -0.4, 0.2]])
+def test_openface_names_the_gaze_before_its_camera(write, head):
+    """With x right, y down and z ahead of it: a face that looks at it looks along -z."""
+    yaw, pitch = 0.3, 0.2  # to the face's left, on the right of the image, and up
+    gaze = np.array([np.sin(yaw) * np.cos(pitch), -np.sin(pitch), -np.cos(yaw) * np.cos(pitch)])
+    seen = Rotation.from_euler("XYZ", head).as_matrix() @ gaze
+    numbers = ", ".join(f"{value:.9f}" for value in [*seen, *seen, *head])
+    path = write(
+        f"{OPENFACE}, {GAZE}",
+        f"1, 0, 0.000, 0.98, 1, 10, 20, 30, 40, {numbers}",
+        f"2, 0, 0.040, 0.1, 0, 10, 20, 30, 40, {numbers}",
+    )
+    take, findings = read_openface(path)
+    np.testing.assert_allclose(take.gaze, [[yaw, pitch], [np.nan, np.nan]], atol=1e-8)
+    (ignored,) = (found for found in findings if found.code == "CHANNEL_IGNORED")
+    assert "gaze" not in ignored.values["channels"]
+    assert read_openface(write(OPENFACE, "1, 0, 0, 1, 1, 1, 2, 3, 4"))[0].gaze is None
+
+
 def test_a_real_file_of_openface(shared_data):
     path = shared_data / "pyfeat" / "tests_data" / "OpenFace_Test.csv"
     if not path.is_file():
@@ -129,3 +154,6 @@ def test_a_real_file_of_openface(shared_data):
     assert len(take.names) == 68
     np.testing.assert_allclose(take.positions[0, 0, 0], 277.276 + 0.5)
     assert take.blink is not None and take.blink.argmax() == 41
+    # The head leans by 17 to 20 degrees, and the eyes look at the camera all the time.
+    np.testing.assert_allclose(np.degrees(np.median(take.gaze, axis=0)), [-0.2, 15.8], atol=0.3)
+    assert np.degrees(np.std(take.gaze[10:], axis=0)).max() < 1.0

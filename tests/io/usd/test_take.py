@@ -47,6 +47,24 @@ def test_a_take_survives_any_units_up_axis_and_rate(
     np.testing.assert_allclose(back.positions, take.positions, atol=1e-7)
 
 
+def test_what_a_recorder_saw_of_the_eyes_survives(tmp_path: Path) -> None:
+    blink, gaze = RNG.random(12), RNG.uniform(-1.0, 1.0, (12, 2))
+    blink[4] = gaze[4] = np.nan
+    back = round_trip(marker_take(blink=blink, gaze=gaze), tmp_path)
+    assert isinstance(back, MarkerTake)
+    np.testing.assert_allclose(back.blink, blink, atol=1e-6)
+    np.testing.assert_allclose(back.gaze, gaze, atol=1e-6)
+    np.testing.assert_array_equal(back.with_frames(slice(3, 6)).gaze, back.gaze[3:6])
+    nothing = round_trip(marker_take(), tmp_path)
+    assert isinstance(nothing, MarkerTake) and nothing.gaze is None
+
+
+@pytest.mark.parametrize("gaze", [np.zeros(12), np.zeros((11, 2)), np.full((12, 2), 4.0)])
+def test_a_gaze_is_two_angles_of_each_frame(gaze: np.ndarray) -> None:
+    with pytest.raises(InputError, match="gaze"):
+        marker_take(gaze=gaze)
+
+
 def test_uneven_times_survive(tmp_path: Path) -> None:
     times = np.cumsum(RNG.uniform(0.01, 0.1, 12))
     times -= times[0]

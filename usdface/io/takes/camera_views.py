@@ -124,6 +124,11 @@ def _take_of_camera(
         raise InputError(
             f"{path} is no 2D take; expected tracks in the images of one camera", "TAKE_KIND_WRONG"
         )
+    if take.gaze is not None:
+        findings.append(
+            finding("CHANNEL_IGNORED", str(path), "gaze is not read of several cameras")
+        )
+        take = replace(take, gaze=None)
     if take.image_size is None:
         raise InputError(
             f"{path}: neither the take nor the calibration says how large the image is; "

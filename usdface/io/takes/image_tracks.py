@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import RawTake, check_size, finish_take
@@ -67,6 +67,8 @@ class ImageTracks:
         Samples with less confidence are occluded, unless the options name another.
     blink : (N,) float64 [1], optional
         How far the eyes blink in the frame of each sample, as the program saw it; NaN = unknown.
+    gaze : (N, 2) float64 [rad], optional
+        Yaw, to the head's own left, and pitch, up, of the eyes in their head, likewise.
     ignored : sequence of str
         Other data of samples in the file.
     """
@@ -86,6 +88,7 @@ class ImageTracks:
     confidence: FloatArray | None = None
     threshold: float = 0.0
     blink: FloatArray | None = None
+    gaze: FloatArray | None = None
     ignored: Sequence[str] = ()
 
 
@@ -135,12 +138,20 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
         focal_length=options.focal_length or tracks.focal_length,
     )
     take, found = finish_take(raw, of_image)
+    unseen = np.isnan(positions).all(axis=(1, 2))  # no face was seen, or none is trusted
     if tracks.blink is not None:
-        blink = np.empty(len(frames))
-        blink[row] = tracks.blink
-        blink[np.isnan(positions).all(axis=(1, 2))] = np.nan  # no face was seen, or none is trusted
-        take = replace(take, blink=blink)
+        take = replace(take, blink=_of_frames(tracks.blink, row, unseen))
+    if tracks.gaze is not None:
+        take = replace(take, gaze=_of_frames(tracks.gaze, row, unseen))
     return take, findings + found
+
+
+def _of_frames(samples: FloatArray, row: IntArray, unseen: BoolArray) -> FloatArray:
+    """Return what samples (N, ...) of the frames `row` (N,) say in each frame: (F, ...)."""
+    values = np.empty((len(unseen), *samples.shape[1:]))
+    values[row] = samples
+    values[unseen] = np.nan
+    return values
 
 
 def image_size(

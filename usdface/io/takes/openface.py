@@ -1,10 +1,12 @@
 """The 68 landmarks of OpenFace as CSV.
 
 Columns, with blanks after the commas: ``frame``, perhaps ``face_id``, ``timestamp``,
-``confidence``, ``success``, then gaze, pose, ``x_0`` ... ``y_67`` [px] and more. The centre of
-the top left pixel is (0, 0). The landmarks in space (``X_0`` ...) are those of OpenFace's own
-face model, and are not read. Of the action units only 45 is, the blink, in ``AU45_r`` from 0 to 5;
-where its other detector, ``AU45_c``, says 0 it counts little (they are trained apart, and differ).
+``confidence``, ``success``, then gaze, pose, ``x_0`` ... ``y_67`` [px] and more. The centre of the
+top left pixel is (0, 0). The landmarks in space (``X_0`` ...) are those of OpenFace's own face
+model, and are not read. Directions of the eyes and rotation of the head are those of a camera with
+x right, y down and z ahead: R = Rx Ry Rz [rad], by which the landmarks in space turn, too. Of the
+action units only 45 is, the blink, in ``AU45_r`` from 0 to 5; where its other detector, ``AU45_c``,
+says 0 it counts little (they are trained apart, and differ).
 """
 
 from collections.abc import Mapping
@@ -26,7 +28,9 @@ __all__ = ["read_openface"]
 _ROW = ("confidence", "success")
 _BLINK, _PRESENT, _INTENSITIES = "AU45_r", "AU45_c", 5.0
 _DENIED = 0.4  # at most, of an intensity that the other detector denies: a pulse needs 0.5
-_OPTIONAL = ("timestamp", _BLINK, _PRESENT)
+_GAZE = tuple(f"gaze_{eye}_{axis}" for eye in (0, 1) for axis in "xyz")
+_POSE = ("pose_Rx", "pose_Ry", "pose_Rz")
+_OPTIONAL = ("timestamp", _BLINK, _PRESENT, *_GAZE, *_POSE)
 
 
 def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
@@ -50,8 +54,13 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
             "COLUMNS_WRONG",
         )
     blinks = _BLINK in columns
-    units = "other action units" if blinks else "action units"
-    ignored = [f"gaze, pose, landmarks in space, {units}"]
+    gazes = all(name in columns for name in (*_GAZE, *_POSE))
+    ignored = [
+        *([] if gazes else ["gaze"]),
+        "position of the head" if gazes else "pose",
+        "landmarks in space",
+        "other action units" if blinks else "action units",
+    ]
     if "face_id" in columns:
         face = columns["face_id"]
         others = {cells[face] for _, cells in rows if len(cells) > face}
@@ -80,9 +89,24 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         seconds=values.get("timestamp"),
         confidence=sure,
         blink=_blink(values, success) if blinks else None,
+        gaze=_gaze(values, success) if gazes else None,
         ignored=ignored,
     )
     return finish_tracks(tracks, options)
+
+
+def _gaze(values: Mapping[str, FloatArray], success: BoolArray) -> FloatArray:
+    """Return yaw and pitch of both eyes in their head (N, 2) [rad], NaN without success."""
+    from scipy.spatial.transform import Rotation  # costs more to import than most takes need
+
+    numbers = np.stack([values[name] for name in (*_GAZE, *_POSE)], axis=1)
+    seen = success & np.isfinite(numbers).all(axis=1)
+    eyes = numbers[:, :6].reshape(-1, 2, 3).sum(axis=1)
+    angles = np.full((len(success), 2), np.nan)
+    turns = Rotation.from_euler("XYZ", numbers[seen, 6:])
+    x, y, z = turns.inv().apply(eyes[seen]).T
+    angles[seen] = np.stack([np.arctan2(x, -z), np.arctan2(-y, np.hypot(x, z))], axis=1)
+    return angles
 
 
 def _blink(values: Mapping[str, FloatArray], success: BoolArray) -> FloatArray:

@@ -105,6 +105,10 @@ def _define_markers(
         blink = prim.CreateAttribute(tokens.BLINK, names.Float, False)
         for code, value in zip(codes.tolist(), take.blink.tolist(), strict=True):
             blink.Set(value, code)
+    if take.gaze is not None:
+        gaze = prim.CreateAttribute(tokens.GAZE, names.Float2, False)
+        for code, angles in zip(codes.tolist(), np.degrees(take.gaze).tolist(), strict=True):
+            gaze.Set(Gf.Vec2f(*angles), code)
     if take.first_frame:
         author(prim, tokens.FIRST_FRAME, names.Int, take.first_frame)
     width = _MARKER_WIDTH / metrics.meters_per_unit
@@ -251,6 +255,7 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
             diameters=_diameters(prim, unit),
             deviation=unit * float(prim.GetAttribute(tokens.MARKERS_DEVIATION).Get() or 0.0),
             blink=_blink(prim, codes),
+            gaze=_gaze(prim, codes),
         ),
         codes,
     )
@@ -271,6 +276,14 @@ def _blink(prim: Usd.Prim, codes: FloatArray) -> FloatArray | None:
         return None
     values = np.array([blink.Get(code) for code in codes.tolist()], dtype=np.float64)
     return np.asarray(values.clip(0.0, 1.0))
+
+
+def _gaze(prim: Usd.Prim, codes: FloatArray) -> FloatArray | None:
+    gaze = prim.GetAttribute(tokens.GAZE)
+    if not gaze or not gaze.GetNumTimeSamples():
+        return None
+    values = np.array([gaze.Get(code) for code in codes.tolist()], dtype=np.float64)
+    return np.radians(values)
 
 
 def _diameters(prim: Usd.Prim, unit: float) -> FloatArray | None:
