@@ -1,10 +1,15 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from worlds import make_world
 
+import usdface
 from usdface.errors import InputError
 from usdface.options import PIN_REACH
 from usdface.retarget.pins import check_pins, faded_at_pins, pin_bounds, with_pins
 from usdface.setup.pin import Pin
+from usdface.takes import WeightsTake
 
 TIMES = np.arange(120) / 60
 NAMES = ("jaw", "smile", "brow")
@@ -63,3 +68,23 @@ def test_pins_of_no_blend_shape_and_beyond_the_take_are_refused() -> None:
         check_pins(PINS, NAMES, 101)
     with pytest.raises(InputError, match="frame 100; the take has 100 frames"):
         check_pins(PINS[:1], NAMES, 100)
+
+
+def test_a_pinned_jaw_leaves_the_brows_alone() -> None:
+    """The head stays where the markers have it; if it tilted with the jaw, brows would rise."""
+    world = make_world()
+    noise = np.random.default_rng(1).normal(0.0, 3e-4, world.take.positions.shape)
+    take = replace(world.take, positions=world.take.positions + noise)
+
+    def solved(*pins: Pin) -> WeightsTake:
+        setup = world.setup(pins=pins, neutral=(0, 3))
+        shot, _ = usdface.assemble_shot(world.rig, take, setup=setup)
+        options = usdface.ProcessOptions(express=False, closure=False)
+        return usdface.retarget(shot, options=options).weights
+
+    free = solved()
+    at = int(free.column("jawOpen").argmax())
+    pinned = solved(Pin("jawOpen", [at], [free.column("jawOpen")[at] - 0.3]))
+    change = np.abs(pinned.weights - free.weights).max(axis=0)
+    brows = [change[i] for i, name in enumerate(free.names) if name.startswith("brow")]
+    assert max(brows) < 0.1

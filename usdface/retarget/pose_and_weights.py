@@ -138,11 +138,10 @@ def solve_pose_and_weights(
     displaced, observed = state.displaced(take, state.iterate)
     regularisation = _learned(take, replace(state, observed=observed)).regularisation
     solved = replace(state, observed=observed, regularisation=regularisation)
-    weights = _final_weights(take, solved, setup.pins)
+    weights, leftover = _final_weights(take, solved, setup.pins)
     if rows.axes == 2:
         # The head motion of a 2D take cannot be undone in depth: small motions are projected out of
         # the markers on the character instead.
-        leftover = rows.head_motion(observed - rows.displacements(weights))
         displaced[..., :2] -= leftover.reshape(*take.seen.shape, 2)
     return PoseAndWeights(
         model.complete(weights), state.pose, displaced, regularisation, state.number, state.space
@@ -246,16 +245,25 @@ def _learned(take: Recording, state: Round) -> Round:
     return state if found.covariance is None else replace(state, regularisation=found)
 
 
-def _final_weights(take: Recording, solved: Round, pins: tuple[Pin, ...]) -> FloatArray:
-    """Return the free weights (F, P), with pins."""
+def _final_weights(
+    take: Recording, solved: Round, pins: tuple[Pin, ...]
+) -> tuple[FloatArray, FloatArray]:
+    """Return the free weights (F, P), with pins, and the head motion that is left (F, M * axes).
+
+    Pins leave the head where the markers have it. If it moved along, a jaw that is pinned would
+    tilt it in the equations, and the brows would go with it.
+    """
     rows, observed, regularisation = take.rows, solved.observed, solved.regularisation
     bounds = Bounds(rows=rows.model.limit_rows)
     final = rows.solve(observed, take.times, regularisation, solved.iterate, bounds)
+    leftover = rows.head_motion(observed - rows.displacements(final.weights))
     if pins:
         names, limits = regularisation.names, rows.model.limit_rows
         bounds = pin_bounds(pins, names, take.times, final.weights, limits)
-        final = rows.solve(observed, take.times, regularisation, final, bounds)
-    return final.weights
+        final = rows.with_still_head().solve(
+            observed - leftover, take.times, regularisation, final, bounds
+        )
+    return final.weights, leftover
 
 
 def reach_of_ends(

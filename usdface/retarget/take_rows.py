@@ -4,7 +4,7 @@ Small head motions are projected out of them, so that one normal matrix serves t
 rows of each marker are divided by its error (generalised least squares).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -76,6 +76,10 @@ class TakeRows:
         """Weights (M,) of the markers' squared distances; None where they are equal."""
         each = self.errors[:: self.axes]
         return None if (each == 1.0).all() else 1.0 / each**2
+
+    def with_still_head(self) -> "TakeRows":
+        """Return the rows of a head whose pose is known: no motion of it is projected out."""
+        return replace(self, rigid=self.rigid[:, :0], weighted_rigid=self.weighted_rigid[:, :0])
 
     def head_motion(self, displacements: FloatArray) -> FloatArray:
         """Return the part of displacements (F, M * axes) that small head motions explain."""
