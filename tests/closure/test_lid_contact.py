@@ -168,7 +168,7 @@ def laughing(shut: FloatArray, noise: float) -> tuple[FloatArray, LidGaps]:
 @pytest.mark.parametrize(("shut", "fade"), [(0.86, 0), (0.82, 0), (0.86, 18), (0.78, 18)])
 def test_eyes_held_shut_in_a_laugh_are_as_steady_as_their_weights(shut: float, fade: int) -> None:
     weights, gaps = laughing(np.full(200, shut), 0.008)
-    parted = part_crossed_lids(weights, gaps, np.ones(4, bool), fade)
+    parted = part_crossed_lids(weights, gaps, np.ones(4, bool), fade=fade)
     steps, was = (np.abs(np.diff(each, axis=0)).max(axis=0) for each in (parted, weights))
     assert (steps <= 1.2 * was).all()
     assert (np.ptp(parted, axis=0) <= 1.2 * np.ptp(weights, axis=0)).all()

@@ -81,3 +81,36 @@ def test_an_eye_that_opens_as_the_other_is_parted_is_reported_as_it_is_in_the_en
     for found, own in zip(told, gaps.values(), strict=True):
         assert found.values["gap_mm"] == pytest.approx(1000 * own.widest(parted).max(), abs=1e-4)
         assert found.values["depth_mm"] == pytest.approx(6.4)
+
+
+def test_eyes_that_are_shut_alike_lose_as_much_of_their_squint() -> None:
+    """On a mesh whose eyes differ a little; a wink is its own matter."""
+    left = replace(
+        LEFT,
+        evaluator=BlendShapeEvaluator(0.001 * np.array([[-8, -8], [0, 0], [-6.4, -4.9], [0, 0]])),
+        tighteners=(2,),
+        movers=np.array([True, False, True, False]),
+    )
+    right = replace(
+        left,
+        eye="right",
+        evaluator=BlendShapeEvaluator(0.001 * np.array([[0, 0], [-8, -8], [0, 0], [-6.4, -4.2]])),
+        closer=1,
+        tighteners=(3,),
+        movers=np.array([False, True, False, True]),
+    )
+    gaps = {"left": left, "right": right}
+
+    def squints(*weights: float) -> np.ndarray:
+        frames = np.tile(weights, (len(TIMES), 1))
+        return part_eyes(frames, gaps, np.zeros_like(frames), TIMES)[0][0, 2:]
+
+    alone = [
+        part_eyes(np.array([[0.8, 0.8, 0.9, 0.9]]), {own.eye: own}, np.zeros((1, 4)), TIMES[:1])[0]
+        for own in (left, right)
+    ]
+    assert abs(alone[0][0, 2] - alone[1][0, 3]) > 0.2
+    one, other = squints(0.8, 0.8, 0.9, 0.9)
+    assert abs(one - other) < 0.02
+    one, other = squints(0.8, 0.0, 0.9, 0.0)
+    assert other == 0.0 and one == pytest.approx(alone[0][0, 2], abs=1e-4)

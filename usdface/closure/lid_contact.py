@@ -9,7 +9,14 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.lid_gaps import LidGaps
 from usdface.frame_blocks import by_blocks
 
-__all__ = ["close_lids", "crossing", "looks_open", "lower_until_parted", "part_crossed_lids"]
+__all__ = [
+    "close_lids",
+    "crossing",
+    "looks_open",
+    "lower_until_parted",
+    "lowering",
+    "part_crossed_lids",
+]
 
 # Shut lids that are parted at their widest place by more than this share of the opening look open,
 # and by more than this many times what the closing shape alone leaves: 0.115 and 0.218 openings on
@@ -63,14 +70,11 @@ def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatA
     return result
 
 
-def part_crossed_lids(
-    weights: FloatArray, gaps: LidGaps, free: BoolArray, fade: int = 0
-) -> FloatArray:
-    """Part lids that cross: the closing shape's weight is lowered first, then all movers'.
+def lowering(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
+    """Return the shares (F,) by which the lower lid gives way where lids cross.
 
     Shut lids that are parted stay open in part if the lower lid is raised unevenly. Where they look
-    open (`looks_open`), shapes that raise the lower lid give way, as far as it takes, and the upper
-    lid comes down in their place.
+    open (`looks_open`), shapes that raise the lower lid give way, as far as it takes.
 
     Parameters
     ----------
@@ -78,6 +82,30 @@ def part_crossed_lids(
     gaps : LidGaps
     free : (T,) bool
         Blend shapes that may change.
+    """
+    return _lowering(weights, lower_until_parted(weights, gaps, free), gaps, free)
+
+
+def part_crossed_lids(
+    weights: FloatArray,
+    gaps: LidGaps,
+    free: BoolArray,
+    share: FloatArray | None = None,
+    fade: int = 0,
+) -> FloatArray:
+    """Part lids that cross: the closing shape's weight is lowered first, then all movers'.
+
+    Shapes that raise the lower lid give way by a share, and the upper lid comes down in their
+    place.
+
+    Parameters
+    ----------
+    weights : (F, T) float64
+    gaps : LidGaps
+    free : (T,) bool
+        Blend shapes that may change.
+    share : (F,) float64, optional
+        By which the lower lid gives way; that of `lowering`, if left out.
     fade : int
         Number of frames over which the lower lid gives way before lids cross, and comes back after;
         0 = at once.
@@ -89,7 +117,7 @@ def part_crossed_lids(
         lower lid gives way.
     """
     parted = lower_until_parted(weights, gaps, free)
-    share = _faded(_lowering(weights, parted, gaps, free), fade)
+    share = _faded(_lowering(weights, parted, gaps, free) if share is None else share, fade)
     frames = np.flatnonzero(share)
     if len(frames):
         parted[frames] = _lowered(weights[frames], share[frames], gaps, free)
