@@ -106,3 +106,28 @@ def test_of_meshes_with_the_same_shapes_the_face_is_the_largest() -> None:
     lashes = replace(face(name="lashes"), points=0.1 * face().points)
     for meshes in ((lashes, face()), (face(), lashes)):
         assert Rig("x", meshes).face().name == "face"
+
+
+def parts(*more: Mesh) -> tuple[Mesh, ...]:
+    """A head of four shapes, and a tongue with these and one of its own."""
+    names = ("jawOpen", "smile", "blink", "brow")
+    head = face(name="head", shapes=tuple(shape([0, 1, 2], name) for name in names))
+    tongue = face(name="tongue", shapes=(*head.shapes, shape([0, 1, 2], "tongueOut")))
+    return (head, replace(tongue, points=0.2 * POINTS), *more)
+
+
+def test_a_tongue_with_a_shape_more_than_the_head_is_not_the_face() -> None:
+    for meshes in (parts(), parts()[::-1]):
+        assert Rig("x", meshes).face().name == "head"
+
+
+def test_larger_clothes_with_nearly_as_many_shapes_of_their_own_are_not_the_face() -> None:
+    folds = tuple(shape([0, 1, 2], name) for name in ("elbow", "knee", "jawOpen", "bend"))
+    shirt = replace(face(name="shirt", shapes=folds), points=9 * POINTS)
+    assert Rig("x", parts(shirt)).face().name == "head"
+
+
+def test_a_larger_beard_that_a_part_of_the_shapes_moves_is_not_the_face() -> None:
+    head = parts()[0]
+    beard = replace(face(name="beard", shapes=head.shapes[:2]), points=2 * POINTS)
+    assert Rig("x", (beard, *parts())).face().name == "head"
