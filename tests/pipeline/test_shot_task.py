@@ -236,6 +236,58 @@ def test_a_shot_is_made_anew_from_a_changed_binding_but_not_over_edits(place: Pa
     assert shot.read_bytes() == edited and row["findings"]["SHOT_KEPT"] == 1
 
 
+def state_naming(place: Path, **named: str) -> str:
+    """Whether the result is kept, or missing, where the show names other files; "" = none."""
+    values = {"rig": "rig.usda", "take": "take.usda", "bind": "bind.json", **named}
+    lines = [f'{key} = "{value}"' for key, value in values.items() if value]
+    text = "\n".join(['folder = "shots"', "[[shots]]", 'name = "a"', *lines])
+    (place / "show.toml").write_text(text)
+    (row,) = process_sequence(place / "show.toml", gather=True).value
+    return row.state
+
+
+@pytest.mark.parametrize("role", ["rig", "take", "bind"])
+def test_another_file_counts_also_with_the_same_content(place: Path, role: str) -> None:
+    name = {"rig": "rig.usda", "take": "take.usda", "bind": "bind.json"}[role]
+    shutil.copy(place / name, place / f"other_{name}")
+    assert state_naming(place, **{role: f"other_{name}"}) == "missing"
+    assert state_naming(place) == "kept"
+
+
+@pytest.mark.parametrize(
+    "named",
+    [
+        *({"calibration": "anna.json"}, {"fuzzy": "own.usda"}, {"expressions": "poses.json"}),
+        *({"character_layer": "mia.usda"}, {"performer_layer": "anna.usda"}, {"bind": ""}),
+    ],
+)
+def test_a_file_more_or_less_counts(place: Path, named: dict[str, str]) -> None:
+    assert state_naming(place, **named) == "missing"
+    assert state_naming(place) == "kept"
+
+
+def test_another_name_of_the_same_file_does_not_count(place: Path) -> None:
+    (place / "link.usda").symlink_to("take.usda")
+    for name in (str(place / "take.usda"), "shots/../take.usda", "link.usda"):
+        assert state_naming(place, take=name) == "kept"
+    (place / "shown").symlink_to(place)
+    (row,) = process_sequence(place / "shown/show.toml", gather=True).value
+    assert row.state == "kept"
+    (place / "link.usda").unlink()
+    shutil.copy(place / "take.usda", place / "link.usda")
+    assert state_naming(place, take="link.usda") == "missing"
+
+
+def test_a_shot_is_made_anew_from_another_take(place: Path) -> None:
+    shutil.copy(place / "take.usda", place / "take_2.usda")
+    assert state_naming(place, take="take_2.usda") == "missing"
+    (row,) = process_sequence(place / "show.toml", workers=1).value
+    assert row.state == "processed" and not row.error
+    text = (place / "shots/a.usda").read_text()
+    assert "take_2.usda" in text and "@../take.usda@" not in text
+    assert state_naming(place, take="take_2.usda") == "kept"
+
+
 def unsign(path: Path) -> None:
     """Make a layer what a version without fingerprints wrote."""
     layer = Sdf.Layer.FindOrOpen(str(path))

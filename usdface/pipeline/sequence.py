@@ -16,6 +16,7 @@ from usdface.io.inputs import check_outputs, files_read
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
 from usdface.show.discovery import find_shots
+from usdface.show.making_record import is_made, read_making
 from usdface.show.page import table_page
 from usdface.show.places import places
 from usdface.show.plan import ShotPlan, same_outputs
@@ -192,10 +193,8 @@ def _is_shot(path: Path) -> bool:
 def _kept(plan: ShotPlan) -> Row | None:
     """Return the row of a result that is up to date."""
     folder = plan.file.parent
-    if plan.making is not None:
-        made = read_record(record_path(plan.file, "made"))
-        if made is None or made.key != made.key_now(folder, plan.making.options):
-            return None
+    if plan.making is not None and not is_made(read_making(plan.file), plan.making, folder):
+        return None
     record = read_record(record_path(plan.file))
     if record is None or not record.is_current(folder, plan.options):
         return None

@@ -18,6 +18,7 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.shot import make_shot
 from usdface.result import Result, peak_memory
 from usdface.shot import ShotResult
+from usdface.show.making_record import is_made, note_making, read_making
 from usdface.show.plan import Making, ShotPlan, plan_of
 from usdface.show.record import Record, read_record, record_of, record_path, write_record
 from usdface.show.table import Row
@@ -112,10 +113,9 @@ def _record(plan: ShotPlan, options: object) -> Record:
 
 def _made(plan: ShotPlan, making: Making) -> list[Finding]:
     """Make the shot if it is missing or out of date; an edited one is kept."""
-    folder, place = plan.file.parent, record_path(plan.file, "made")
-    known = read_record(place)
-    unchanged = known is not None and known.key == known.key_now(folder, making.options)
-    if unchanged and all(path.is_file() for path in (plan.file, *making.layers)):
+    folder, known = plan.file.parent, read_making(plan.file)
+    there = all(path.is_file() for path in (plan.file, *making.layers))
+    if there and is_made(known, making, folder):
         return []
     read = files_read(*making.files)
     missing = [path for file in (making.rig, making.take) for path in named_files(file)[1]]
@@ -139,7 +139,7 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
         character_layer=making.character_layer,
     )
     if before.key_now(folder, making.options) == before.key:
-        write_record(place, before)
+        note_making(plan, making, before)
     return list(result.findings)
 
 

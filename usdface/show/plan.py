@@ -9,6 +9,9 @@ from usdface.io.layer_paths import LayerPaths, layer_paths
 
 __all__ = ["Making", "ShotPlan", "plan_of", "same_outputs"]
 
+_FILES = ("rig", "take", "bind", "calibration", "expressions", "fuzzy")
+_LAYERS = ("performer_layer", "character_layer")
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Making:
@@ -41,20 +44,24 @@ class Making:
     character_layer: Path | None = None
 
     @property
+    def named(self) -> dict[str, Path]:
+        """The files and layers that it names, by the attribute that does."""
+        paths = {name: getattr(self, name) for name in (*_FILES, *_LAYERS)}
+        return {name: path for name, path in paths.items() if path is not None}
+
+    @property
     def files(self) -> tuple[Path, ...]:
         """The files that it names."""
-        others = (self.bind, self.calibration, self.expressions, self.fuzzy)
-        return (self.rig, self.take, *(path for path in others if path is not None))
+        return tuple(path for name, path in self.named.items() if name in _FILES)
 
     @property
     def layers(self) -> tuple[Path, ...]:
         """The layers that it shares with other shots."""
-        both = (self.performer_layer, self.character_layer)
-        return tuple(path for path in both if path is not None)
+        return tuple(path for name, path in self.named.items() if name in _LAYERS)
 
     @property
     def options(self) -> dict[str, Any]:
-        """All but the files, as plain values."""
+        """All but `named`, as plain values."""
         return {"neutral": self.neutral, "correction": dict(self.correction)}
 
 
@@ -138,10 +145,9 @@ class ShotPlan:
 def plan_of(plain: Mapping[str, Any]) -> ShotPlan:
     """Return the plan that `ShotPlan.as_dict` gave."""
     making = plain["making"]
-    files = {"rig", "take", "bind", "calibration", "expressions", "fuzzy"}
-    files |= {"performer_layer", "character_layer"}
     if making is not None:
-        paths = {name: Path(value) for name, value in making.items() if name in files}
+        known = (*_FILES, *_LAYERS)
+        paths = {name: Path(value) for name, value in making.items() if name in known}
         making = Making(**{**making, **paths})
     values = {**plain, "file": Path(plain["file"]), "making": making}
     return ShotPlan(**values)

@@ -24,6 +24,7 @@ __all__ = [
     "read_record",
     "record_of",
     "record_path",
+    "relative_name",
     "write_record",
 ]
 
@@ -46,7 +47,7 @@ class Record:
     outputs : mapping of str to str
         Digest of each file that was written, likewise.
     row : mapping
-        The row of the table.
+        The row of the table; of a shot's making what `usdface.show.making_record` keeps.
     """
 
     key: str
@@ -66,7 +67,7 @@ class Record:
 
     def wrote(self, path: Path, folder: Path) -> bool:
         """Return whether a file is an output, and as it was written."""
-        digest = self.outputs.get(_name(path, folder))
+        digest = self.outputs.get(relative_name(path, folder))
         return bool(digest) and file_digest(path) == digest
 
     def key_now(self, folder: Path, options: Any) -> str:
@@ -87,11 +88,11 @@ def record_of(
     row: Mapping[str, Any] | None = None,
 ) -> Record:
     """Return the record of a result whose shot is in a folder."""
-    files = {_name(path, folder): file_digest(path) or "" for path in read}
-    missing = sorted(_name(path, folder) for path in absent)
+    files = {relative_name(path, folder): file_digest(path) or "" for path in read}
+    missing = sorted(relative_name(path, folder) for path in absent)
     siblings = _siblings(files, folder)
     key = content_key(files, missing, siblings, options)
-    outputs = {_name(path, folder): file_digest(path) or "" for path in written}
+    outputs = {relative_name(path, folder): file_digest(path) or "" for path in written}
     return Record(key, files, missing, siblings, outputs, dict(row or {}))
 
 
@@ -145,16 +146,16 @@ def read_failure(shot: Path) -> dict[str, Any] | None:
     return row if isinstance(row, dict) else None
 
 
+def relative_name(path: Path, folder: Path) -> str:
+    """Return a name relative to a folder, so that a moved show keeps its results."""
+    # Links are not followed: their target may change.
+    return Path(os.path.relpath(path, folder)).as_posix()
+
+
 def _same(digests: Mapping[str, str], folder: Path) -> bool:
     return all(file_digest(folder / name) == digest for name, digest in digests.items())
 
 
 def _siblings(files: Iterable[str], folder: Path) -> dict[str, list[str]]:
     found = numbered_siblings(folder / name for name in files)
-    return {_name(Path(pattern), folder): names for pattern, names in found.items()}
-
-
-def _name(path: Path, folder: Path) -> str:
-    """Return a name relative to a folder, so that a moved show keeps its results."""
-    # Links are not followed: their target may change.
-    return Path(os.path.relpath(path, folder)).as_posix()
+    return {relative_name(Path(pattern), folder): names for pattern, names in found.items()}

@@ -1,0 +1,45 @@
+"""The record of a shot's making: as of a result, and the names of the files that it was made of.
+
+Names count beside the content of files, since the shot refers to its files by them: another take
+that the show file names is another shot, also where the old one did not change.
+"""
+
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+
+from usdface.show.plan import Making, ShotPlan
+from usdface.show.record import Record, read_record, record_path, relative_name, write_record
+
+__all__ = ["is_made", "note_making", "read_making"]
+
+
+def read_making(shot: Path) -> Record | None:
+    """Read the record of a shot's making; None where there is none."""
+    return read_record(record_path(shot, "made"))
+
+
+def note_making(plan: ShotPlan, making: Making, record: Record) -> None:
+    """Write the record of a shot that was made, with the names of its files."""
+    folder = plan.file.parent
+    names = {role: relative_name(path, folder) for role, path in making.named.items()}
+    write_record(record_path(plan.file, "made"), replace(record, row={"named": names}))
+
+
+def is_made(record: Record | None, making: Making, folder: Path) -> bool:
+    """Return whether a shot in a folder is made as planned: from these files, as they are now."""
+    if record is None or record.key != record.key_now(folder, making.options):
+        return False
+    names, named = record.row.get("named"), making.named
+    if not isinstance(names, dict) or names.keys() != named.keys():
+        return False
+    return all(_is_named(path, str(names[role]), folder) for role, path in named.items())
+
+
+def _is_named(path: Path, name: str, folder: Path) -> bool:
+    """Return whether a name in a folder leads to the file, by whatever way."""
+    if relative_name(path, folder) == name:
+        return True
+    with suppress(OSError, ValueError):
+        return path.samefile(folder / name)
+    return False
