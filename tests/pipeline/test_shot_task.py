@@ -288,6 +288,18 @@ def test_a_shot_is_made_anew_from_another_take(place: Path) -> None:
     assert state_naming(place, take="take_2.usda") == "kept"
 
 
+def test_the_findings_of_making_a_shot_stay_in_its_row(place: Path) -> None:
+    plan = replace(plan_in(place), name="b", file=place / "shots/b.usda")
+    first = run_shot({"plan": plan.as_dict()})
+    again = run_shot({"plan": replace(plan, gltf=True).as_dict()})
+    made = json.loads((place / "shots/b.usdface/made.json").read_text())["row"]["findings"]
+    assert set(made) & set(first["findings"])
+    assert set(first["findings"]) <= set(again["findings"]) and again["notes"] >= first["notes"]
+    (place / "shots/b.usda").write_text((place / "shots/b.usda").read_text() + "\n")
+    edited = run_shot({"plan": plan.as_dict()})
+    assert edited["findings"] == first["findings"] and edited["notes"] == first["notes"]
+
+
 def unsign(path: Path) -> None:
     """Make a layer what a version without fingerprints wrote."""
     layer = Sdf.Layer.FindOrOpen(str(path))

@@ -18,7 +18,7 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.shot import make_shot
 from usdface.result import Result, peak_memory
 from usdface.shot import ShotResult
-from usdface.show.making_record import is_made, note_making, read_making
+from usdface.show.making_record import is_made, making_findings, note_making, read_making
 from usdface.show.plan import Making, ShotPlan, plan_of
 from usdface.show.record import Record, read_record, record_of, record_path, write_record
 from usdface.show.table import Row
@@ -112,11 +112,14 @@ def _record(plan: ShotPlan, options: object) -> Record:
 
 
 def _made(plan: ShotPlan, making: Making) -> list[Finding]:
-    """Make the shot if it is missing or out of date; an edited one is kept."""
+    """Make the shot if it is missing or out of date; an edited one is kept.
+
+    The findings are those of the run that made it: they concern the shot as long as it is that one.
+    """
     folder, known = plan.file.parent, read_making(plan.file)
     there = all(path.is_file() for path in (plan.file, *making.layers))
     if there and is_made(known, making, folder):
-        return []
+        return making_findings(known, plan.name)
     read = files_read(*making.files)
     missing = [path for file in (making.rig, making.take) for path in named_files(file)[1]]
     before = record_of(folder, read=read, absent=missing, options=making.options)
@@ -124,7 +127,7 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
         check_replaced([(plan.file, "shot")])
     except OutputError:
         message = "its rig, take or binding changed, but it was edited since: it is kept as it is"
-        return [finding("SHOT_KEPT", plan.name, message)]
+        return [*making_findings(known, plan.name), finding("SHOT_KEPT", plan.name, message)]
     result = make_shot(
         making.rig,
         making.take,
@@ -139,7 +142,7 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
         character_layer=making.character_layer,
     )
     if before.key_now(folder, making.options) == before.key:
-        note_making(plan, making, before)
+        note_making(plan, making, before, result.findings)
     return list(result.findings)
 
 

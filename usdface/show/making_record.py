@@ -1,17 +1,20 @@
-"""The record of a shot's making: as of a result, and the names of the files that it was made of.
+"""The record of a shot's making: as of a result, and the names and findings that it was made with.
 
 Names count beside the content of files, since the shot refers to its files by them: another take
 that the show file names is another shot, also where the old one did not change.
 """
 
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+from usdface.finding_codes import CODES
+from usdface.findings import Finding, finding
 from usdface.show.plan import Making, ShotPlan
 from usdface.show.record import Record, read_record, record_path, relative_name, write_record
 
-__all__ = ["is_made", "note_making", "read_making"]
+__all__ = ["is_made", "making_findings", "note_making", "read_making"]
 
 
 def read_making(shot: Path) -> Record | None:
@@ -19,11 +22,14 @@ def read_making(shot: Path) -> Record | None:
     return read_record(record_path(shot, "made"))
 
 
-def note_making(plan: ShotPlan, making: Making, record: Record) -> None:
-    """Write the record of a shot that was made, with the names of its files."""
+def note_making(
+    plan: ShotPlan, making: Making, record: Record, findings: Iterable[Finding]
+) -> None:
+    """Write the record of a shot that was made, with the names of its files and the findings."""
     folder = plan.file.parent
     names = {role: relative_name(path, folder) for role, path in making.named.items()}
-    write_record(record_path(plan.file, "made"), replace(record, row={"named": names}))
+    row = {"named": names, "findings": [found.code for found in findings]}
+    write_record(record_path(plan.file, "made"), replace(record, row=row))
 
 
 def is_made(record: Record | None, making: Making, folder: Path) -> bool:
@@ -34,6 +40,13 @@ def is_made(record: Record | None, making: Making, folder: Path) -> bool:
     if not isinstance(names, dict) or names.keys() != named.keys():
         return False
     return all(_is_named(path, str(names[role]), folder) for role, path in named.items())
+
+
+def making_findings(record: Record | None, name: str) -> list[Finding]:
+    """Return the findings of making a shot of that name, without their messages."""
+    codes = record.row.get("findings") if record is not None else None
+    known = [code for code in codes if code in CODES] if isinstance(codes, list) else []
+    return [finding(code, name) for code in known]
 
 
 def _is_named(path: Path, name: str, folder: Path) -> bool:
