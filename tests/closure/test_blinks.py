@@ -45,6 +45,24 @@ def test_they_are_closed_at_their_peaks(rate: float) -> None:
         assert blink.start < blink.closed <= times[peak] <= blink.opened < blink.end
 
 
+def test_a_slow_tail_does_not_hold_the_eye_shut() -> None:
+    """It is half open again where the lids are: a tail of 0.4 s at a fifth delayed it by 0.07 s."""
+    times = np.arange(0.0, 6.0, 1.0 / 120.0)
+    course = np.zeros(len(times))
+    for start in STARTS:
+        since = times - start
+        fast = np.minimum(since / 0.1, (0.25 - since) / 0.15)
+        tail = np.where((since > 0.1) & (since < 0.6), 0.2 * (0.6 - since) / 0.5, 0.0)
+        course += 0.8 * np.maximum(np.clip(fast, 0.0, None), tail)
+    both = np.stack([course, course], axis=1)
+    none = np.zeros(both.shape, dtype=bool)
+    found, _ = find_blinks(times, both, none, np.full(2, 0.8), np.zeros(2))
+    assert len(found) == len(STARTS)
+    for blink, start in zip(found, STARTS, strict=True):
+        assert (blink.opened + blink.end) / 2 - start == pytest.approx(0.175, abs=0.01)
+        assert (blink.start + blink.closed) / 2 - start == pytest.approx(0.05, abs=0.01)
+
+
 @pytest.mark.parametrize(("others", "found"), [(0.3, [0, 1]), (0.62, [0, 1, 2])])
 def test_a_pulse_a_little_slower_than_slow_blinks_is_one_of_them(
     others: float, found: list[int]

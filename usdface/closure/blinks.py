@@ -162,8 +162,12 @@ def _times(
     share = course / course[peak]
     before = {level: crossing_time(times, share, peak, -1, level) for level in (0.1, 0.5, 0.9)}
     after = {level: crossing_time(times, share, peak, 1, level) for level in (0.1, 0.5, 0.9)}
-    closing = np.clip((before[0.9] - before[0.1]) / (_NINETY - _TEN), *_CLOSING)
-    opening = np.clip((after[0.1] - after[0.9]) / (_NINETY - _TEN), *_OPENING)
+    # Half shut where the lids are, also where a tail is so slow that the whole would begin before
+    # the peak.
+    closing = (before[0.9] - before[0.1]) / (_NINETY - _TEN)
+    closing = np.clip(min(closing, 2.0 * (times[peak] - before[0.5])), *_CLOSING)
+    opening = (after[0.1] - after[0.9]) / (_NINETY - _TEN)
+    opening = np.clip(min(opening, 2.0 * (after[0.5] - times[peak])), *_OPENING)
     # Closed by the peak, in a frame of the take.
     closed = min(before[0.5] + 0.5 * closing, times[peak])
     opened = max(after[0.5] - 0.5 * opening, times[peak])

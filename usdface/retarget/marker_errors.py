@@ -8,13 +8,13 @@ reason to ignore the region or the marker.
 """
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.rbf import distances
 from usdface.retarget.windows import window_starts
 from usdface.takes import visible
 
@@ -41,8 +41,10 @@ _FINEST = 0.0003
 _NUMBERS = 1_000_000
 # Least variance, by the first guess.
 _ROUNDING = 1e-6
-# Nearest markers whose median error is the usual one of a place.
+# Markers whose median error is the usual one of a place: the shares of twice as many nearest ones
+# fall to 0 with their distance, so that about as many count.
 _AROUND = 6
+_QUANTILES = 9  # whose mean is that of a range
 # Errors up to the first number are chance or misfit, from the second on they are as found.
 _CHANCE = (2.0, 3.5)
 # Errors that are so many times the usual one are reported, and what was estimated with all markers
@@ -203,12 +205,28 @@ def _usual(variances: FloatArray, points: FloatArray, ways: FloatArray) -> Float
     ways : (M,) float64 [m]
         Mean lengths of the markers' displacements by the blend shapes.
     """
-    nearest = cKDTree(points).query(points, _AROUND + 1)[1]
-    own = nearest == np.arange(len(points))[:, None]
-    others = np.take_along_axis(nearest, np.argsort(own, axis=1, kind="stable"), axis=1)
-    around = np.median(variances[others[:, :-1]], axis=1)
+    apart = distances(points, points)
+    reach = np.sort(apart, axis=1)[:, min(2 * _AROUND, len(points) - 1), None]
+    # Which markers are just nearest is chance: their shares fall with the distance.
+    shares = (1.0 - apart / np.maximum(reach, 1e-300)).clip(min=0.0)
+    np.fill_diagonal(shares, 0.0)
+    around = _weighted_medians(variances, shares)
     misfit = _misfit_share(variances - variances.min(), ways) * ways**2
     return np.asarray(np.maximum(around, misfit))
+
+
+def _weighted_medians(values: FloatArray, shares: FloatArray) -> FloatArray:
+    """Return the medians (M,) of values (N,) above 0, in which they count by shares (M, N).
+
+    Geometric means of the middle third, so that none jumps where shares change a little.
+    """
+    order = np.argsort(values)
+    counted = np.cumsum(shares[:, order], axis=1)
+    middles = counted - shares[:, order] / 2
+    third = np.linspace(1.0 / 3.0, 2.0 / 3.0, _QUANTILES)
+    logarithms = np.log(values[order])
+    rows = zip(middles, counted[:, -1], strict=True)
+    return np.exp([np.interp(third * all_, own, logarithms).mean() for own, all_ in rows])
 
 
 def _misfit_share(variances: FloatArray, ways: FloatArray) -> float:

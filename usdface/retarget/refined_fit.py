@@ -13,6 +13,7 @@ from usdface.retarget.face_fit import FaceFit, fit_places, fit_transferred
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_in_motion, search_in_motion
 from usdface.retarget.pose_and_weights import PoseAndWeights
+from usdface.smooth_step import smooth_step
 from usdface.takes import visible
 
 __all__ = ["best_fit", "refine_places"]
@@ -22,8 +23,9 @@ __all__ = ["best_fit", "refine_places"]
 # gives better weights in 18, in the other four worse by 0.0003 to 0.004; of two real takes on
 # three heads, all six are explained better.
 _LESS_MISFIT = 0.99
-# A marker moves unlike its place if its residual is so many times the median marker's. Set by hand.
-_UNLIKE = 2.0
+# A marker moves unlike its place if its residual is so many times the median marker's: in part from
+# the first number on, or one frame more would move it by a vertex; wholly from the second. By hand.
+_UNLIKE = 1.5, 2.5
 # Times that places are refined and the take is solved again. Of 1, 2 and 3, 2 was enough on the
 # performers of python -m benchmarks.performers that the solve was built with.
 _STEPS = 2
@@ -116,8 +118,11 @@ def _refined_shifts(
     seen = visible(displaced)
     squares = np.where(seen, (residual**2).sum(axis=2), 0.0).sum(axis=0)
     away = np.sqrt(squares / np.maximum(seen.sum(axis=0), 1))
-    for marker in np.flatnonzero(away > _UNLIKE * np.median(away)):
-        shifts[marker] = search_in_motion(
+    begin, full = _UNLIKE
+    unlike = smooth_step((away / max(float(np.median(away)), 1e-300) - begin) / (full - begin))
+    for marker in np.flatnonzero(unlike):
+        found = search_in_motion(
             fit.guess, surface, int(marker), weights, displaced, sized, variance
         )
+        shifts[marker] += unlike[marker] * (found - shifts[marker])
     return shifts

@@ -6,6 +6,9 @@ from usdface.arrays import FloatArray, IntArray
 
 __all__ = ["window_starts"]
 
+# Of a window: 1.2 s are three windows of 0.4 s.
+_ROUNDING = 1e-6
+
 
 def window_starts(times: FloatArray, length: float) -> IntArray:
     """Return the first frame of each window of a take: (W,) int64.
@@ -18,6 +21,7 @@ def window_starts(times: FloatArray, length: float) -> IntArray:
     """
     if length == 0.0:
         return np.arange(len(times))
-    starts = np.unique(np.floor((times - times[0]) / length), return_index=True)[1]
+    numbers = np.floor((times - times[0]) / length + _ROUNDING)
+    starts = np.unique(numbers, return_index=True)[1]
     rest_is_short = float(times[-1] - times[starts[-1]]) < 0.5 * length
     return starts[:-1] if len(starts) > 1 and rest_is_short else starts
