@@ -26,7 +26,9 @@ def prepared(text: str) -> Sdf.Layer:
     return layer
 
 
-OLD = """over "A"
+OLD = """over "A" (
+    prepend apiSchemas = ["Theirs"]
+)
 {
     float w.timeSamples = {
         1: 1,
@@ -36,7 +38,9 @@ OLD = """over "A"
     float stale = 2
 }
 """
-NEW = """over "A"
+NEW = """over "A" (
+    prepend apiSchemas = ["Ours"]
+)
 {
     float w.timeSamples = {
         1: 5,
@@ -57,6 +61,8 @@ def test_properties_are_replaced_whole() -> None:
     assert layer.ListTimeSamplesForPath("/A.w") == [1.0]
     assert layer.GetAttributeAtPath("/A.other") and not layer.GetAttributeAtPath("/A.stale")
     assert layer.GetAttributeAtPath("/A/B.v").default == 1
+    applied = layer.GetPrimAtPath("/A").GetInfo("apiSchemas")
+    assert list(applied.prependedItems) == ["Ours", "Theirs"]
 
 
 def test_another_type_is_announced() -> None:

@@ -14,6 +14,7 @@ from usdface.errors import OutputError
 from usdface.findings import Finding
 from usdface.frame_blocks import frame_blocks
 from usdface.geometry.rigid_fit import Pose
+from usdface.io.usd.animation_source import define_animation
 from usdface.io.usd.head_motion import author_head
 from usdface.io.usd.overs import put_overs
 from usdface.io.usd.shot import ShotPrims, StagedShot
@@ -218,7 +219,7 @@ def author(
     with Sdf.ChangeBlock():
         anim = Sdf.CreatePrimInLayer(layer, animation_path(prims))
         if not prims.animation:
-            _define_animation(layer, anim, prims)
+            define_animation(layer, stage, anim, prims)
         if animation.names != prims.tokens:
             _attribute(
                 anim, "blendShapes", Sdf.ValueTypeNames.TokenArray, uniform=True
@@ -287,14 +288,6 @@ def _author_repairs(layer: Sdf.Layer, shot: StagedShot, repairs: tuple[Repair, .
         (tokens.CLEAN_REPAIRS_KINDS, names.TokenArray, Vt.TokenArray([r.kind for r in repairs])),
     ):
         _attribute(prim, name, kind, uniform=True).default = value
-
-
-def _define_animation(layer: Sdf.Layer, anim: Sdf.PrimSpec, prims: ShotPrims) -> None:
-    anim.specifier, anim.typeName = Sdf.SpecifierDef, "SkelAnimation"
-    for path in dict.fromkeys((prims.skel_root, prims.skeleton)):
-        owner = Sdf.CreatePrimInLayer(layer, path)
-        source = Sdf.RelationshipSpec(owner, "skel:animationSource", custom=False)
-        source.targetPathList.explicitItems = [anim.path]
 
 
 def _attribute(

@@ -7,6 +7,7 @@ from pxr import Sdf, Tf, Usd
 
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
+from usdface.io.usd.animation_source import add_applied_schema
 from usdface.io.usd.errors import usd_message
 
 __all__ = ["put_overs"]
@@ -70,6 +71,8 @@ def _put(prim: Sdf.PrimSpec, spec: Sdf.PrimSpec, stale: Callable[[str], bool]) -
     findings = []
     if prim.specifier != Sdf.SpecifierOver:
         spec.specifier, spec.typeName = prim.specifier, prim.typeName
+    for schema in _schemas(prim):
+        add_applied_schema(spec, schema)
     for old in list(spec.properties):
         if stale(old.name) and old.name not in prim.properties:
             spec.RemoveProperty(old)
@@ -86,6 +89,10 @@ def _put(prim: Sdf.PrimSpec, spec: Sdf.PrimSpec, stale: Callable[[str], bool]) -
         if not Sdf.CopySpec(prim.layer, made.path, spec.layer, place):
             raise OutputError(f"<{place}> cannot be authored on {spec.layer.identifier}")
     return findings
+
+
+def _schemas(spec: Sdf.PrimSpec) -> list[str]:
+    return list(spec.GetInfo("apiSchemas").prependedItems) if spec.HasInfo("apiSchemas") else []
 
 
 def _kind(spec: Sdf.PropertySpec) -> str:
@@ -119,12 +126,16 @@ def _keep(spec: Sdf.PrimSpec, kept: Sdf.Layer, path: Sdf.Path) -> None:
 
 
 def _become(spec: Sdf.PrimSpec, other: Sdf.PrimSpec) -> None:
-    """Give a prim the specifier and the type of another; a defined prim need not have a type."""
+    """Give a prim the specifier, type and applied schemas of another; a type it need not have."""
     spec.specifier = other.specifier
     if other.typeName:
         spec.typeName = other.typeName
     else:
         spec.ClearInfo("typeName")
+    if other.HasInfo("apiSchemas"):
+        spec.SetInfo("apiSchemas", other.GetInfo("apiSchemas"))
+    else:
+        spec.ClearInfo("apiSchemas")
 
 
 def _restore(
