@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from processed import Done, run
-from pxr import Usd
+from pxr import Sdf, Usd
 from worlds import animation_of
 
 from usdface.io.usd.take import write_take
@@ -109,3 +109,46 @@ def test_a_take_may_start_late_on_the_users_stage(done: Done, tmp_path: Path) ->
     np.testing.assert_array_equal(played.weights, animation_of(done.root).weights)
     stage = Usd.Stage.Open(str(tmp_path / "late.usdface.usda"))
     assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (1000, 1039)
+
+
+def test_a_result_has_what_usd_reads_of_the_root_layer_alone(done: Done, tmp_path: Path) -> None:
+    """Expression variables, say: without them the rig would be missing in the result."""
+    text = (done.folder / "shot.usda").read_text()
+    (tmp_path / "below.usda").write_text(text.replace("@./rig.usda@", '@`"${RIG}"`@'))
+    shot = tmp_path / "mine.usda"
+    shot.write_text(
+        '#usda 1.0\n(\n defaultPrim = "Shot"\n timeCodesPerSecond = 30\n metersPerUnit = 1\n'
+        ' upAxis = "Y"\n subLayers = [@./below.usda@]\n kilogramsPerUnit = 0.001\n'
+        ' fallbackPrimTypes = {\n  token[] Other = ["Xform"]\n }\n'
+        f" expressionVariables = {{\n  string RIG = '{done.folder / 'rig.usda'}'\n }}\n)\n"
+    )
+    (tmp_path / "take.usda").write_bytes((done.folder / "take.usda").read_bytes())
+    run("process", shot)
+    root = tmp_path / "mine.usdface.usda"
+    np.testing.assert_array_equal(animation_of(root).weights, animation_of(done.root).weights)
+    result = Usd.Stage.Open(str(root))
+    assert result.GetMetadata("kilogramsPerUnit") == 0.001
+    assert {"Other", "UsdFaceRetarget"} <= set(result.GetMetadata("fallbackPrimTypes"))
+
+
+@pytest.mark.parametrize(
+    ("own", "played"),
+    [((-20, 300), (-20, 300)), ((10, 20), (0, 39)), ((100, 200), (0, 39)), (None, (0, 39))],
+)
+def test_a_result_plays_the_range_of_the_shot_and_that_of_the_take(
+    done: Done, tmp_path: Path, own: tuple[int, int] | None, played: tuple[int, int]
+) -> None:
+    shot = tmp_path / "mine.usda"
+    stage = Usd.Stage.CreateNew(str(shot))
+    stage.GetRootLayer().TransferContent(Sdf.Layer.FindOrOpen(str(done.folder / "shot.usda")))
+    for name in ("rig.usda", "take.usda"):
+        (tmp_path / name).write_bytes((done.folder / name).read_bytes())
+    stage.GetRootLayer().ClearStartTimeCode()
+    stage.GetRootLayer().ClearEndTimeCode()
+    if own:
+        stage.SetStartTimeCode(own[0])
+        stage.SetEndTimeCode(own[1])
+    stage.Save()
+    run("process", shot)
+    result = Usd.Stage.Open(str(tmp_path / "mine.usdface.usda"))
+    assert (result.GetStartTimeCode(), result.GetEndTimeCode()) == played

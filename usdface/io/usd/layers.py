@@ -6,6 +6,7 @@ layer by the ratio to its fallback of 24.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from pxr import Sdf, Usd
@@ -33,6 +34,12 @@ from usdface.shot import ShotResult
 from usdface.verdict.judge import Verdict
 
 __all__ = ["open_shot", "write_layers"]
+
+# Metadata that USD reads from the root layer of a stage alone, so that the shot's are repeated.
+_OF_THE_ROOT = (
+    *("defaultPrim", "expressionVariables", "fallbackPrimTypes"),
+    *("kilogramsPerUnit", "renderSettingsPrimPath"),
+)
 
 
 def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
@@ -127,9 +134,22 @@ def _top_layer(
 def _root_layer(
     stage: Usd.Stage, metrics: Metrics, paths: LayerPaths, shot: Path, stronger_first: list[Path]
 ) -> Sdf.Layer:
-    layer = new_layer(metrics)
-    if stage.GetRootLayer().HasDefaultPrim():
-        layer.defaultPrim = stage.GetRootLayer().defaultPrim
+    top = stage.GetRootLayer()
+    layer = new_layer(_played(stage, metrics))
+    for name in filter(top.pseudoRoot.HasInfo, _OF_THE_ROOT):
+        layer.pseudoRoot.SetInfo(name, top.pseudoRoot.GetInfo(name))
     layer.subLayerPaths = [relative_asset(path, paths.root) for path in [*stronger_first, shot]]
     write_fallback_types(layer)
     return layer
+
+
+def _played(stage: Usd.Stage, metrics: Metrics) -> Metrics:
+    """Return the metrics of a take with a range that holds that of the shot, too.
+
+    Unless the two lie apart, as where a take was moved on the timeline: the take's alone.
+    """
+    start, end = stage.GetStartTimeCode(), stage.GetEndTimeCode()
+    apart = start > metrics.end or end < metrics.start
+    if apart or not stage.HasAuthoredTimeCodeRange():
+        return metrics
+    return replace(metrics, start=min(start, metrics.start), end=max(end, metrics.end))
