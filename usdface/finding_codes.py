@@ -789,6 +789,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "correct_settings",
         "an attribute of another type is replaced by the result",
     ),
+    "RESULT_HIDDEN": (
+        "warning",
+        "correct_stage",
+        "a stronger layer of the stage has values that hide those of the result",
+    ),
     "SETTING_UNREAD": (
         "warning",
         "correct_settings",

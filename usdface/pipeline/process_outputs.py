@@ -16,6 +16,7 @@ from usdface.io.replaced import check_replaced
 from usdface.io.usd.animation import animation_path
 from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import Stage, check_usd_name, open_stage
+from usdface.io.usd.stronger_opinions import check_weights_shown
 from usdface.options import DeliverOptions
 from usdface.result import Result
 from usdface.shot import ShotResult
@@ -61,6 +62,16 @@ class ProcessOutputs:
             [(root, "result"), (self.gltf, "glTF"), (self.deliver, "deliverable")], overwrite
         )
         return read
+
+    def check_shown(self, stage: Stage, staged: StagedShot) -> None:
+        """Refuse to put layers into a shot that hides their weights.
+
+        Raises
+        ------
+        OutputError
+        """
+        if self.in_place:
+            check_weights_shown(animation_path(staged.prims), stage.GetRootLayer())
 
     def check_delivery(self, stage: Stage, staged: StagedShot, options: DeliverOptions) -> None:
         """Refuse a deliverable of a range without a frame of the take."""

@@ -142,6 +142,7 @@ def process(
         stage = open_shot(path, root)
         read = outputs.check(path, overwrite)
         staged, findings = read_shot(stage, str(path), folder)
+        outputs.check_shown(stage, staged)
         outputs.check_delivery(stage, staged, delivery)
     kept = _stage_cache(cache, path)
     pieced = _pieced_stages(pieces, path, options, asset_root, hooks, kept)

@@ -22,6 +22,7 @@ from usdface.io.usd.stage import (
     matrices,
     to_si,
 )
+from usdface.io.usd.stronger_opinions import hidden_by
 from usdface.retarget.joint_motion import JointMotion, matrices_of
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
@@ -166,7 +167,7 @@ def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) ->
     Returns
     -------
     list of Finding
-        ATTRIBUTE_REPLACED.
+        ATTRIBUTE_REPLACED, RESULT_HIDDEN.
 
     Raises
     ------
@@ -179,7 +180,7 @@ def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) ->
     codes = np.array([offset * code for code in shot.codes.tolist()])
     overs = Sdf.Layer.CreateAnonymous(".usda")
     author(overs, stage, replace(shot, codes=codes), animation, shot.codes.tolist())
-    return put_overs(overs, stage, _is_result)
+    return put_overs(overs, stage, _is_result) + hidden_by(overs, stage)
 
 
 def _is_result(name: str) -> bool:

@@ -29,6 +29,7 @@ from usdface.io.usd.stage import (
     relative_asset,
     save_layer,
 )
+from usdface.io.usd.stronger_opinions import check_shown
 from usdface.schemas import write_fallback_types
 from usdface.shot import ShotResult
 from usdface.verdict.judge import Verdict
@@ -83,7 +84,7 @@ def write_layers(
     Raises
     ------
     OutputError
-        If a file cannot be written; then none is replaced.
+        If a file cannot be written, or the shot itself hides the result; then none is replaced.
     """
     paths = layer_paths(shot_path, root)
     span = (float(shot.codes[0]), float(shot.codes[-1]))
@@ -100,6 +101,8 @@ def write_layers(
             if animation is not None:  # one after the other: each takes kilobytes a frame
                 overs = new_layer(metrics)
                 author(overs, stage, shot, animation)
+                if in_place:
+                    check_shown(overs, stage.GetRootLayer())
                 mark_generation(overs, generation)
                 save_layer(overs, path, names_files=False)
                 del overs

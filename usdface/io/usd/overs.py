@@ -10,7 +10,7 @@ from usdface.findings import Finding, finding
 from usdface.io.usd.animation_source import add_applied_schema
 from usdface.io.usd.errors import usd_message
 
-__all__ = ["put_overs"]
+__all__ = ["prims_of", "put_overs"]
 
 
 def put_overs(
@@ -42,13 +42,13 @@ def put_overs(
     target = stage.GetEditTarget()
     layer = target.GetLayer()
     kept = Sdf.Layer.CreateAnonymous(".usda")
-    places = {prim.path: target.MapToSpecPath(prim.path) for prim in _prims(overs)}
+    places = {prim.path: target.MapToSpecPath(prim.path) for prim in prims_of(overs)}
     new = _missing(layer, places.values())
     findings = []
     try:
         with Sdf.ChangeBlock():
             try:
-                for prim in _prims(overs):
+                for prim in prims_of(overs):
                     place = places[prim.path]
                     spec = layer.GetPrimAtPath(place)
                     if spec:
@@ -99,7 +99,8 @@ def _kind(spec: Sdf.PropertySpec) -> str:
     return str(spec.typeName) if isinstance(spec, Sdf.AttributeSpec) else "relationship"
 
 
-def _prims(layer: Sdf.Layer) -> Iterator[Sdf.PrimSpec]:
+def prims_of(layer: Sdf.Layer) -> Iterator[Sdf.PrimSpec]:
+    """Yield the prims of a layer, parents before their children."""
     waiting = list(layer.rootPrims)
     while waiting:
         prim = waiting.pop(0)
