@@ -24,6 +24,7 @@ from usdface.io.usd.animation import (
     solve_animation,
 )
 from usdface.io.usd.layers import open_shot, write_layers
+from usdface.io.usd.own_motion import report_replaced
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
 from usdface.options import DeliverOptions, ProcessOptions
@@ -147,6 +148,7 @@ def process(
     kept = _stage_cache(cache, path)
     pieced = _pieced_stages(pieces, path, options, asset_root, hooks, kept)
     solved, reported = _retarget(
+        stage,
         staged,
         skipped + findings,
         options,
@@ -224,6 +226,7 @@ def apply(
         hooks, skipped = installed_hooks(skip_hooks)
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
     solved, reported = _retarget(
+        stage,
         staged,
         skipped + findings,
         options,
@@ -273,6 +276,7 @@ def _pieced_stages(
 
 
 def _retarget(
+    stage: Stage,
     staged: StagedShot,
     findings: list[Finding],
     options: ProcessOptions,
@@ -299,7 +303,8 @@ def _retarget(
     rig = staged.shot.rig
     unusual = (*report_size(rig), *report_stray(rig))
     not_kept = cache.not_kept if cache is not None else ()
-    found = (*findings, *unusual, *solved.findings, *report.findings, *not_kept)
+    replaced = report_replaced(stage, staged, solved)
+    found = (*findings, *unusual, *solved.findings, *report.findings, *replaced, *not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
 
 
