@@ -616,6 +616,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_nose_tip",
         "no marker is named as the nose tip; the foremost is taken",
     ),
+    "MESHES_LEFT_BEHIND": (
+        "warning",
+        "correct_stage",
+        "the head's motion leaves meshes of the face behind",
+    ),
     "HEAD_MARKERS_FEW": (
         "warning",
         "name_head_markers",

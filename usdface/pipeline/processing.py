@@ -24,6 +24,7 @@ from usdface.io.usd.animation import (
     solve_animation,
 )
 from usdface.io.usd.layers import open_shot, write_layers
+from usdface.io.usd.left_behind import report_left_behind
 from usdface.io.usd.own_motion import report_replaced
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
@@ -303,8 +304,8 @@ def _retarget(
     rig = staged.shot.rig
     unusual = (*report_size(rig), *report_stray(rig))
     not_kept = cache.not_kept if cache is not None else ()
-    replaced = report_replaced(stage, staged, solved)
-    found = (*findings, *unusual, *solved.findings, *report.findings, *replaced, *not_kept)
+    lost = (*report_replaced(stage, staged, solved), *report_left_behind(stage, staged, solved))
+    found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
 
 
