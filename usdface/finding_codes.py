@@ -616,6 +616,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_nose_tip",
         "no marker is named as the nose tip; the foremost is taken",
     ),
+    "MESHES_UNDRIVEN": (
+        "warning",
+        "correct_stage",
+        "other meshes have the face's blend shapes, and another SkelAnimation or none",
+    ),
     "MESHES_LEFT_BEHIND": (
         "warning",
         "correct_stage",

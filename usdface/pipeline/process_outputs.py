@@ -14,6 +14,7 @@ from usdface.io.inputs import check_outputs, files_read
 from usdface.io.layer_paths import layer_paths
 from usdface.io.replaced import check_replaced
 from usdface.io.usd.animation import animation_path
+from usdface.io.usd.character_meshes import report_left_out
 from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import Stage, check_usd_name, open_stage
 from usdface.io.usd.stronger_opinions import check_weights_shown
@@ -83,6 +84,7 @@ class ProcessOutputs:
 
     def write_gltf(
         self,
+        stage: Stage,
         staged: StagedShot,
         solved: ShotResult,
         hooks: Sequence[Hook],
@@ -101,6 +103,7 @@ class ProcessOutputs:
             rig, joints = head_clip(rig, staged.prims.head.joint, head, solved.solved.times, eyes)
             clip = replace(clip, joints=joints)
         (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
+        findings += report_left_out(stage, staged)
         return findings + write_gltf(rig, self.gltf, clips, read=read, metadata=generation)
 
     def draw(self, solved: ShotResult, reported: Result[ShotResult]) -> None:

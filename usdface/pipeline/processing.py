@@ -28,6 +28,7 @@ from usdface.io.usd.left_behind import report_left_behind
 from usdface.io.usd.own_motion import report_replaced
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
+from usdface.io.usd.undriven_meshes import report_undriven
 from usdface.options import DeliverOptions, ProcessOptions
 from usdface.pipeline.earlier_result import correct_earlier
 from usdface.pipeline.process_outputs import process_outputs
@@ -163,7 +164,7 @@ def process(
     generation = generation_of(solved, path if in_place else layer_paths(path, root).root)
     with all_or_none():
         with progress.step("gltf") if gltf else nullcontext():
-            lost = outputs.write_gltf(staged, solved, hooks, read, generation)
+            lost = outputs.write_gltf(stage, staged, solved, hooks, read, generation)
         with progress.step("draw") if figure or sheet else nullcontext():
             outputs.draw(solved, reported)
         with progress.step("write"):
@@ -304,7 +305,11 @@ def _retarget(
     rig = staged.shot.rig
     unusual = (*report_size(rig), *report_stray(rig))
     not_kept = cache.not_kept if cache is not None else ()
-    lost = (*report_replaced(stage, staged, solved), *report_left_behind(stage, staged, solved))
+    lost = (
+        *report_undriven(stage, staged),
+        *report_replaced(stage, staged, solved),
+        *report_left_behind(stage, staged, solved),
+    )
     found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
 

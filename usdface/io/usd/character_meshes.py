@@ -1,11 +1,20 @@
 """The meshes of the whole character of a shot, also of those beside the SkelRoot of its face."""
 
-from pxr import Sdf, Usd
+from collections.abc import Sequence
 
-from usdface.io.usd.shot import ShotPrims
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom
+
+from usdface.arrays import FloatArray
+from usdface.findings import Finding, finding
+from usdface.io.usd.rig import spaces_of_meshes
+from usdface.io.usd.shot import ShotPrims, StagedShot
 from usdface.io.usd.shown_meshes import placed_meshes, shown_meshes
+from usdface.io.usd.stage import to_si
 
-__all__ = ["character_meshes"]
+__all__ = ["character_meshes", "near_face", "points_of", "report_left_out"]
+
+_START = Usd.TimeCode.EarliestTime()
 
 
 def character_meshes(stage: Usd.Stage, prims: ShotPrims) -> list[Usd.Prim]:
@@ -20,3 +29,47 @@ def character_meshes(stage: Usd.Stage, prims: ShotPrims) -> list[Usd.Prim]:
         return []
     meshes, _ = shown_meshes(placed_meshes(stage.GetPrimAtPath(own[0])))
     return meshes
+
+
+def points_of(prims: Sequence[Usd.Prim], staged: StagedShot) -> dict[str, FloatArray]:
+    """Return the points (V, 3) [m] of meshes in the space of the shot's rig, by their paths."""
+    if not prims:
+        return {}
+    spaces = spaces_of_meshes(prims[0].GetStage())
+    turn = np.linalg.inv(to_si(staged.metrics)) @ staged.to_rig
+    places = {}
+    for prim in prims:
+        path, points = str(prim.GetPath()), UsdGeom.Mesh(prim).GetPointsAttr().Get(_START)
+        if points and path in spaces:
+            space = spaces[path] @ turn
+            places[path] = np.array(points, np.float64) @ space[:3, :3] + space[3, :3]
+    return places
+
+
+def near_face(prims: Sequence[Usd.Prim], staged: StagedShot) -> list[str]:
+    """Return the paths of the meshes that reach into the box of the face.
+
+    Others may be of another person on the stage, or of the set.
+    """
+    face = staged.shot.rig.mesh(staged.shot.setup.binding.mesh).points
+    low, high = face.min(axis=0), face.max(axis=0)
+    return [
+        path
+        for path, points in points_of(prims, staged).items()
+        if (points.min(axis=0) <= high).all() and (points.max(axis=0) >= low).all()
+    ]
+
+
+def report_left_out(stage: Usd.Stage, staged: StagedShot) -> list[Finding]:
+    """Return FEATURE_DROPPED for meshes near the face that the rig of its shot lacks."""
+    known = {mesh.path for mesh in staged.shot.rig.meshes}
+    meshes = character_meshes(stage, staged.prims)
+    names = near_face([prim for prim in meshes if str(prim.GetPath()) not in known], staged)
+    if not names:
+        return []
+    message = (
+        "{names} are left out: they are not below the SkelRoot of the face; `usdface export` of "
+        "the result writes all"
+    )
+    where = staged.prims.skel_root
+    return [finding("FEATURE_DROPPED", where, message, names, feature="mesh")]

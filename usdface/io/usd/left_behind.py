@@ -1,21 +1,18 @@
 """Meshes near a face that its head leaves behind: teeth or lashes that nothing binds to it."""
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
-from usdface.io.usd.character_meshes import character_meshes
-from usdface.io.usd.rig import spaces_of_meshes
+from usdface.io.usd.character_meshes import character_meshes, points_of
 from usdface.io.usd.shot import StagedShot
-from usdface.io.usd.stage import to_si
 from usdface.rigs import Mesh
 from usdface.shot import ShotResult
 
 __all__ = ["report_left_behind"]
 
-_START = Usd.TimeCode.EarliestTime()
 # Set by hand. The share of the face's size that its box is larger: eyes may be behind a mask.
 _MARGIN = 0.1
 # Shares of a mesh's points in the box, and of a vertex's skin weight on the carrier.
@@ -32,7 +29,8 @@ def report_left_behind(stage: Usd.Stage, staged: StagedShot, result: ShotResult)
     face = rig.mesh(staged.shot.setup.binding.mesh)
     carried = {mesh.path: _carried(mesh, staged) for mesh in rig.meshes}
     box = _box(face.points[carried[face.path]])
-    places = {mesh.path: mesh.points for mesh in rig.meshes} | _beside(stage, staged, carried)
+    beside = [p for p in character_meshes(stage, staged.prims) if str(p.GetPath()) not in carried]
+    places = {mesh.path: mesh.points for mesh in rig.meshes} | points_of(beside, staged)
     behind: dict[str, float] = {}
     for path, points in places.items():
         moves = carried.get(path, np.zeros(len(points), bool))
@@ -63,24 +61,6 @@ def _carried(mesh: Mesh, staged: StagedShot) -> BoolArray:
     below = np.array([joint == top or joint.startswith(f"{top}/") for joint in joints])
     share = (mesh.skin.weights * below[mesh.skin.joints]).sum(axis=1)
     return np.asarray(share > _CARRIED * mesh.skin.weights.sum(axis=1))
-
-
-def _beside(
-    stage: Usd.Stage, staged: StagedShot, known: dict[str, BoolArray]
-) -> dict[str, FloatArray]:
-    """Return the points (V, 3) in rig space of the character's meshes that the rig lacks."""
-    prims = [p for p in character_meshes(stage, staged.prims) if str(p.GetPath()) not in known]
-    if not prims:
-        return {}
-    spaces = spaces_of_meshes(stage)
-    turn = np.linalg.inv(to_si(staged.metrics)) @ staged.to_rig
-    places = {}
-    for prim in prims:
-        path, points = str(prim.GetPath()), UsdGeom.Mesh(prim).GetPointsAttr().Get(_START)
-        if points and path in spaces:
-            space = spaces[path] @ turn
-            places[path] = np.array(points, np.float64) @ space[:3, :3] + space[3, :3]
-    return places
 
 
 def _box(points: FloatArray) -> FloatArray:
