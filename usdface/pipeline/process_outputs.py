@@ -1,7 +1,7 @@
 """The files that `process` writes beside its layers: checked before any work, and written."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from usdface.clips import Clip
@@ -15,6 +15,8 @@ from usdface.io.layer_paths import layer_paths
 from usdface.io.replaced import check_replaced
 from usdface.io.usd.animation import animation_path
 from usdface.io.usd.character_meshes import report_left_out
+from usdface.io.usd.own_motion import own_joints, report_unmoved
+from usdface.io.usd.rigid_animation import merge_joint_takes
 from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.stage import Stage, check_usd_name, open_stage
 from usdface.io.usd.stronger_opinions import check_weights_shown
@@ -97,13 +99,21 @@ class ProcessOutputs:
         from usdface.io.gltf.write import write_gltf  # only here: most runs write none
         from usdface.io.head_clip import head_clip
 
-        rig, clip = staged.shot.rig, Clip("take", solved.weights)
-        head, eyes = solved.head_motion, solved.eye_motions
-        if staged.prims.head is not None and (head is not None or eyes):
-            rig, joints = head_clip(rig, staged.prims.head.joint, head, solved.solved.times, eyes)
-            clip = replace(clip, joints=joints)
+        rig, times = staged.shot.rig, solved.solved.times
+        head, eyes, carrier = solved.head_motion, solved.eye_motions, staged.prims.head
+        takes = []
+        if carrier is not None and (head is not None or eyes):
+            rig, joints = head_clip(rig, carrier.joint, head, times, eyes)
+            takes.append(joints)
+        moved: set[str] = set()
+        if rig.skeleton is staged.shot.rig.skeleton:  # else a joint for the whole head is all of it
+            moved |= {name for take in takes for name in take.joints}
+            own = own_joints(stage, staged, times, apart=moved)
+            takes += [own] if own is not None else []
+            moved |= set(own.joints) if own is not None else set()
+        clip = Clip("take", solved.weights, merge_joint_takes(takes))
         (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
-        findings += report_left_out(stage, staged)
+        findings += report_left_out(stage, staged) + report_unmoved(stage, staged, moved)
         return findings + write_gltf(rig, self.gltf, clips, read=read, metadata=generation)
 
     def draw(self, solved: ShotResult, reported: Result[ShotResult]) -> None:

@@ -6,16 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from processed import shoot
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 from scipy.spatial.transform import Rotation
 from worlds import World, animation_of, make_world, restaged
 
 from usdface.cli import main
 from usdface.geometry.rigid_fit import similarity_fit
+from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.usd.evaluate import evaluate_usd
 from usdface.io.usd.take import write_take
 from usdface.options import ProcessOptions
-from usdface.pipeline import apply
+from usdface.pipeline import apply, process
 from usdface.rigs import Skeleton, Skin
 from usdface.takes import WeightsTake
 
@@ -373,3 +375,45 @@ def test_a_layer_of_another_clock_gets_the_joints_of_its_moments(tmp_path: Path)
     stage.SetEditTarget(stage.GetEditTargetForLocalLayer(over))
     apply(stage, options=ProcessOptions(express=False))
     np.testing.assert_allclose(shown(stage), result, atol=1e-5)
+
+
+@pytest.mark.parametrize(("flags", "turned"), [((), 0), (("--no-head",), 0), ((), 90)])
+def test_gltf_keeps_joints_that_are_animated(
+    tmp_path: Path, flags: tuple[str, ...], turned: float
+) -> None:
+    """Written beside the result it moves as the result; one that looks aside looks ahead."""
+    world = jointed(make_world())
+    world.write(tmp_path)
+    nod(tmp_path / "rig.usda")
+    if turned:
+        rig = Usd.Stage.Open(str(tmp_path / "rig.usda"))
+        UsdGeom.Xformable(skel_root(rig)).AddRotateYOp().Set(turned)
+        rig.Save()
+    shot, gltf, report = shoot(tmp_path), tmp_path / "face.glb", tmp_path / "report.json"
+    command = ["process", shot, "--no-express", "--gltf", gltf, "--report", report, *flags]
+    assert main([str(word) for word in command]) == 0
+    expected = shown(Usd.Stage.Open(str(tmp_path / "shot.usdface.usda")))
+    expected = expected @ Rotation.from_euler("y", -turned, degrees=True).as_matrix().T
+    (face,) = evaluate_gltf(gltf)
+    np.testing.assert_allclose(face.points_at(world.take.times), expected, atol=2e-6)
+    assert np.abs(expected[39] - expected[0]).max() > 0.01
+    found = json.loads(report.read_text())["findings"]
+    assert not [each for each in found if each["code"] == "ANIMATION_DROPPED"]
+
+
+@pytest.mark.parametrize("skinned", [True, False])
+def test_gltf_reports_motion_that_it_leaves_out(tmp_path: Path, skinned: bool) -> None:
+    """Of the character as a whole; of joints where a joint for the whole head replaces them."""
+    jointed(make_world()).write(tmp_path)
+    nod(tmp_path / "rig.usda")
+    rig = Usd.Stage.Open(str(tmp_path / "rig.usda"))
+    walk = UsdGeom.Xformable(skel_root(rig)).AddTranslateOp()
+    for code in (0.0, 39.0):
+        walk.Set((0.01 * code, 0, 0), code)
+    rig.Save()
+    if not skinned:
+        unskinned(tmp_path / "rig.usda")
+    found = process(shoot(tmp_path), gltf=tmp_path / "face.glb").findings
+    dropped = {each.where for each in found if each.code == "ANIMATION_DROPPED"}
+    joints = set() if skinned else {"/Shot/Character/Face/Anim"}
+    assert dropped == {"/Shot/Character/Face"} | joints

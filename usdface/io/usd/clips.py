@@ -11,7 +11,7 @@ from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.transforms import decompose, followed_by
+from usdface.io.usd.animated_joints import animated_joints
 from usdface.io.usd.clip_variants import (
     BoundAnimation,
     bound_animations,
@@ -30,7 +30,6 @@ from usdface.io.usd.rigid_animation import (
     prefixes,
 )
 from usdface.io.usd.shared_shapes import ShapeNames, separate_shapes
-from usdface.io.usd.skeleton import parent_frames
 from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import VertexCache, add_cache_shapes, find_vertex_caches
@@ -39,7 +38,6 @@ from usdface.takes import WeightsTake, frame_step
 
 __all__ = ["animated_rig", "clips_of_stage"]
 
-_SAME_SCALE = 1e-5  # a fiftieth of the step of 16-bit scales at 1 (2**-11)
 _POSED = 1e-5  # of a matrix: SkelAnimations hold float32, and scales of 16 bits near 1
 _SAME_WEIGHT = 1e-6  # 8 roundings of float32
 _SAME_RATE = 5e-4  # of a rate: half of the way from 30 to 29.97 Hz
@@ -314,33 +312,12 @@ def _joints(
         message = "{joint_count} animated joints are not in the skeleton"
         found.append(finding("ANIMATION_DROPPED", where, message, len(order) - len(known)))
     codes = np.array(binding.animation.GetJointTransformTimeSamples() or [clock.start])
-    rows = [binding.animation.ComputeJointLocalTransformComponents(float(c)) for c in codes]
-    if not known or any(row is None or any(len(p) != len(order) for p in row) for row in rows):
+    xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
+    world = np.array(xforms.GetLocalToWorldTransform(binding.skeleton.GetPrim()), np.float64)
+    moved = animated_joints(binding.animation, skeleton, world @ si, codes.tolist())
+    if moved is None:
         message = "translations, rotations and scales do not fit the joints"
         return None, [*found, finding("ANIMATION_DROPPED", where, message)]
-    moves, turns, sizes = (
-        np.array([np.asarray(row[k], np.float64) for row in rows]) for k in range(3)
-    )
-    turns = _unit(turns)
-    xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
-    world = xforms.GetLocalToWorldTransform(binding.skeleton.GetPrim())
-    scale, below = parent_frames(skeleton.joints, np.array(world, np.float64) @ si)
-    _, _, rests = decompose(skeleton.rest)
-    parts = []
-    for k in known:
-        place = skeleton.joints.index(order[k])
-        move, turn, size = followed_by(moves[:, k], turns[:, k], sizes[:, k], below[place])
-        size = size / scale
-        # 16 bits hold few scales: next to that at rest, the joint is at rest.
-        size = np.where(np.abs(size - rests[place]) < _SAME_SCALE, rests[place], size)
-        parts.append((move, turn, size))
     times = clock.times(codes)
-    moves, turns, sizes = (np.stack(values, 1) for values in zip(*parts, strict=True))
-    joints = tuple(renamed[order[k]] for k in known)
-    return JointsTake(joints, times, moves, turns, sizes, clock.grid(times)), found
-
-
-def _unit(rotations: FloatArray) -> FloatArray:
-    length = np.linalg.norm(rotations, axis=-1, keepdims=True)
-    identity = np.array([0.0, 0.0, 0.0, 1.0])
-    return np.where(length > 0, rotations / np.where(length > 0, length, 1.0), identity)
+    joints = tuple(renamed[name] for name in moved.names)
+    return JointsTake(joints, times, *moved[1:], clock.grid(times)), found

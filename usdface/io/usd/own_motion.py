@@ -1,15 +1,23 @@
-"""Motion that a character has of its own, and that of a take replaces."""
+"""Motion that a character has of its own, beside that of a take."""
+
+from collections.abc import Collection
 
 import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
 from usdface.arrays import FloatArray
+from usdface.clips import JointsTake
 from usdface.findings import Finding, finding
+from usdface.io.transforms import compose
+from usdface.io.usd.animated_joints import animated_joints
+from usdface.io.usd.rig import skinned_by
+from usdface.io.usd.rigid_animation import transform_time_codes
 from usdface.io.usd.shot import ShotPrims, StagedShot
+from usdface.io.usd.world_transforms import world_transform
 from usdface.schemas import tokens
 from usdface.shot import ShotResult
 
-__all__ = ["moving_joints", "report_replaced"]
+__all__ = ["moving_joints", "own_joints", "report_replaced", "report_unmoved"]
 
 _MOVED = 1e-4  # of a component of a matrix: float32, and scales of 16 bits near 1, stay below
 
@@ -57,3 +65,47 @@ def _is_of_a_result(rotations: Usd.Attribute, prims: ShotPrims) -> bool:
     residual = Sdf.Path(prims.retarget).AppendProperty(tokens.RESIDUAL)
     strongest = rotations.GetPropertyStack()[:1]
     return any(spec.layer.GetPropertyAtPath(residual) for spec in strongest)
+
+
+def own_joints(
+    stage: Usd.Stage, staged: StagedShot, times: FloatArray, apart: Collection[str]
+) -> JointsTake | None:
+    """Return the joints that the animation of a shot holds elsewhere than at rest, or moves.
+
+    At the frames of the take, whose `times` (F,) are given, in seconds; without the joints `apart`.
+    """
+    skeleton, prims = staged.shot.rig.skeleton, staged.prims
+    prim = stage.GetPrimAtPath(prims.skeleton)
+    query = UsdSkel.Cache().GetAnimQuery(UsdSkel.Animation.Get(stage, prims.animation or "/"))
+    names = tuple(map(str, UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()))
+    if not query or skeleton is None or names != skeleton.joints:
+        return None
+    to_rig = world_transform(prim, Usd.TimeCode.EarliestTime()) @ staged.to_rig
+    moved = animated_joints(query, skeleton, to_rig, staged.codes.tolist())
+    if moved is None:
+        return None
+    rest = skeleton.rest[[skeleton.joints.index(name) for name in moved.names]]
+    away = np.abs(compose(*moved[1:]) - rest).max(axis=(0, 2, 3)) > _MOVED
+    kept = [k for k, name in enumerate(moved.names) if away[k] and name not in apart]
+    if not kept:
+        return None
+    moves, turns, sizes = (part[:, kept] for part in moved[1:])
+    return JointsTake(tuple(moved.names[k] for k in kept), times, moves, turns, sizes)
+
+
+def report_unmoved(stage: Usd.Stage, staged: StagedShot, kept: Collection[str]) -> list[Finding]:
+    """Return ANIMATION_DROPPED for own motion that a glTF of the shot leaves out.
+
+    Of joints that are not among those `kept`, and of prims whose transforms change over time.
+    """
+    found = []
+    message = "own motion of joint {joint} is left out; `usdface export` of the result keeps it"
+    for joint in moving_joints(stage, staged.prims, staged.codes):
+        if joint not in kept:
+            found.append(finding("ANIMATION_DROPPED", staged.prims.animation, message, joint))
+    skeletons, moving = skinned_by(stage), dict[Sdf.Path, None]()
+    for mesh in staged.shot.rig.meshes:
+        prim = skeletons.get(mesh.path) or stage.GetPrimAtPath(mesh.path)
+        moving |= dict.fromkeys(transform_time_codes(prim))
+    message = "its transform changes over time; `usdface export` of the result keeps that"
+    return found + [finding("ANIMATION_DROPPED", str(path), message) for path in moving]
