@@ -65,10 +65,20 @@ def elsewhere(stage: Usd.Stage) -> None:
             loose_eye.RemoveProperty(name)
 
 
+def moved(stage: Usd.Stage, *way: float) -> None:
+    points = stage.GetPrimAtPath(EYE).GetAttribute("points")
+    points.Set([point + type(point)(*way) for point in points.Get()])
+
+
 def far(stage: Usd.Stage) -> None:
     loose(stage)
-    points = stage.GetPrimAtPath(EYE).GetAttribute("points")
-    points.Set([point + type(point)(0, 0, 1) for point in points.Get()])
+    moved(stage, 0, 0, 1)
+
+
+def collar(stage: Usd.Stage) -> None:
+    """Below the chin, where the neck carries it."""
+    to_the_neck(stage)
+    moved(stage, 0, -0.145, 0)
 
 
 def hidden(stage: Usd.Stage) -> None:
@@ -83,6 +93,7 @@ def hidden(stage: Usd.Stage) -> None:
         (to_the_neck, "/Shot/Character/Face/eye_l"),
         (elsewhere, "/Shot/Character/eye"),
         (far, ""),
+        (collar, ""),
         (hidden, ""),
         (lambda _: None, ""),
     ],
