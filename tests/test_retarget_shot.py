@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from worlds import World, animation_of, make_world
 import usdface
 from usdface import Cancelled, InputError, ProcessOptions, Shot, Step, WeightsTake
 from usdface.content_digest import content_digest
+from usdface.face.shape_names import split_words
 from usdface.retarget_shot import _express_inputs
 from usdface.rigs import Skeleton
 from usdface.shot_report import report_of
@@ -78,6 +80,37 @@ def test_arrays_and_files_give_the_same_weights(folder: Path, shot: Shot) -> Non
     assert written.emotions.keys() == result.emotions.keys() != set()
     for name, curve in written.emotions.items():
         np.testing.assert_allclose(curve, result.emotions[name], atol=1e-6)
+
+
+def _capital(name: str) -> str:
+    return name[0].upper() + name[1:]
+
+
+def _snake(name: str) -> str:
+    return "_".join(split_words(name))
+
+
+def _letter(name: str) -> str:
+    return _snake(name).upper().replace("_LEFT", "_L").replace("_RIGHT", "_R")
+
+
+@pytest.mark.parametrize("spell", [_capital, _snake, _letter])
+def test_a_rig_in_another_spelling_gets_the_same_rules_and_weights(
+    shot: Shot, spell: Callable[[str], str]
+) -> None:
+    """Live Link writes a capital first letter; poses, rules and terms are those of the names."""
+    (mesh,) = shot.rig.meshes
+    shapes = tuple(replace(shape, name=spell(shape.name)) for shape in mesh.shapes)
+    rig = replace(shot.rig, meshes=(replace(mesh, shapes=shapes),))
+    renamed, _ = usdface.assemble_shot(rig, shot.take, setup=shot.setup)
+    assert shot.system is not None and renamed.system is not None
+    assert renamed.system.fuzzy == shot.system.fuzzy
+    own, other = usdface.retarget(shot), usdface.retarget(renamed)
+    assert own.corrected is not None and (own.corrected - own.solved.weights).max() > 0.1
+    assert [spell(name) for name in own.weights.names] == list(other.weights.names)
+    np.testing.assert_allclose(other.weights.weights, own.weights.weights, atol=1e-9, rtol=0)
+    for name, curve in own.emotions.items():
+        np.testing.assert_allclose(other.emotions[name], curve, atol=1e-9, rtol=0)
 
 
 @pytest.mark.slow

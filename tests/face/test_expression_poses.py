@@ -15,6 +15,7 @@ from usdface.face.facs_names import (
     ActionUnit,
     action_unit,
 )
+from usdface.face.shape_names import shape_key, split_words
 from usdface.setup.expression import Expression
 
 SIDES = {"Left": "Right", "_L": "_R", "left": "right"}
@@ -116,11 +117,66 @@ def test_of_several_shapes_of_an_emotion_one_is_taken_in_any_order(names):
 
 
 @pytest.mark.parametrize("emotion", NAMED)
-def test_names_of_emotions_in_any_case(emotion):
+def test_names_of_emotions_in_any_spelling(emotion):
     for word in NAMED[emotion]:
-        for shape in (word, word.title(), word.upper()):
+        for shape in (word, word.title(), word.upper(), word.replace("fclall", "Fcl_ALL_")):
             (expression,), _ = expressions_for(("jawOpen", shape))
             assert (expression.name, expression.shapes) == (emotion, (shape,))
+
+
+def test_half_of_an_emotion_is_not_its_pose():
+    assert expressions_for(("jawOpen", "Joy_L"))[0] == ()
+
+
+def snake(name):
+    return "_".join(split_words(name))
+
+
+SPELLINGS = {
+    "capital": lambda name: name[0].upper() + name[1:],
+    "snake": snake,
+    "shouted": lambda name: snake(name).upper(),
+    "letter": lambda name: re.sub("_?(left|right)$", lambda m: f".{m[1][0]}", name, flags=re.I),
+}
+
+
+@pytest.mark.parametrize("spelling", SPELLINGS)
+@pytest.mark.parametrize("rig", ["arkit", "ict", "makehuman", "vrm", "facs"])
+def test_poses_and_units_are_the_same_in_any_spelling(rig, spelling):
+    names = (RIGS | {"vrm": (*shapes_of(VRM, ("Left", "Right")), "happy", "angry")})[rig]
+    names = tuple({shape_key(name): name for name in names}.values())  # gaze has two spellings
+    spelt = tuple(map(SPELLINGS[spelling], names))
+    (own, told), (other, also_told) = map(expressions_for, (names, spelt))
+    assert [e.name for e in other] == [e.name for e in own] != []
+    for a, b in zip(own, other, strict=True):
+        np.testing.assert_array_equal(a.pose(names), b.pose(spelt))
+        assert b.shapes == tuple(spelt[names.index(shape)] for shape in a.shapes)
+    assert also_told == told
+    units, others = units_of(names), units_of(spelt)
+    assert [others.get(name) for name in spelt] == [units.get(name) for name in names]
+
+
+def test_directions_are_no_sides_of_a_unit():
+    names = ("mouth_left", "JawLeft", "Mouth_Right", "Mouth_Smile_L", "JawOpen")
+    assert set(units_of(names)) == {"Mouth_Smile_L", "JawOpen"}
+    # The eyes turn left by the outward look of the left one and the inward look of the right one.
+    looks = units_of(("EYE_LOOK_OUT_L", "EYE_LOOK_IN_L", "EYE_LOOK_OUT_R", "EYE_LOOK_IN_R"))
+    assert list(map(set, looks.values())) == [{61}, {61}, {62}, {62}]
+    assert list(looks) == ["EYE_LOOK_OUT_L", "EYE_LOOK_IN_R", "EYE_LOOK_IN_L", "EYE_LOOK_OUT_R"]
+
+
+@pytest.mark.parametrize(
+    ("names", "shown"),
+    [
+        (("JawOpen", "jawOpen", "jaw_open"), ("jawOpen",)),  # the convention's own
+        (("jaw_open", "JawOpen"), ("JawOpen",)),  # the first by the alphabet
+    ],
+)
+def test_of_two_spellings_one_moves_the_skin(names, shown):
+    gape = {"gape": ActionPose("gape", {ActionUnit(26): 1.0})}
+    for order in permutations(names):
+        assert expressions_for(order, gape)[0][-1].shapes == shown
+        assert set(units_of(order)) == set(shown)
 
 
 def test_a_shape_of_the_artist_goes_before_action_units():

@@ -21,10 +21,11 @@ def test_directions_are_each_others_mirror_image_though_no_face_shows_both() -> 
     assert symmetric_pairs(names).tolist() == [[2, 3]]
 
 
+@pytest.mark.parametrize("eye", ["eyeLook", "EyeLook", "Eye_Look_", "EYE_LOOK_"])
 @pytest.mark.parametrize("left, right", [("Left", "Right"), ("_L", "_R")])
-def test_both_eyes_turn_to_one_side_up_and_down(left: str, right: str) -> None:
+def test_both_eyes_turn_to_one_side_up_and_down(left: str, right: str, eye: str) -> None:
     ways = ("Out", "In", "Up", "Down")
-    names = tuple(f"eyeLook{way}{side}" for side in (left, right) for way in ways)
+    names = tuple(f"{eye}{way}{side}" for side in (left, right) for way in ways)
     assert gaze_pairs(("jawOpen", *names)).tolist() == [[1, 6], [2, 5], [3, 7], [4, 8]]
 
 

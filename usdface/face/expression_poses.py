@@ -12,13 +12,14 @@ are data: poses of blend shapes or of action units, from a file.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from types import MappingProxyType
 
 import numpy as np
 
 from usdface.errors import InputError
 from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit, NamingConvention
+from usdface.face.shape_names import shape_key
 from usdface.findings import Finding, finding
 from usdface.setup.expression import Expression
 
@@ -54,17 +55,17 @@ EMOTIONS: dict[str, dict[int, float]] = {
     "surprise": {1: 1.0, 2: 1.0, 5: 0.6, 26: 0.7},
 }
 
-# Names of blend shapes, of artists, VRM 1.0 ("happy"), VRM 0.x ("sorrow", "fun") and
-# VRoid ("Fcl_ALL_Joy"). Those beyond the six count only where a rig has them.
+# Names of blend shapes without their spelling, of artists, VRM 1.0 ("happy"), VRM 0.x ("sorrow",
+# "fun") and VRoid ("Fcl_ALL_Joy"). Those beyond the six count only where a rig has them.
 NAMED: dict[str, tuple[str, ...]] = {
-    "joy": ("joy", "joyful", "happy", "happiness", "fcl_all_joy"),
-    "sadness": ("sadness", "sad", "sorrow", "fcl_all_sorrow"),
-    "anger": ("anger", "angry", "fcl_all_angry"),
+    "joy": ("joy", "joyful", "happy", "happiness", "fclalljoy"),
+    "sadness": ("sadness", "sad", "sorrow", "fclallsorrow"),
+    "anger": ("anger", "angry", "fclallangry"),
     "fear": ("fear", "fearful", "afraid", "scared"),
     "disgust": ("disgust", "disgusted"),
-    "surprise": ("surprise", "surprised", "fcl_all_surprised"),
+    "surprise": ("surprise", "surprised", "fclallsurprised"),
     "contempt": ("contempt", "contemptuous"),
-    "relaxed": ("relaxed", "fun", "fcl_all_fun"),
+    "relaxed": ("relaxed", "fun", "fclallfun"),
 }
 
 
@@ -74,9 +75,9 @@ def expressions_for(
 ) -> tuple[tuple[Expression, ...], list[Finding]]:
     """Return the expression poses of a rig.
 
-    Poses that are `given` go first. A shape named after the emotion (`NAMED`, in any case; of
-    several the first there) is the pose; otherwise it is composed of action units, in the naming
-    convention of most of the rig's names.
+    Poses that are `given` go first. A shape named after the emotion (`NAMED`; of several the first
+    there) is the pose; otherwise it is composed of action units, in the naming convention of most
+    of the rig's names. Names are read in any spelling, as `usdface.face.shape_names` does.
 
     Parameters
     ----------
@@ -94,25 +95,25 @@ def expressions_for(
         EXPRESSION_UNKNOWN for each that is left out, SHAPE_UNKNOWN for each without some of its
         units or blend shapes.
     """
-    convention = _convention(tuple(shape_names))
-    spelt: dict[str, list[str]] = {}
+    shapes = _known_shapes(tuple(shape_names))
+    spelt: dict[tuple[str, str], list[str]] = {}
     for name in sorted(shape_names):
-        spelt.setdefault(name.lower(), []).append(name)
+        spelt.setdefault(shape_key(name), []).append(name)
     expressions, findings = [], []
     for emotion in NAMED:
-        named = [name for word in NAMED[emotion] for name in spelt.get(word, ())]
+        named = [name for word in NAMED[emotion] for name in spelt.get((word, ""), ())]
         if emotion in given or not (named or emotion in EMOTIONS):
             continue
         if named:
             expressions.append(Expression(emotion, (named[0],), np.ones(1)))
             continue
         units = {ActionUnit(unit): strength for unit, strength in EMOTIONS[emotion].items()}
-        shown, new_findings = _composed(ActionPose(emotion, units), convention, shape_names)
+        shown, new_findings = _composed(ActionPose(emotion, units), shapes)
         expressions += shown
         findings += new_findings
     for pose in given.values():
         if isinstance(pose, ActionPose):
-            shown, new_findings = _composed(pose, convention, shape_names)
+            shown, new_findings = _composed(pose, shapes)
             expressions += shown
             findings += new_findings
         elif pose is not None:
@@ -132,48 +133,86 @@ def expressions_for(
 def units_of(shape_names: Sequence[str]) -> Mapping[str, frozenset[int]]:
     """Return the action units of each blend shape; blend shapes without any are left out.
 
-    In the naming convention of most of the names.
+    In the naming convention of most of the names, in any spelling.
     """
     return _units_of(tuple(shape_names))
 
 
 @lru_cache(maxsize=8)
 def _units_of(shape_names: tuple[str, ...]) -> Mapping[str, frozenset[int]]:
-    convention, known = _convention(shape_names), set(shape_names)
+    shapes = _known_shapes(shape_names)
     units: dict[str, set[int]] = {}
-    for unit in convention.units:
-        for name, _ in convention.names(ActionUnit(unit)):
-            if name in known:
-                units.setdefault(name, set()).add(unit)
+    for unit in shapes.convention.units:
+        for name, _ in shapes.of_unit(ActionUnit(unit)):
+            units.setdefault(name, set()).add(unit)
     return MappingProxyType({name: frozenset(own) for name, own in units.items()})
 
 
 def composed_pose(units: Mapping[int, float], shape_names: Sequence[str]) -> Expression | None:
     """Return action units with their strengths as a pose; None where a rig lacks half of them."""
     pose = ActionPose("units", {ActionUnit(unit): share for unit, share in units.items()})
-    made, _ = _composed(pose, _convention(tuple(shape_names)), shape_names)
+    made, _ = _composed(pose, _known_shapes(tuple(shape_names)))
     return made[0] if made else None
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _KnownShapes:
+    """The blend shapes of a rig that a naming convention knows.
+
+    `spelt` has the rig's own name for each name of the convention that it has.
+    """
+
+    convention: NamingConvention
+    spelt: Mapping[str, str]
+
+    def of_unit(self, unit: ActionUnit) -> list[tuple[str, float]]:
+        """Return the rig's blend shapes of a unit, with their weights."""
+        named = self.convention.names(unit)
+        return [(self.spelt[name], weight) for name, weight in named if name in self.spelt]
+
+
 @lru_cache(maxsize=8)
-def _convention(shape_names: tuple[str, ...]) -> NamingConvention:
-    """Return the naming convention of most of the names."""
-    return max(NAMING_CONVENTIONS, key=lambda convention: len(_known(convention, shape_names)))
+def _known_shapes(shape_names: tuple[str, ...]) -> _KnownShapes:
+    """Return the blend shapes of the naming convention of most of the names."""
+    found = (
+        _KnownShapes(convention, _spelt(keys, shape_names))
+        for convention, keys in zip(NAMING_CONVENTIONS, _convention_keys(), strict=True)
+    )
+    return max(found, key=lambda shapes: len(set(shapes.spelt.values())))
 
 
-def _known(convention: NamingConvention, shape_names: Sequence[str]) -> set[str]:
-    names = {name for unit in convention.units for name, _ in convention.names(ActionUnit(unit))}
-    return names & set(shape_names)
+def _spelt(keys: Mapping[str, tuple[str, str]], shape_names: Sequence[str]) -> dict[str, str]:
+    """Return the rig's name for each name of a convention that it has in any spelling.
+
+    Of a rig with several spellings of one name, those of the convention count, as artists mean
+    these; without any, the first by the alphabet, so that a pose does not move the skin twice.
+    """
+    own: dict[tuple[str, str], str] = {}
+    for name in sorted(shape_names, key=lambda name: (name not in keys, name)):
+        own.setdefault(shape_key(name), name)
+    there = set(shape_names)
+    return {name: name if name in there else own[key] for name, key in keys.items() if key in own}
 
 
-def _composed(
-    pose: ActionPose, convention: NamingConvention, shape_names: Sequence[str]
-) -> tuple[list[Expression], list[Finding]]:
+@cache
+def _convention_keys() -> tuple[Mapping[str, tuple[str, str]], ...]:
+    """Return the `shape_key` of every name of each of `NAMING_CONVENTIONS`."""
+    return tuple(
+        {
+            name: shape_key(name)
+            for unit in convention.units
+            for name, _ in convention.names(ActionUnit(unit))
+        }
+        for convention in NAMING_CONVENTIONS
+    )
+
+
+def _composed(pose: ActionPose, shapes: _KnownShapes) -> tuple[list[Expression], list[Finding]]:
     """Return the pose as weights of shapes, unless the rig cannot show half of its units."""
     weights: dict[str, float] = {}
     missing = []
     for unit, strength in pose.units.items():
-        shown = [(n, w) for n, w in convention.names(unit) if n in shape_names]
+        shown = shapes.of_unit(unit)
         for name, weight in shown:
             weights[name] = max(weights.get(name, 0.0), round(strength * weight, 6))
         if not shown:
