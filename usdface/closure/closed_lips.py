@@ -79,12 +79,15 @@ def close_lips(
     tolerance = max(face.tolerance, _LEAST_TOLERANCE)
     near = near_pins[:, gaps.evaluator.moving].max(axis=1, initial=0.0)
     # Near a pin the limit widens, to none at the pin.
+    as_solved = gaps.opened(solved.weights)
     with np.errstate(divide="ignore"):
-        largest = largest_gaps(distances, gaps.opened(solved.weights), tolerance, solved.times) / (
+        largest = largest_gaps(distances, as_solved, tolerance, solved.times) / (
             1.0 - near[:, None]
         )
     closed = touching_lips(weights, largest, gaps)
-    closed = as_open_as_seen(weights, closed, largest, distances.seen, gaps, tolerance)
+    closed = as_open_as_seen(
+        weights, closed, largest, distances.seen, gaps, tolerance, solved=as_solved
+    )
     before, after = gaps.opened(weights), gaps.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
     findings = _told("LIPS_CLOSED", _CLOSED, before - after)

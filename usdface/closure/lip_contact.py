@@ -171,6 +171,8 @@ def as_open_as_seen(
     seen: FloatArray,
     gaps: LipGaps,
     tolerance: float,
+    *,
+    solved: FloatArray,
 ) -> FloatArray:
     """Return the part of a closure after which the lips are as near as the markers show overall.
 
@@ -187,11 +189,15 @@ def as_open_as_seen(
     gaps : LipGaps
     tolerance : float [m]
         Of a contact.
+    solved : (F, K) float64 [m]
+        By how much the lips are open as solved: places that a first closure brought nearer than
+        they are seen count as too narrow in a second one, too, which would else do a further part.
     """
     before, after = gaps.opened(weights), gaps.opened(closed)
     beyond = np.maximum(seen - tolerance, 0.0)
     open_by = beyond**2 / (beyond + _WIDENS * tolerance)
-    least = np.where(beyond > 0.0, np.minimum(before, open_by), -np.inf)
+    at_first = np.maximum(before, solved)
+    least = np.where(beyond > 0.0, np.minimum(at_first, open_by), -np.inf)
     frames = np.flatnonzero((after < least).any(axis=1))
     low, high = np.zeros(len(frames)), np.ones(len(frames))
     start, way = before[frames], (before - after)[frames]
