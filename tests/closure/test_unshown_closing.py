@@ -107,6 +107,23 @@ def test_what_was_opened_stays_in_a_second_run_by_the_same_solve() -> None:
     np.testing.assert_allclose(again, once, atol=1e-12, rtol=0)
 
 
+@pytest.mark.parametrize("factor", [0.5, 1.0, 2.0])
+@pytest.mark.parametrize("signal", [0.0, 0.1])
+def test_an_eye_is_opened_once(factor: float, signal: float) -> None:
+    """Markers that show a part of a closing lower it to that part, not in each run further."""
+    solved = np.stack([0.4 * HILL, NONE, HILL], axis=1)
+    exaggerated = solved * [factor, factor, 1.0]
+    shown = shown_closing(np.stack([signal * HILL, NONE], axis=1), None, STEP)
+    runs = [exaggerated]
+    for _ in range(2):
+        opened_once = without_unshown_closing(
+            runs[-1], solved, shown, GAPS, FREE, exaggerated=exaggerated
+        )
+        runs.append(opened_once)
+    assert (runs[0] - runs[1]).max() > 0.02
+    np.testing.assert_allclose(runs[2], runs[1], atol=1e-12, rtol=0)
+
+
 def test_a_weight_that_is_solved_next_to_0_stays() -> None:
     solved = np.full((len(TIMES), 3), 1e-310)
     corrected = np.full((len(TIMES), 3), 0.5)

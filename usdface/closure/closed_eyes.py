@@ -74,6 +74,8 @@ def close_eyes(
     near_pins: FloatArray,
     gaps: Mapping[Eye, LidGaps],
     blink: FloatArray | None = None,
+    *,
+    exaggerated: FloatArray | None = None,
 ) -> ClosedEyes | None:
     """Complete the blinks of a take, and part lids that cross.
 
@@ -92,6 +94,8 @@ def close_eyes(
         Of the T blend shapes.
     blink : (F,) float64, optional
         `usdface.takes.MarkerTake.blink`: blinks that the markers do not show are closed, too.
+    exaggerated : (F, T) float64, optional
+        Weights after exaggeration, before correction; those of `solved`, if left out.
 
     Returns
     -------
@@ -123,7 +127,9 @@ def close_eyes(
     closed = weights
     if solution:  # lids and gaze of a take of weights are measured, not solved from markers
         shown = shown_closing(signal, alone, frame_step(solved.times))
-        closed = without_unshown_closing(weights, solved.weights, shown, gaps, near_pins)
+        closed = without_unshown_closing(
+            weights, solved.weights, shown, gaps, near_pins, exaggerated=exaggerated
+        )
         findings += opened_findings(weights, closed, gaps)
         closed = without_glances(closed, solved.times, solved.names, closings, near_pins)
     for eye, own in gaps.items():

@@ -70,19 +70,27 @@ def without_unshown_closing(
     shown: ShownClosing,
     gaps: Mapping[Eye, LidGaps],
     near_pins: FloatArray,
+    *,
+    exaggerated: FloatArray | None = None,
 ) -> FloatArray:
     """Return weights (F, T) that close an eye as far as its markers show, or as the other eye is.
+
+    Weights are lowered in proportion, but not below the other eye's, nor below where those before
+    the correction end: so a second run on the result leaves it, unless the correction had closed
+    the eye further.
 
     Parameters
     ----------
     weights : (F, T) float64
-        Exaggerated and corrected: they are lowered in proportion, but not below the other eye's.
+        Exaggerated and corrected.
     solved : (F, T) float64
         As the performer shows them.
     shown : ShownClosing
     gaps : mapping of "left", "right" to LidGaps
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`: pinned weights stay.
+    exaggerated : (F, T) float64, optional
+        The solved weights with their exaggeration, before the correction; `solved`, if left out.
     """
     closers = [gaps[eye].closer for eye in EYES if eye in gaps]
     if len(set(closers)) < 2:
@@ -91,11 +99,13 @@ def without_unshown_closing(
     least = np.minimum(both, np.maximum(shown.most, both[:, ::-1]) + _HARDLY)
     kept = both + (1.0 - near_pins[:, closers]) * (least - both)
     own, lowered = weights[:, closers], kept < both
-    size = np.divide(own, both, out=np.ones(both.shape), where=lowered)
+    before = both if exaggerated is None else exaggerated[:, closers]
+    size = np.divide(np.maximum(own, before), both, out=np.ones(both.shape), where=lowered)
+    shown_by = np.minimum(own, size * kept)
     # As far as the other eye is, also where the correction closes both.
     least = np.minimum(own, own[:, ::-1] + _HARDLY)
     opened = weights.copy()
-    opened[:, closers] = np.where(lowered, np.maximum(size * kept, least), own)
+    opened[:, closers] = np.where(lowered, np.maximum(shown_by, least), own)
     return opened
 
 
