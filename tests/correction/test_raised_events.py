@@ -1,5 +1,7 @@
 """Raising: held where the performance is held, once, and only where the face shows the pose."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -52,6 +54,17 @@ def test_raising_twice_by_the_same_outputs_is_raising_once() -> None:
     weights = 0.5 * CURVE[:, None] * POSE
     once = weights + raised(weights, 0.5 * CURVE)
     assert raised(once, 0.5 * CURVE).max() < 1e-12
+
+
+def test_what_was_raised_in_part_goes_on_towards_the_pose() -> None:
+    """By partial evidence of the mouth, which is more in the raised weights."""
+    weights = 0.5 * CURVE[:, None] * POSE * [1.0, 0.62, 1.0]
+    runs = [weights]
+    for _ in range(8):
+        runs.append(runs[-1] + raised(runs[-1], 0.5 * CURVE))
+    steps = [float(np.abs(b - a).max()) for a, b in pairwise(runs)]
+    assert steps[0] > 0.05 and steps[1] > 0.02 and steps[-1] < 0.01
+    assert (runs[-1][INSIDE] < POSE + 0.01).all()
 
 
 def test_a_region_at_rest_keeps_the_expression_out_of_the_others() -> None:
