@@ -139,7 +139,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "FRAMES_RENUMBERED": (
         "info",
         "nothing",
-        "the first frame of the take is not the first one of the footage",
+        "the first frame of the take is not the first one of the footage or the recording",
     ),
     "IMAGE_SIZE_UNKNOWN": (
         "info",

@@ -167,8 +167,11 @@ def test_rows_of_a_lost_face_are_left_out(read):
     kept = np.delete(seconds, [0, 50, 51])
     np.testing.assert_allclose(take.times, kept - kept[0], atol=1e-4)
     assert take.start_timecode == "00:00:00:02.000"
-    assert codes(findings) == ["FRAME_EMPTY", "CHANNEL_IGNORED", "FRAMES_DROPPED"]
-    assert "3 of 90" in findings[0].message
+    expected = ["FRAME_EMPTY", "FRAMES_RENUMBERED", "CHANNEL_IGNORED", "FRAMES_DROPPED"]
+    assert codes(findings) == expected
+    assert "3 of 90" in findings[0].message and "row 2 of" in findings[1].message
+    _, findings = read(livelink_text(seconds, empty=(50,)))
+    assert codes(findings)[:2] == ["FRAME_EMPTY", "CHANNEL_IGNORED"]  # the first has its time
 
 
 @pytest.mark.parametrize("missing", ["", "NaN", "null", "inf"])

@@ -116,7 +116,12 @@ def _rows_with_weights(
         empty,
         len(rows),
     )
-    return kept, weights[tracked], [found]
+    first = int(tracked.argmax())
+    if not first:
+        return kept, weights[tracked], [found]
+    message = "time 0 is row {frame_number:g} of the file, as the face was lost in those before it"
+    later = finding("FRAMES_RENUMBERED", str(path), message, first + 1)
+    return kept, weights[tracked], [found, later]
 
 
 def _columns_with_weights(
