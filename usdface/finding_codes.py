@@ -589,6 +589,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "the character looks to the side; it is solved as if it looked along +z",
     ),
+    "NEUTRAL_REMOVED": (
+        "info",
+        "name_neutral",
+        "what a take of weights shows in the neutral frames is taken off the whole take",
+    ),
     "NEUTRAL_FOUND": ("info", "look_at_frames", "neutral frames were detected"),
     # retarget
     "NEUTRAL_ASSUMED": (

@@ -14,6 +14,7 @@ from usdface.face.dot_skin import DotSkin
 from usdface.face.driven_shapes import rename_weights
 from usdface.face.fitted_setup import fit_setup
 from usdface.face.marker_surface import MarkerSurface
+from usdface.face.weights_from_neutral import weights_from_neutral
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.progress import Progress
@@ -177,7 +178,9 @@ def recorded_weights(
     take: WeightsTake, face: BoundFace, setup: RetargetSetup
 ) -> tuple[WeightsTake, list[Finding]]:
     """Return a take of weights on the rig's blend shapes, with its pins and combination shapes."""
-    weights, findings = rename_weights(take, face.rig_shapes, setup.curves)
+    take, findings = weights_from_neutral(take, setup)
+    weights, new_findings = rename_weights(take, face.rig_shapes, setup.curves)
+    findings += new_findings
     pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
     combined = with_combinations(face.mesh, weights.names, pinned)
     return replace(weights, weights=combined), findings

@@ -69,6 +69,17 @@ def test_joints_of_the_eyes_and_a_factor_on_their_turns() -> None:
     assert "eyes" not in json.loads(bind_json(RetargetSetup(Binding(("a",), np.array([1])))))
 
 
+def test_a_neutral_says_whether_it_is_taken_off() -> None:
+    neutral = {"start": 3, "end": 9, "removed": False}
+    setup = setup_of_json({"markers": {}, "neutral": neutral}, "bind.json")
+    assert setup.neutral_removed is False
+    assert json.loads(bind_json(setup))["neutral"] == neutral
+    unsaid = setup_of_json({"markers": {}, "neutral": {"start": 3, "end": 9}}, "bind.json")
+    assert unsaid.neutral_removed is None
+    with pytest.raises(InputError, match='"removed" of "neutral" is 1'):
+        setup_of_json({"markers": {}, "neutral": neutral | {"removed": 1}}, "bind.json")
+
+
 @pytest.mark.parametrize(
     "eyes",
     [

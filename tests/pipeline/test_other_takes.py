@@ -100,8 +100,10 @@ def test_neutral_frames_of_a_recorded_head_are_named_and_checked(tmp_path: Path)
     shot = read_shot(open_stage(folder / "shot.usda"), "shot.usda")[0].shot
     assert shot.setup.neutral == (20, 30)
     assert main([*map(str, ["shot", *files]), "--neutral", "20", "400"]) == 1
-    # Nothing to look for a rest in: the first frame, as is told.
-    assert "NEUTRAL_ASSUMED" in codes_in(report(tmp_path, "shot", *files, "--neutral", "auto"))
+    found = codes_in(report(tmp_path, "shot", *files, "--neutral", "auto"))
+    assert "NEUTRAL_FOUND" in found and "NEUTRAL_ASSUMED" not in found
+    shot = read_shot(open_stage(folder / "shot.usda"), "shot.usda")[0].shot
+    assert shot.setup.neutral_removed
 
 
 def test_a_wrong_blend_shape_is_refused_with_its_file(

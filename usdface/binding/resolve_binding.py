@@ -21,6 +21,7 @@ from usdface.face.bound_face import bound_face
 from usdface.face.curves_by_unit import curves_by_unit
 from usdface.face.driven_shapes import rename_weights, undecided, unknown_curves
 from usdface.face.fitted_setup import check_vertices
+from usdface.face.weights_from_neutral import resting_frames
 from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
 from usdface.retarget.usable_markers import unknown_marker
@@ -129,10 +130,11 @@ def resolve_binding(
     """
     mesh = _bound_mesh(character, take, given)
     if not isinstance(take, MarkerTake):
+        named = given is not None and not given.neutral_assumed
         setup = _requested(given or unbound(take), options)
         check_frames(take, setup.neutral, setup.peaks)
         try:
-            return _of_weights(take, character, mesh, setup)
+            return _of_weights(take, character, mesh, setup, named, options)
         except InputError as error:
             raise InputError(f"{source}: {error}" if source else str(error), error.code) from error
     other_take = ""
@@ -197,19 +199,31 @@ def _bound_mesh(
 
 
 def _of_weights(
-    take: WeightsTake, character: Rig, mesh: Mesh, setup: RetargetSetup
+    take: WeightsTake,
+    character: Rig,
+    mesh: Mesh,
+    setup: RetargetSetup,
+    named: bool,
+    options: BindOptions,
 ) -> ResolvedBinding:
     """Return the binding of a take of weights, whose curves go by name, by unit or as told.
 
-    Its neutral frames are not looked for: only a recorded head is measured from them.
+    Its neutral frames are looked for only where the options say so; where they are named or found,
+    the weights count from what they show.
     """
+    found = options.neutral == "auto"
+    if found:
+        setup = replace(setup, neutral=resting_frames(take), neutral_assumed=False)
+    if setup.neutral_removed is None:
+        named = (named or options.neutral is not None) and setup.neutral is not None
+        setup = replace(setup, neutral_removed=named)
     names = character.shape_names
     by_unit = curves_by_unit(*undecided(take.names, names, setup.curves), setup.curves)
     setup = replace(setup, curves={**setup.curves, **by_unit})
     rename_weights(take, names, setup.curves)  # refused now, and not when it is played
     if not setup.binding.markers and take.head is None:
         setup = replace(setup, neutral_assumed=False)  # nothing is measured from it
-    return ResolvedBinding(mesh, setup, by_unit=tuple(by_unit))
+    return ResolvedBinding(mesh, setup, neutral_found=found, by_unit=tuple(by_unit))
 
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:

@@ -32,6 +32,7 @@ __all__ = [
     "read_head",
     "read_map",
     "read_neutral",
+    "read_neutral_removed",
     "read_neutral_weights",
     "read_origin",
     "read_peaks",
@@ -40,7 +41,7 @@ __all__ = [
 ]
 
 _EYES_KEYS = frozenset(("joints", "turn"))
-_NEUTRAL_KEYS = frozenset(("start", "end", "weights"))
+_NEUTRAL_KEYS = frozenset(("start", "end", "removed", "weights"))
 _Options = TypeVar("_Options", MapOptions, SolveOptions)
 _Switches = TypeVar("_Switches", CleanOptions, ClosureOptions)
 
@@ -135,6 +136,16 @@ def read_neutral(value: object, where: str) -> tuple[int, int] | None:
     raise InputError(
         f'{where}: "neutral" is {value!r}; expected {{"start": frame, "end": frame}} or "rig"',
         "SCHEMA_BROKEN",
+    )
+
+
+def read_neutral_removed(value: object, where: str) -> bool | None:
+    """Read whether "neutral" is taken off a take of weights; None where it is not said."""
+    removed = value.get("removed") if isinstance(value, dict) else None
+    if removed is None or isinstance(removed, bool):
+        return removed
+    raise InputError(
+        f'{where}: "removed" of "neutral" is {removed!r}; expected true or false', "SCHEMA_BROKEN"
     )
 
 

@@ -18,12 +18,13 @@ ones do; those that are "unsure" are not bound. `head` is
 and the right eye by the gaze curves of a take of weights, and a factor on the turns; `neutral` is
 in frame indices of the take, or "rig" where the take's neutral is the rig's own neutral mesh, in
 the same space; its "weights" are those of blend shapes that the performer shows in the neutral
-frames, which the solve finds where none are given; `peaks` are frame indices of strong expressions,
-by which places are proposed; `map` and `solve` override `usdface.options`. A map whose kernel,
-radius or smoothing is named is not chosen, unless its `choice` says "auto"; a solve whose agility
-is named does not learn how weights move, unless its `prior` says "learned". `exaggeration` has
-factors on the solved weights, of the face and of its regions "brows", "eyes" and "mouth", or is one
-number for the face.
+frames, which the solve finds where none are given, and "removed" says whether a take of weights
+counts from what it shows there, as it does where they are named; `peaks` are frame indices of
+strong expressions, by which places are proposed; `map` and `solve` override `usdface.options`. A
+map whose kernel, radius or smoothing is named is not chosen, unless its `choice` says "auto"; a
+solve whose agility is named does not learn how weights move, unless its `prior` says "learned".
+`exaggeration` has factors on the solved weights, of the face and of its regions "brows", "eyes" and
+"mouth", or is one number for the face.
 `made_with`, written by usdface, tells the mesh and the take: another mesh is refused, neutral and
 peak frames are not carried to another take. `fingerprint` tells whether a person edited a file that
 usdface wrote (`usdface.io.json_fingerprint`); it is not read.
@@ -47,6 +48,7 @@ from usdface.io.bind_entries import (
     read_head,
     read_map,
     read_neutral,
+    read_neutral_removed,
     read_neutral_weights,
     read_origin,
     read_peaks,
@@ -149,6 +151,7 @@ def setup_of_json(document: object, where: str) -> RetargetSetup:
         **read_eyes(document.get("eyes", {}), where),
         neutral=read_neutral(document.get("neutral", {"start": 0, "end": 0}), where),
         neutral_assumed="neutral" not in document,
+        neutral_removed=read_neutral_removed(document.get("neutral"), where),
         neutral_weights=read_neutral_weights(document.get("neutral"), where),
         peaks=read_peaks(document.get("peaks", []), where),
         nose_tip=expect(document.get("nose_tip", ""), str, '"nose_tip" as a marker name'),
@@ -206,7 +209,8 @@ def _neutral_entry(setup: RetargetSetup) -> object:
         return "rig"
     start, end = setup.neutral
     weights = {"weights": dict(setup.neutral_weights)} if setup.neutral_weights else {}
-    return {"start": start, "end": end} | weights
+    removed = {} if setup.neutral_removed is None else {"removed": setup.neutral_removed}
+    return {"start": start, "end": end} | removed | weights
 
 
 def _places(binding: Binding) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from usdface.face.driven_shapes import undecided
 from usdface.face.eye_joints import eye_joints, is_turned_by_shapes
 from usdface.face.gaze_curves import Side, gaze_angles, is_gaze_curve
 from usdface.face.shape_names import shape_key
+from usdface.face.weights_from_neutral import weights_from_neutral
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.head_joint import face_joint
@@ -76,7 +77,7 @@ def recorded_eyes(
 def _angles(take: MarkerTake | WeightsTake, setup: RetargetSetup) -> dict[Side, FloatArray]:
     """Return yaw and pitch (F, 2) [rad] of each recorded eye."""
     if isinstance(take, WeightsTake):
-        return gaze_angles(take.names, take.weights)
+        return gaze_angles(take.names, weights_from_neutral(take, setup)[0].weights)
     gaze = recorded_gaze(take, setup)
     if gaze is None:
         return {}

@@ -101,6 +101,7 @@ __all__ = [
     "MOUTH_SHAPES",
     "NEUTRAL_MODE",
     "NEUTRAL_RANGE",
+    "NEUTRAL_REMOVED",
     "NEUTRAL_RULE",
     "NEUTRAL_SHAPES",
     "NEUTRAL_WEIGHTS",
@@ -204,6 +205,7 @@ ROLES_NAMES: Final = "usdface:roles:names"
 ROLES_MARKERS: Final = "usdface:roles:markers"
 NEUTRAL_MODE: Final = "usdface:neutral:mode"
 NEUTRAL_RANGE: Final = "usdface:neutral:range"
+NEUTRAL_REMOVED: Final = "usdface:neutral:removed"
 NEUTRAL_SHAPES: Final = "usdface:neutral:shapes"
 NEUTRAL_WEIGHTS: Final = "usdface:neutral:weights"
 CURVES_NAMES: Final = "usdface:curves:names"

@@ -56,6 +56,9 @@ class RetargetSetup:
         rig's own neutral mesh, in the same space.
     neutral_assumed : bool
         `neutral` is a default: the frames were neither named nor searched for.
+    neutral_removed : bool or None
+        A take of weights counts from what it shows in the neutral frames; None = where they are
+        named.
     neutral_weights : mapping of str to float
         Blend shape weights of the character that the performer shows in the neutral frames, a
         little open mouth say; those not named are 0, or as `calibration` says. With none the solve
@@ -104,6 +107,7 @@ class RetargetSetup:
     eye_turn: float = 1.0
     neutral: tuple[int, int] | None = (0, 0)
     neutral_assumed: bool = False
+    neutral_removed: bool | None = None
     neutral_weights: Mapping[str, float] = field(default_factory=dict)
     peaks: tuple[int, ...] = ()
     nose_tip: str = ""

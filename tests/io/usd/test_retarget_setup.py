@@ -27,6 +27,7 @@ SETUPS = [
         move_head=True,
         eye_joints=("head/eyeL", "head/eyeR"),
         eye_turn=0.25,
+        neutral_removed=True,
         neutral=(4, 40),
         nose_tip="a",
         roles={"lip_lower": "b", "chin": "c"},

@@ -79,6 +79,8 @@ def write_setup(
     mode = "rig" if setup.neutral is None else "frames"
     author(prim, tokens.NEUTRAL_MODE, _NAMES.Token, mode)
     author(prim, tokens.NEUTRAL_RANGE, _NAMES.Int2, Gf.Vec2i(*(setup.neutral or (0, 0))))
+    if setup.neutral_removed:
+        author(prim, tokens.NEUTRAL_REMOVED, _NAMES.Bool, True)
     if setup.neutral_weights:
         shapes, weights = zip(*setup.neutral_weights.items(), strict=True)
         author(prim, tokens.NEUTRAL_SHAPES, _NAMES.TokenArray, Vt.TokenArray(shapes))
@@ -201,6 +203,7 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
             eye_joints=_strings(prim, tokens.EYE_JOINTS),
             eye_turn=float(_value(prim, tokens.EYE_TURN, 1.0)),
             neutral=None if neutral == "rig" else (int(start), int(end)),
+            neutral_removed=_switch(prim, tokens.NEUTRAL_REMOVED, False),
             neutral_weights=dict(zip(shown, weights.tolist(), strict=True)),
             curves=_read_curves(prim),
             peaks=tuple(int(frame) for frame in _value(prim, tokens.PEAKS, ())),
