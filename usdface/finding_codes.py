@@ -589,6 +589,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "the character looks to the side; it is solved as if it looked along +z",
     ),
+    "NEUTRAL_KEPT": (
+        "info",
+        "name_neutral",
+        "a take of weights is not at rest where it shows least, and no neutral is taken off it",
+    ),
     "NEUTRAL_REMOVED": (
         "info",
         "name_neutral",

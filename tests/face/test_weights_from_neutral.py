@@ -3,7 +3,7 @@ import pytest
 from worlds import make_world
 
 import usdface
-from usdface.face.weights_from_neutral import resting_frames, weights_from_neutral
+from usdface.face.weights_from_neutral import rest_kept, resting_frames, weights_from_neutral
 from usdface.options import BindOptions
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
@@ -63,3 +63,11 @@ def test_frames_that_are_named_or_found_are_taken_off(options: BindOptions, rest
     np.testing.assert_allclose(result.weights.column("jawOpen")[30], rest, atol=1e-9)
     codes = [found.code for found in result.findings]
     assert ("NEUTRAL_REMOVED" in codes) == (rest == 0.0)
+
+
+def test_a_rest_that_is_kept_is_told() -> None:
+    (found,) = rest_kept(recorded(), setup())
+    assert found.code == "NEUTRAL_KEPT" and list(found.values["curves"]) == ["jawOpen"]
+    assert rest_kept(recorded(), setup(neutral_removed=True)) == []
+    quiet = WeightsTake(NAMES, np.arange(90) / 30.0, np.full((90, 2), 0.05))
+    assert rest_kept(quiet, setup()) == []

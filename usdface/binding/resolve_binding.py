@@ -21,7 +21,7 @@ from usdface.face.bound_face import bound_face
 from usdface.face.curves_by_unit import curves_by_unit
 from usdface.face.driven_shapes import rename_weights, undecided, unknown_curves
 from usdface.face.fitted_setup import check_vertices
-from usdface.face.weights_from_neutral import resting_frames
+from usdface.face.weights_from_neutral import rest_kept, resting_frames
 from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
 from usdface.retarget.usable_markers import unknown_marker
@@ -258,6 +258,7 @@ def binding_findings(
     findings = [unknown_marker(name, unbound, source) for name in resolved.missing]
     if isinstance(take, WeightsTake):
         findings += unknown_curves(take, resolved.setup.curves, source or take.source)
+        findings += rest_kept(take, resolved.setup)
     if unbound and not resolved.proposal:  # intended, or an unfinished file
         message = (
             "{unbound_count} of {marker_count} markers are bound to no vertex: {markers}; "

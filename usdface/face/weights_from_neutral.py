@@ -8,14 +8,18 @@ from usdface.findings import Finding, finding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 
-__all__ = ["resting_frames", "weights_from_neutral"]
+__all__ = ["rest_kept", "resting_frames", "weights_from_neutral"]
 
 # Length of the frames that are found [s]: a phone's tracking noise is a few hundredths of a weight.
 _RESTING = 0.5
 # A weight in the neutral frames from which on it is named. By hand: below it nobody sees it.
 _NAMED = 0.03
+# ... and from which on neutral frames are worth a word: lips that are 0.14 of a funnel are 1.5 to
+# 2.1 mm apart on two faces.
+_WORTH = 0.1
 # Weights that are up in the neutral frames by more are no rest: they would be amplified too much.
 _MOST = 0.5
+_FEWEST = 60  # frames: a shorter take may rest nowhere
 _ROUNDING = 1e-9  # of times [s]
 
 
@@ -47,6 +51,23 @@ def weights_from_neutral(
         )
         findings = [finding("NEUTRAL_REMOVED", take.source, message, names, float(rest.max()))]
     return replace(take, weights=weights), findings
+
+
+def rest_kept(take: WeightsTake, setup: RetargetSetup) -> list[Finding]:
+    """Return NEUTRAL_KEPT if a take that no neutral is taken off is up where it shows least."""
+    if setup.neutral_removed or len(take.times) < _FEWEST:
+        return []
+    first, last = resting_frames(take)
+    rest = take.weights[first : last + 1].mean(axis=0)
+    names = [take.names[i] for i in np.argsort(-rest, kind="stable") if rest[i] > _WORTH]
+    if not names:
+        return []
+    message = (
+        "where the take shows least, in frames {first_frame} to {last_frame}, {curves} are up to "
+        "{weight:.2f}; if the face rests there, `usdface shot --neutral auto` takes that off"
+    )
+    found = finding("NEUTRAL_KEPT", take.source, message, first, last, names, float(rest.max()))
+    return [found]
 
 
 def resting_frames(take: WeightsTake) -> tuple[int, int]:
