@@ -175,6 +175,17 @@ def test_a_frame_is_judged_by_the_best_fit_to_its_seen_coordinates() -> None:
         assert squares[place] * counts[place] == pytest.approx(left @ left)
 
 
+def test_rounds_find_what_is_occluded_once() -> None:
+    explained, observed, seen = a_take_with_gaps()
+    part = Unexplained.of(explained, seen, (1, 6))
+    noise = part.noise(observed)
+    windows = dict(part.windows)
+    assert set(windows) == {1, 6}
+    assert part.noise(2.0 * observed) == pytest.approx(2.0 * noise)
+    part.least_misfit(observed, noise)
+    assert all(part.windows[apart] is known for apart, known in windows.items())
+
+
 def test_white_noise_skips_gaps() -> None:
     values = 1e-3 * np.random.default_rng(14).normal(size=(2000, 3))
     values[::9] = np.nan

@@ -5,13 +5,14 @@ marker is no evidence of either: its coordinates are left out of each frame, whi
 of freedom, and their values are ignored.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.geometry.marker_spread import rms_radius
+from usdface.retarget.solver.hidden_directions import NOTHING, HiddenDirections
 from usdface.takes import frame_step
 from usdface.visibility_patterns import visibility_patterns
 
@@ -26,10 +27,6 @@ MOST = 0.9
 # 0.0363 and 0.0361 on MakeHuman's face, with 41 markers by 0.0365, 0.0347 and 0.0349, where a fifth
 # of the markers is occluded by 0.0249, 0.0249 and 0.0257.
 _UNTOLD = 0.3
-# Relative singular value below which directions count as 0: two blend shapes that move the markers
-# alike differ by the rounding of a file, 10 nm, and the rank must not depend on that. Head motions
-# are as long as a turn by a radian, so for blend shapes of the ICT face this is 6 micrometres.
-_NOTHING = 1e-5
 # Patterns of occlusion that are used, and numbers that are stored for them: bounds on time and
 # memory. Where a take has more, evenly spread frames are used.
 _PATTERNS = 400
@@ -107,18 +104,21 @@ class Unexplained:
         Coordinates that were observed.
     frames : (K,) int64
         Frames that are used.
-    alike : list of ((L,) int64, (R, H) float64)
-        Those of these frames in which the same coordinates are occluded, and an orthonormal basis
-        of the directions that these affect; empty if none is occluded.
+    hidden : HiddenDirections
+        What is occluded in these frames.
     apart : tuple of int
         After so many frames errors are independent (`frames_apart`).
+    windows : dict of int to _Windows
+        What is occluded in third differences, as far as noise has been measured: rounds measure
+        that of the same frames again.
     """
 
     basis: FloatArray
     seen: BoolArray
     frames: IntArray
-    alike: list[tuple[IntArray, FloatArray]]
+    hidden: HiddenDirections
     apart: tuple[int, ...] = (1,)
+    windows: dict[int, "_Windows"] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(
@@ -126,15 +126,16 @@ class Unexplained:
     ) -> "Unexplained":
         """Return the part beyond the span of `explained` (K, N), for coordinates `seen` (F, N)."""
         turned, values, _ = np.linalg.svd(explained.T, full_matrices=True)
-        rank = int((values > _NOTHING * values.max(initial=0.0)).sum())
+        rank = int((values > NOTHING * values.max(initial=0.0)).sum())
         basis = turned[:, rank:]
         if seen.all() or not basis.size:
-            return cls(basis, seen, np.arange(len(seen)), [], apart)
+            none = HiddenDirections.of(basis, np.ones_like(seen))
+            return cls(basis, seen, np.arange(len(seen)), none, apart)
         most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
         frames = np.flatnonzero(seen.any(axis=1))
         while len(visibility_patterns(seen[frames])[0]) > most:
             frames = frames[::2]
-        return cls(basis, seen, frames, _alike(basis, seen[frames]), apart)
+        return cls(basis, seen, frames, HiddenDirections.of(basis, seen[frames]), apart)
 
     @classmethod
     def beside_head(
@@ -169,14 +170,9 @@ class Unexplained:
         observed : (F, N) float64 [m]
             Displacements; any number where they were not seen.
         """
-        rest = observed[self.frames] @ self.basis
-        sums = (rest**2).sum(axis=1)
-        count = np.full(len(rest), rest.shape[1])
-        for frames, hidden in self.alike:
-            sums[frames] -= ((rest[frames] @ hidden) ** 2).sum(axis=1)
-            count[frames] -= hidden.shape[1]
+        sums, count = self.hidden.squares(observed[self.frames] @ self.basis)
         enough = count > 0
-        return sums[enough].clip(min=0.0) / count[enough], count[enough]
+        return sums[enough] / count[enough], count[enough]
 
     def noise(self, observed: FloatArray) -> float:
         """Estimate the noise of marker coordinates: standard deviation [m].
@@ -222,24 +218,26 @@ class Unexplained:
             rest[k * apart : len(rest) - (3 - k) * apart] for k in range(4)
         )
         differences = fourth - first + 3.0 * (second - third)
-        four = np.lib.stride_tricks.sliding_window_view(self.seen, 3 * apart + 1, axis=0)
-        windows: BoolArray = np.asarray(four[..., ::apart].all(axis=-1))
-        used = self.frames[self.frames < len(windows)]
-        used = used[windows[used].any(axis=1)]
-        differences, windows = differences[used], windows[used]
-        sums = (differences**2).sum(axis=1)
-        count = np.full(len(used), self.basis.shape[1])
-        for frames, hidden in [] if windows.all() else _alike(self.basis, windows):
-            sums[frames] -= ((differences[frames] @ hidden) ** 2).sum(axis=1)
-            count[frames] -= hidden.shape[1]
+        windows = self._windows_of(apart)
+        sums, count = windows.hidden.squares(differences[windows.frames])
         enough = count > 0
         if not enough.any():
             return None
         # A quantile of a sum of squares of as many normal numbers. The stillest of n frames is that
         # of 1 / (n + 1), so of few no smaller one can be told.
         share = 0.5 if apart == 1 else max(_STILL, 1.0 / (np.count_nonzero(enough) + 1))
-        variances = sums[enough].clip(min=0.0) / chdtri(count[enough], 1.0 - share)
+        variances = sums[enough] / chdtri(count[enough], 1.0 - share)
         return float(np.sqrt(np.quantile(variances, share, method="weibull") / _THIRD))
+
+    def _windows_of(self, apart: int) -> "_Windows":
+        """Return what third differences of frames that are `apart` show."""
+        if apart not in self.windows:
+            four = np.lib.stride_tricks.sliding_window_view(self.seen, 3 * apart + 1, axis=0)
+            seen: BoolArray = np.asarray(four[..., ::apart].all(axis=-1))
+            used = self.frames[self.frames < len(seen)]
+            used = used[seen[used].any(axis=1)]
+            self.windows[apart] = _Windows(used, HiddenDirections.of(self.basis, seen[used]))
+        return self.windows[apart]
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
         """Estimate by how much face and rig differ.
@@ -264,18 +262,9 @@ class Unexplained:
         return float(np.sqrt(max(untold, float(np.quantile(squares - of_noise, MOST)))))
 
 
-def _alike(basis: FloatArray, seen: BoolArray) -> list[tuple[IntArray, FloatArray]]:
-    """Sort frames (K, N) by their occluded coordinates.
+@dataclass(frozen=True, eq=False, slots=True)
+class _Windows:
+    """Third differences that are used: the first frame of each (K,), and what is occluded."""
 
-    Return them with an orthonormal basis (R, H) of the directions that these decide.
-    """
-    patterns, which = visibility_patterns(seen)
-    return [
-        (np.flatnonzero(which == k), _span(basis[~pattern].T)) for k, pattern in enumerate(patterns)
-    ]
-
-
-def _span(columns: FloatArray) -> FloatArray:
-    """Return an orthonormal basis of the columns (R, H): what is explained anyway adds none."""
-    directions, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    return np.asarray(directions[:, sizes > _NOTHING])
+    frames: IntArray
+    hidden: HiddenDirections

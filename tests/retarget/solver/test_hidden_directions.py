@@ -1,0 +1,36 @@
+"""Directions that occluded coordinates decide: exact, found once, and bounded in memory."""
+
+import numpy as np
+import pytest
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.retarget.solver import hidden_directions
+from usdface.retarget.solver.hidden_directions import HiddenDirections
+
+
+def a_space() -> tuple[FloatArray, BoolArray, FloatArray]:
+    """Return a basis of 18 of 24 dimensions, what 60 frames show of these, and points of it."""
+    rng = np.random.default_rng(8)
+    basis = np.linalg.qr(rng.normal(size=(24, 18)))[0]
+    seen = np.repeat(rng.random((60, 8)) > 0.3, 3, axis=1)
+    return basis, seen, rng.normal(size=(60, 18))
+
+
+def test_what_is_left_of_a_frame_is_beyond_its_occluded_directions() -> None:
+    basis, seen, rest = a_space()
+    sums, count = HiddenDirections.of(basis, seen).squares(rest)
+    for frame in range(60):
+        hidden = basis[~seen[frame]].T
+        left = rest[frame] - hidden @ np.linalg.lstsq(hidden, rest[frame], rcond=None)[0]
+        assert count[frame] == 18 - np.linalg.matrix_rank(hidden)
+        assert sums[frame] == pytest.approx(left @ left, abs=1e-12)
+
+
+def test_directions_are_found_once_as_far_as_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
+    basis, seen, rest = a_space()
+    kept = HiddenDirections.of(basis, seen)
+    monkeypatch.setattr(hidden_directions, "_KEPT", 1000)
+    found_again = HiddenDirections.of(basis, seen)
+    assert kept.kept is not None and found_again.kept is None
+    for one, two in zip(kept.squares(rest), found_again.squares(rest), strict=True):
+        np.testing.assert_array_equal(one, two)
