@@ -26,6 +26,33 @@ def test_what_is_left_of_a_frame_is_beyond_its_occluded_directions() -> None:
         assert sums[frame] == pytest.approx(left @ left, abs=1e-12)
 
 
+@pytest.mark.parametrize("leak", [0.0, 1e-8, 1e-6, 1e-4, 1e-2])
+@pytest.mark.parametrize("occluded", [4, 9, 20])
+def test_directions_below_the_rounding_of_a_file_are_none(leak: float, occluded: int) -> None:
+    """As by singular values, where three of the occluded coordinates are explained nearly."""
+    rng = np.random.default_rng(9)
+    explained = np.concatenate([np.eye(24)[:3], rng.normal(size=(3, 24))])
+    explained[:3, 3:] = leak * rng.normal(size=(3, 21))
+    basis = np.linalg.qr(explained.T, mode="complete")[0][:, 6:]
+    seen = (np.arange(24) >= occluded)[None]
+    rest = rng.normal(size=(1, 18))
+    sums, count = HiddenDirections.of(basis, seen).squares(rest)
+    directions, sizes, _ = np.linalg.svd(basis[~seen[0]].T)
+    rank = int((sizes > 1e-5).sum())
+    left = rest @ directions[:, rank:]
+    assert count == [18 - rank]
+    np.testing.assert_allclose(sums, (left**2).sum(axis=1), rtol=1e-9)
+
+
+def test_clear_directions_need_no_singular_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    basis, seen, rest = a_space()
+    basis[:3] = 0.0  # explained
+    expected = HiddenDirections.of(basis, seen).squares(rest)
+    monkeypatch.setattr(np.linalg, "svd", None)
+    for found, known in zip(HiddenDirections.of(basis, seen).squares(rest), expected, strict=True):
+        np.testing.assert_array_equal(found, known)
+
+
 def test_directions_are_found_once_as_far_as_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
     basis, seen, rest = a_space()
     kept = HiddenDirections.of(basis, seen)
