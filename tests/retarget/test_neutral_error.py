@@ -27,6 +27,34 @@ def test_noise_holds_back_where_weights_cannot_fall_below_0() -> None:
     assert not bootstrap_residual(rows, points, ~seen, times, held, solved[0.0]).any()
 
 
+def test_the_mean_of_the_drawn_noise_is_no_residual() -> None:
+    """Far from the bounds the ridge alone leaves a micrometre; the noise's mean is 20 of them."""
+    model = BlendShapeEvaluator(0.01 * np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]]))
+    points = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])
+    rows = TakeRows.of(points, model, 3, moving_head=False)
+    held, times = Regularisation(1e-4, 0.0, SolveOptions(mode="frame")), np.arange(40) / 30.0
+    iterate, seen = Iterate(np.full((40, 1), 0.5)), np.ones((40, 2), dtype=bool)
+    left = bootstrap_residual(rows, points, seen, times, held, iterate)
+    np.testing.assert_allclose(left, 0.0, atol=1.5e-6)
+
+
+def test_the_residual_of_a_mirrored_face_is_mirrored() -> None:
+    rng = np.random.default_rng(2)
+    points, mirror = rng.normal(size=(6, 3)), np.array([-1.0, 1.0, 1.0])
+    offsets = 0.01 * rng.normal(size=(3, 6, 3))
+    times, seen = np.arange(40) / 30.0, rng.random((40, 6)) > 0.2
+    held = Regularisation(1e-3, 0.0, SolveOptions())
+    weights = np.clip(rng.normal(size=(40, 3)), 0.0, 1.0)
+    found = []
+    for side in (1.0, mirror):
+        model = BlendShapeEvaluator((offsets * side).reshape(3, -1))
+        rows = TakeRows.of(points * side, model, 3, moving_head=True)
+        found.append(
+            side * bootstrap_residual(rows, points * side, seen, times, held, Iterate(weights))
+        )
+    np.testing.assert_allclose(found[0], found[1], atol=1e-8 * np.abs(found[0]).max())
+
+
 def test_a_correction_is_what_noise_and_misfit_leave_likely() -> None:
     """The posterior mean of each marker's error, without motions that the head may have made."""
     rng = np.random.default_rng(4)

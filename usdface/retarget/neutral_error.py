@@ -24,6 +24,7 @@ __all__ = ["bootstrap_residual", "neutral_correction"]
 # 5 frames by 0.390, 0.390, 0.397 and 0.411 (python -m benchmarks.known_answer). At a step
 # the rounding of a file could decide; from 0.5 to 1.5 it is as with a step at 1.
 _RESTING = (0.5, 1.5)
+_MIRROR = np.array([-1.0, 1.0, 1.0])
 
 
 def bootstrap_residual(
@@ -36,31 +37,43 @@ def bootstrap_residual(
 ) -> FloatArray:
     """Return the mean residual (M, axes) [m] that noise leaves where weights cannot fall below 0.
 
-    Measured on a take with the same weights and as much noise, but an exact neutral (parametric
-    bootstrap: Efron and Tibshirani 1993, An Introduction to the Bootstrap, 6.5). A first one tells
-    the error of the weights; those that may be 0 by it are smaller in the second, or 0. Markers
+    Measured on takes with the same weights and as much noise, but an exact neutral (parametric
+    bootstrap: Efron and Tibshirani 1993, An Introduction to the Bootstrap, 6.5). First ones tell
+    the error of the weights; those that may be 0 by it are smaller in the others, or 0. Markers
     that are not `seen` (F, M) have no noise. It is drawn by their places `points` (M, 3), whatever
     their order.
-    """
-    drawn = np.random.default_rng(0).standard_normal((*seen.shape, rows.axes))
-    noise = np.empty_like(drawn)
-    noise[:, np.lexsort(points.T)] = drawn
-    noise = np.where(seen[..., None], regularisation.noise * noise, 0.0).reshape(len(seen), -1)
-    noise *= rows.errors
 
-    def solved_again(weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+    Each noise is used with either sign (antithetic variates: Hammersley and Morton 1956): the mean
+    of the noise itself, half as large again as what the bounds leave, cancels. And it is used
+    mirrored, so that a mirrored face gets the mirrored result.
+    """
+    noises = _drawn_noises(points, seen, rows.axes)
+    noises = np.where(seen[..., None], regularisation.noise * noises, 0.0)
+    flat = noises.reshape(len(noises), len(seen), -1) * rows.errors
+    weights = iterate.weights
+
+    def solved_again(weights: FloatArray, noise: FloatArray) -> tuple[FloatArray, FloatArray]:
         simulated = rows.displacements(weights) + noise
         again = rows.solve(simulated, times, regularisation, iterate).weights
         return again, simulated - rows.displacements(again)
 
-    weights = iterate.weights
-    deviation = np.sqrt(np.mean((solved_again(weights)[0] - weights) ** 2, axis=0))
+    squared = [((solved_again(weights, noise)[0] - weights) ** 2).mean(axis=0) for noise in flat]
     few, enough = _RESTING
-    sure = (weights / np.maximum(deviation, 1e-12) - few) / (enough - few)
-    left = solved_again(np.clip(sure, 0.0, 1.0) * weights)[1]
+    deviation = np.maximum(np.sqrt(np.mean(squared, axis=0)), 1e-12)
+    resting = np.clip((weights / deviation - few) / (enough - few), 0.0, 1.0) * weights
+    left = np.mean([solved_again(resting, noise)[1] for noise in (*flat, *-flat)], axis=0)
     count = np.maximum(seen.sum(axis=0), 1)[:, None]
     seen_left = np.where(seen[..., None], left.reshape(*seen.shape, -1), 0.0)
     return np.asarray(seen_left.sum(axis=0) / count)
+
+
+def _drawn_noises(points: FloatArray, seen: BoolArray, axes: int) -> FloatArray:
+    """Return normal noise by the places (M, 3), and that of the mirrored face: (2, F, M, axes)."""
+    drawn = np.random.default_rng(0).standard_normal((*seen.shape, axes))
+    noises = np.empty((2, *drawn.shape))
+    noises[0][:, np.lexsort(points.T)] = drawn
+    noises[1][:, np.lexsort((points * _MIRROR).T)] = drawn * _MIRROR[:axes]
+    return noises
 
 
 def neutral_correction(
