@@ -1,5 +1,6 @@
 """Faces that are made up: the same each time, in the character's directions and in others'."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ from faces import Face, make_face
 from usdface.arrays import FloatArray
 from usdface.correction.synthetic_faces import synthetic_faces, weights_without_emotion
 from usdface.face.drawn_expressions import DRAWN
+from usdface.face.symmetry import mirrored_pairs
+from usdface.rigs import BlendShape
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +42,44 @@ def test_other_rigs_add_directions_that_the_character_has_not(face: Face) -> Non
     assert np.linalg.norm(beyond) > 0.1 * np.linalg.norm(all_rigs[0])
 
 
-def test_what_means_nothing_begins_with_rest() -> None:
-    nothing = weights_without_emotion(("jawOpen", "mouthSmileLeft", "mouthSmileRight"))
-    assert not nothing[0].any() and nothing[1:].any(axis=1).all()
+def test_what_means_nothing_begins_with_rest(face: Face) -> None:
+    nothing = weights_without_emotion(face.bound)
+    assert not nothing[0].any() and nothing[-1].any()
+    single = nothing[nothing.max(axis=1) == 1.0]
+    assert {tuple(row) for row in np.eye(len(face.bound.shape_names))} <= set(map(tuple, single))
+
+
+def with_shapes(face: Face, shapes: tuple[BlendShape, ...]) -> Face:
+    bound = replace(face.bound, mesh=replace(face.bound.mesh, shapes=shapes)).with_sorted_shapes()
+    return replace(face, bound=bound)
+
+
+def test_a_blend_shape_that_moves_no_marker_changes_nothing(face: Face) -> None:
+    """Nor does the order of the others."""
+    shapes = face.bound.mesh.shapes
+    still = BlendShape("earWiggle", np.array([0]), np.zeros((1, 3)))
+    without, beside = with_shapes(face, shapes), with_shapes(face, (still, *shapes[::-1]))
+    for one, two in zip(made(without), made(beside), strict=True):
+        np.testing.assert_allclose(one, two, atol=1e-15)
+    kept = [name != "earWiggle" for name in beside.bound.shape_names]
+    nothing = weights_without_emotion(beside.bound)
+    np.testing.assert_array_equal(nothing[:, kept], weights_without_emotion(without.bound))
+    assert not nothing[:, np.logical_not(kept)].any()
+
+
+def test_faces_come_with_their_mirror_images(face: Face) -> None:
+    """By weights: the same faces, with left for right, of a pose that is alike on both sides."""
+    names = face.bound.shape_names
+    mirror = np.arange(len(names))
+    for left, right in mirrored_pairs(names):
+        mirror[[left, right]] = right, left
+    weights: list[FloatArray] = []
+
+    def shown(rows: FloatArray) -> FloatArray:
+        weights.append(rows)
+        return np.zeros((len(rows), 3 * len(face.bound.markers)))
+
+    synthetic_faces(face.bound, face.expressions, shown, drawn=DRAWN, rigs=())
+    for rows in (*weights, weights_without_emotion(face.bound)):
+        ordered, mirrored = (each[np.lexsort(each.T)] for each in (rows, rows[:, mirror]))
+        np.testing.assert_allclose(ordered, mirrored, atol=1e-12)

@@ -1,7 +1,14 @@
 import numpy as np
 import pytest
+from marker_face import marker_face
 
-from usdface.rule_design.movements import movements
+from usdface.rule_design.movements import (
+    in_columns,
+    mixed_movements,
+    movements,
+    moving_shapes,
+    single_movements,
+)
 
 
 def test_movements_are_alone_and_both_sides_and_several_at_a_time():
@@ -31,3 +38,26 @@ def test_sides_are_known_by_their_names(pair):
 @pytest.mark.parametrize("names", [(), ("jaw",)])
 def test_one_blend_shape_makes_no_mixture(names):
     assert movements(names).mixed.shape == (0, len(names))
+
+
+def test_mixtures_are_of_two_to_five_movements():
+    names = ("smile_L", "smile_R", *(f"shape{i}" for i in "abcdefgh"))
+    mixed = mixed_movements(names, 500, np.random.default_rng(1))
+    assert mixed.shape == (500, 10) and (mixed[:, 0] == mixed[:, 1]).all()
+    of = (mixed[:, 1:] > 0.0).sum(axis=1)
+    assert set(of) == {2, 3, 4, 5}
+    assert mixed[mixed > 0.0].min() >= 0.2 and mixed.max() <= 1.0
+    np.testing.assert_array_equal(mixed, mixed_movements(names, 500, np.random.default_rng(1)))
+    assert mixed_movements(names[2:3], 500, np.random.default_rng(1)).shape == (0, 1)
+
+
+def test_shapes_that_move_no_marker_are_none_of_a_face():
+    basis = 0.01 * np.random.default_rng(1).normal(size=(4, 3, 3))
+    basis[1] = 0.0
+    moving, columns = moving_shapes(
+        marker_face("abc", np.eye(3), basis, ("smile_L", "ear", "smile_R", "jaw"), "a")
+    )
+    assert moving == ("smile_L", "smile_R", "jaw")
+    wide = in_columns(single_movements(moving), columns)
+    np.testing.assert_array_equal(wide[:, columns], single_movements(moving))
+    assert not wide[:, 1].any()

@@ -126,7 +126,7 @@ class ExpressionLikeness:
         made = synthetic_faces(face, expressions, shown, drawn=drawn, rigs=rigs)
         faces = [_directions(each) for each in made]
         own = _directions(poses)
-        nothing = _directions(shown(weights_without_emotion(face.shape_names)))
+        nothing = _directions(shown(weights_without_emotion(face)))
         meaning = (nothing @ own.T).max(axis=1, initial=0.0) >= _SAME
         # Of expressions beyond the six no drawing is known: all examples are like the pose.
         narrow = np.array([e.name not in EMOTIONS for e in expressions], dtype=bool)
