@@ -127,7 +127,7 @@ def mistracked_lids(
         take is judged as the whole is.
     """
     found: list[MistrackedLid] = []
-    if solution.carried is None:
+    if solution.marker_maps is None:
         return ()
     for lid, other in lid_pairs(face, solution, gaps):
         shares, moved = _replacement(lid, other, face, gaps, solution, reach)
@@ -135,7 +135,7 @@ def mistracked_lids(
         if not len(frames):
             continue
         name = solution.markers[lid.marker]
-        shift = (shares[:, None] * moved) @ np.linalg.pinv(solution.carried[lid.marker])
+        shift = (shares[:, None] * moved) @ np.linalg.pinv(solution.marker_maps[lid.marker])
         pose = Pose(solution.pose.rotations[frames], solution.pose.translations[frames])
         head = pose.to_head(take.positions[frames, take.names.index(name)][:, None])
         positions = pose.to_take(head + shift[frames, None])[:, 0]

@@ -59,9 +59,9 @@ def face_of_solution(
     head_moves : bool
         The head's pose was solved with the weights.
     """
-    assert solution.model is not None and solution.carried is not None
+    assert solution.model is not None and solution.marker_maps is not None
     assert solution.shifts is not None
-    back = np.linalg.pinv(solution.carried)
+    back = np.linalg.pinv(solution.marker_maps)
     offsets = solution.model.offsets.reshape(len(amplitudes), -1, 3) / amplitudes[:, None, None]
     weights = solution.weights.weights
     predicted = solution.model.displacements(weights).reshape(solution.displacements.shape)

@@ -57,7 +57,7 @@ class Solution:
         From the vertices that the markers are bound to, to where they sit on the character.
     model : BlendShapeEvaluator or None
         Of the markers' displacements, N = 3 M, as solved with.
-    carried : (M, D, 3) float64 or None
+    marker_maps : (M, D, 3) float64 or None
         The linear maps that carry the markers' displacements over to the character.
     head : {"solve", "markers", "stabilised"}
         How the pose was found: head markers of the shot that lie in a line determine none.
@@ -86,7 +86,7 @@ class Solution:
     covariance: FloatArray | None = None
     shifts: FloatArray | None = None
     model: BlendShapeEvaluator | None = None
-    carried: FloatArray | None = None
+    marker_maps: FloatArray | None = None
     head: HeadMode = "solve"
     filmed: FilmedHead | None = None
     neutral_weights: Mapping[str, float] = field(default_factory=dict)

@@ -35,7 +35,7 @@ class TakeEstimates:
         Of their displacements there, at the performer's size.
     space : SpaceMap
         Its start corrects the neutral.
-    carried : (M, D, 3) float64
+    marker_maps : (M, D, 3) float64
         The linear maps that carry displacements over to the character.
     choice : MapChoice
     shifts : (M, 3) float64 [m]
@@ -61,7 +61,7 @@ class TakeEstimates:
     points: FloatArray
     shapes: BlendShapeEvaluator
     space: SpaceMap
-    carried: FloatArray
+    marker_maps: FloatArray
     choice: MapChoice
     shifts: FloatArray
     head: HeadMode
