@@ -22,7 +22,8 @@ def test_what_is_left_of_a_frame_is_beyond_its_occluded_directions() -> None:
     for frame in range(60):
         hidden = basis[~seen[frame]].T
         left = rest[frame] - hidden @ np.linalg.lstsq(hidden, rest[frame], rcond=None)[0]
-        assert count[frame] == 18 - np.linalg.matrix_rank(hidden)
+        rank = np.linalg.matrix_rank(hidden) if hidden.size else 0  # NumPy 1.26 wants a value
+        assert count[frame] == 18 - rank
         assert sums[frame] == pytest.approx(left @ left, abs=1e-12)
 
 
