@@ -6,7 +6,6 @@ from usdface.rule_design.movements import (
     in_columns,
     mixed_movements,
     movements,
-    movements_of,
     moving_shapes,
     single_movements,
 )
@@ -62,14 +61,3 @@ def test_shapes_that_move_no_marker_are_none_of_a_face():
     wide = in_columns(single_movements(moving), columns)
     np.testing.assert_array_equal(wide[:, columns], single_movements(moving))
     assert not wide[:, 1].any()
-
-
-def test_movements_of_a_face_are_those_of_the_shapes_that_move_it():
-    basis = 0.01 * np.random.default_rng(1).normal(size=(4, 3, 3))
-    basis[1] = 0.0
-    names = ("smile_L", "ear", "smile_R", "jaw")
-    found = movements_of(marker_face("abc", np.eye(3), basis, names, "a"))
-    known = movements(("smile_L", "smile_R", "jaw"))
-    for part, own in ((found.single, known.single), (found.mixed, known.mixed)):
-        np.testing.assert_array_equal(part[:, [0, 2, 3]], own)
-        assert not part[:, 1].any()

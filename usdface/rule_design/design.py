@@ -34,7 +34,7 @@ from usdface.rule_design.marker_roles import (
     marker_sides,
     role_names,
 )
-from usdface.rule_design.movements import movements_of
+from usdface.rule_design.movements import movements
 from usdface.rule_design.negative_conditions import Ramp
 from usdface.rule_design.selection_cost import FEWEST
 from usdface.rule_design.trial_faces import features_at
@@ -75,7 +75,7 @@ def design_system(
     poses = np.array([e.pose(shape_names) for e in expressions])
     poses = poses.reshape(len(expressions), len(shape_names))
     features = face_features(face)
-    moves, twins = movements_of(face), _twins(face)
+    moves, twins = movements(shape_names), _twins(face)
     jitter = solved_noise(face.evaluator.offsets, features.offsets, noise)
     upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
     misplaced, shown = misplacement(face, poses), features_at(features, poses)

@@ -15,7 +15,6 @@ __all__ = [
     "in_columns",
     "mixed_movements",
     "movements",
-    "movements_of",
     "moving_shapes",
     "single_movements",
 ]
@@ -58,14 +57,6 @@ def moving_shapes(face: BoundFace) -> tuple[tuple[str, ...], BoolArray]:
     moved = np.abs(np.nan_to_num(face.displacements(np.eye(len(names)))))
     moves = np.asarray((moved > _STILL).any(axis=(1, 2)))
     return tuple(name for name, own in zip(names, moves, strict=True) if own), moves
-
-
-def movements_of(face: BoundFace) -> Movements:
-    """Return the movements of those blend shapes that move a marker, in the columns of all."""
-    moving, columns = moving_shapes(face)
-    known = movements(moving)
-    parts = (in_columns(part, columns) for part in (known.single, known.whole, known.mixed))
-    return Movements(*map(frozen, parts))
 
 
 def in_columns(rows: FloatArray, columns: BoolArray) -> FloatArray:
