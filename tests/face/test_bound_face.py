@@ -96,18 +96,3 @@ def test_the_size_of_a_face_is_that_of_its_mesh_whatever_the_layout_has() -> Non
     assert face.size == laid.size == bare.size == pytest.approx(2 * 0.07 / 0.063)
     assert face.tolerance == bare.tolerance == pytest.approx(laid.tolerance)
     assert laid.tolerance == pytest.approx(0.0005 * laid.size)
-
-
-def test_blend_shapes_are_sorted_alike_in_any_spelling_and_order() -> None:
-    mesh = slit_face()
-    spelt = [shape.name[0].upper() + shape.name[1:] for shape in mesh.shapes]
-    mixed = [
-        name if k % 2 else old
-        for k, (name, old) in enumerate(zip(spelt, mesh.shape_names, strict=True))
-    ]
-    orders = []
-    for names in (mesh.shape_names, spelt, mixed):
-        shapes = tuple(replace(s, name=n) for s, n in zip(mesh.shapes, names, strict=True))
-        face = BoundFace(replace(mesh, shapes=shapes[::-1]), (), np.zeros(0, int))
-        orders.append([names.index(n) for n in face.with_sorted_shapes().mesh.shape_names])
-    assert orders[0] == orders[1] == orders[2]

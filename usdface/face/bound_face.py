@@ -13,10 +13,9 @@ from usdface.errors import InputError
 from usdface.face.head_size import human_size
 from usdface.face.layout import FaceLayout, find_layout
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
-from usdface.face.shape_names import shape_key
 from usdface.findings import Finding
 from usdface.options import CONTACT_TOLERANCE
-from usdface.rigs import BlendShape, Mesh
+from usdface.rigs import Mesh
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
 
@@ -125,16 +124,11 @@ class BoundFace:
         return np.array([self.vertex_of[name] for name in markers], dtype=np.int64)
 
     def with_sorted_shapes(self) -> "BoundFace":
-        """Return the face with its blend shapes in the order of their names, in any spelling.
+        """Return the face with its blend shapes in the order of their names.
 
-        For random draws over blend shapes, which then do not depend on the order in a file, nor on
-        how a rig spells the names.
+        For random draws over blend shapes, which then do not depend on the order in a file.
         """
-
-        def place(shape: BlendShape) -> tuple[str, str]:
-            return "".join(shape_key(shape.name)), shape.name
-
-        shapes = tuple(sorted(self.mesh.shapes, key=place))
+        shapes = tuple(sorted(self.mesh.shapes, key=lambda shape: shape.name))
         if shapes == self.mesh.shapes:
             return self  # with all that it has computed
         return replace(self, mesh=replace(self.mesh, shapes=shapes))
