@@ -155,6 +155,7 @@ def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
         solution=result.solution,
         sides=face.layout.sides,
         expressions=shot.expressions,
+        pins=shot.setup.pins,
     )
     return express(
         shot.system,

@@ -16,10 +16,12 @@ from usdface.face.bound_face import bound_face
 from usdface.face.mirror import SIDES
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.variables import Term, Variable
-from usdface.options import FEATURE_SMOOTHING
+from usdface.options import FEATURE_SMOOTHING, PIN_REACH
+from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.setup.binding import Binding
+from usdface.setup.pin import Pin
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 
@@ -123,6 +125,26 @@ def test_of_both_sides_they_are_the_features_of_the_face(
         np.testing.assert_array_equal(sided["both"], features(chin(space), *given, **solved))
         # The chin is in the middle, where its height is that of either half.
         np.testing.assert_allclose(sided["left"], sided["right"], atol=0.2)
+
+
+def test_frames_that_a_pin_bends_tell_nothing_of_how_far_the_performer_moves(
+    world: World, setup: RetargetSetup, solution: Solution
+) -> None:
+    """A jaw that the artist closes in frame 20 is no reason to enlarge the motion of others."""
+    face, pin = bound_face(world.rig.meshes[0], setup), Pin("jawOpen", [20], [0.0])
+    names, times = solution.weights.names, solution.weights.times
+    bent = replace(
+        solution.weights, weights=with_pins((pin,), names, times, solution.weights.weights)
+    )
+    before, after = (
+        sided_features(
+            chin("character"), face, world.take, weights=weights, solution=solution, pins=pins
+        ).sides["both"][:, 0]
+        for weights, pins in ((solution.weights, ()), (bent, (pin,)))
+    )
+    far = np.abs(times - times[20]) > PIN_REACH
+    assert np.abs(after - before)[~far].max() > 1.0
+    np.testing.assert_allclose(after[far], before[far], atol=0.01)
 
 
 def test_a_role_without_a_marker_is_named_with_the_rule_that_asks_for_it(

@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
 from usdface.correction.likeness import Likeness, likeness_of_sides
-from usdface.correction.shown_motion import motion_gains, motion_products
+from usdface.correction.shown_motion import LEAST_MOTION, motion_gains, motion_products
 from usdface.correction.take_likeness import SidedMotion, carried_motion, take_likeness
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
@@ -18,8 +18,11 @@ from usdface.face.symmetry import symmetric_pairs
 from usdface.frame_blocks import by_blocks
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
+from usdface.retarget.pins import pin_nearness
+from usdface.retarget.recorded_gaze import gaze_shapes
 from usdface.retarget.solution import Solution
 from usdface.setup.expression import Expression
+from usdface.setup.pin import Pin
 from usdface.takes import MarkerTake, WeightsTake, frame_step
 
 __all__ = ["Features", "features", "sided_features"]
@@ -90,15 +93,17 @@ def sided_features(
     solution: Solution | None,
     sides: Sequence[Side] = SIDES,
     expressions: Sequence[Expression] = (),
+    pins: Sequence[Pin] = (),
 ) -> Features:
     """Measure the inputs of the whole face and of each half, mirrored to the other side.
 
-    With `expressions` their likeness is measured, too, if the system uses it. Raises as `features`.
+    With `expressions` their likeness is measured, too, if the system uses it. Frames that `pins`
+    bend do not show how far the performer moves. Raises as `features`.
     """
     if system.space == "take":
         names, neutral, by_side = _take_markers(face, take, solution, sides)
     else:
-        names, neutral, by_side = _character_markers(face, weights, solution, sides)
+        names, neutral, by_side = _character_markers(face, weights, solution, sides, pins)
     _check_roles(system, names, face.roles)
     unit = face_unit(system, neutral)
     # As in the solve: a take without noise is not smoothed.
@@ -179,15 +184,20 @@ def _take_markers(
 
 
 def _character_markers(
-    face: BoundFace, weights: WeightsTake, solution: Solution | None, sides: Sequence[Side]
+    face: BoundFace,
+    weights: WeightsTake,
+    solution: Solution | None,
+    sides: Sequence[Side],
+    pins: Sequence[Pin],
 ) -> _SidedMarkers:
     """Return the markers on the solved character, their motion scaled to that of the take."""
     names, neutral = face.markers, face.neutral
     solved = weights.reordered(face.shape_names)
     pairs = symmetric_pairs(face.shape_names)
+    bent = _bent_by_pins(face, solved, pins)
     if len(pairs):
-        return names, neutral, {s: _shown_positions(face, solved, solution, s) for s in sides}
-    positions = _shown_positions(face, solved, solution, "both")
+        return names, neutral, {s: _shown_positions(face, solved, solution, s, bent) for s in sides}
+    positions = _shown_positions(face, solved, solution, "both", bent)
     by_side = _sided_positions(positions, neutral, neutral, names, face.nose_tip, sides)
     return names, neutral, by_side
 
@@ -212,9 +222,12 @@ def _sided_positions(
 
 
 def _shown_positions(
-    face: BoundFace, solved: WeightsTake, solution: Solution | None, side: Side
+    face: BoundFace, solved: WeightsTake, solution: Solution | None, side: Side, bent: BoolArray
 ) -> _Positions:
-    """Return a side's markers on the solved character, their motion scaled to that of the take."""
+    """Return a side's markers on the solved character, their motion scaled to that of the take.
+
+    The lower and the upper half in frames that are `bent` (F, 2) are not compared with the take.
+    """
     pairs = symmetric_pairs(face.shape_names)
 
     def moved(frames: slice) -> FloatArray:
@@ -223,8 +236,8 @@ def _shown_positions(
 
     if solution is None or face.nose_tip not in solution.markers:
         return lambda frames: face.neutral + moved(frames)
-    upper = face.neutral[:, 1] > face.neutral[face.nose, 1]
-    gains, half = _gains(face, solved, solution, side, upper), upper.astype(np.intp)
+    upper = _upper(face)
+    gains, half = _gains(face, solved, solution, side, bent), upper.astype(np.intp)
 
     def shown(frames: slice) -> FloatArray:
         at = moved(frames)
@@ -235,7 +248,7 @@ def _shown_positions(
 
 
 def _gains(
-    face: BoundFace, solved: WeightsTake, solution: Solution, side: Side, upper: BoolArray
+    face: BoundFace, solved: WeightsTake, solution: Solution, side: Side, bent: BoolArray
 ) -> FloatArray:
     """Return by how much the lower and the upper half move further than solved: (F, 2)."""
     index = {name: i for i, name in enumerate(solution.markers)}
@@ -249,8 +262,36 @@ def _gains(
         shown = own.copy()
         shown[:, used] = solution.feature_points[frames][:, at] - solution.rest[at]
         own, shown = (each - each[:, face.nose, None] for each in (own, shown))
-        return motion_products(own, shown, upper, measured)
+        return motion_products(own, shown, _upper(face), measured)
 
     times = solved.times
     step = frame_step(times) if len(times) > 1 else 1.0
-    return motion_gains(by_blocks(len(times), products), _GAIN_WIDTH / step, face.size)
+    unbent = by_blocks(len(times), products) * ~bent[..., None]
+    return motion_gains(unbent, _GAIN_WIDTH / step, face.size)
+
+
+def _upper(face: BoundFace) -> BoolArray:
+    """Return the markers above the nose tip: (M,)."""
+    return np.asarray(face.neutral[:, 1] > face.neutral[face.nose, 1])
+
+
+def _bent_by_pins(face: BoundFace, solved: WeightsTake, pins: Sequence[Pin]) -> BoolArray:
+    """Return in which frames pins bend the motion of the lower and the upper half: (F, 2).
+
+    A half is bent by blend shapes that move its markers by more than the least motion that counts;
+    not by those of gaze, which a recorder may have pinned in all frames.
+    """
+    bent = np.zeros((len(solved.times), 2), dtype=bool)
+    gaze = gaze_shapes(solved.names) if pins else ()
+    pins = [pin for pin in pins if pin.shape not in gaze]
+    if not pins or face.nose_tip not in face.markers:
+        return bent
+    near = pin_nearness(pins, solved.names, solved.times) > 0.0
+    pinned = near.any(axis=0)
+    moved = face.displacements(np.eye(len(solved.names))[pinned])
+    squares = ((moved - moved[:, face.nose, None]) ** 2).sum(axis=2)
+    for half, own in enumerate((~_upper(face), _upper(face))):
+        if own.any():
+            moving = squares[:, own].mean(axis=1) > (face.size * LEAST_MOTION) ** 2
+            bent[:, half] = near[:, pinned][:, moving].any(axis=1)
+    return bent

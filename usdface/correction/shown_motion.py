@@ -10,11 +10,11 @@ from scipy.ndimage import gaussian_filter1d
 
 from usdface.arrays import BoolArray, FloatArray
 
-__all__ = ["motion_gains", "motion_products"]
+__all__ = ["LEAST_MOTION", "motion_gains", "motion_products"]
 
 # RMS displacement of a marker on a human face [m] at which the markers' own size counts by a half:
 # less is noise. Largest gain. Set by benchmarks/expression_takes.py.
-_COUNTS = 0.0005
+LEAST_MOTION = 0.0005
 _MOST = 1.5
 
 
@@ -62,6 +62,6 @@ def motion_gains(products: FloatArray, frames: float, size: float = 1.0) -> Floa
     """
     if frames > 0:
         products = gaussian_filter1d(products, frames, axis=0, mode="nearest")
-    counts = (size * _COUNTS) ** 2
+    counts = (size * LEAST_MOTION) ** 2
     gain = (products[..., 0] + counts) / (products[..., 1] + counts)
     return np.asarray(np.clip(gain, 1.0, _MOST))
