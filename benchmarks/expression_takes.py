@@ -3,9 +3,9 @@
 Held poses, movements that mean nothing, half-shown expressions under them, and plain expressions by
 another performer with markers that are misplaced, hidden or wrong. Everything goes through the real
 solve with 0.3 mm of marker noise. The layer was built on what `--part building` shows: the range
-of motion, FACS variants (`fuzzy_variants.py`) and the performers of `BUILDING`. `--part end` was
-looked at once at the end: the performers of `END` and MakeHuman's published expressions. See
-README.md.
+of motion, FACS variants (`fuzzy_variants.py`) and the performers of `BUILDING`. `--part end`
+is held out: the performers of `END` and MakeHuman's published expressions; docs/measurements.md
+says how often they have been scored. See README.md.
 """
 
 import argparse

@@ -7,7 +7,8 @@ Recorded curves on the ICT face with 68 landmarks (without the real data: of the
 seen through a perspective camera half a metre away with noise of 0.35 px. Columns: the head removed
 to first order, as a distant camera would show it; poses in space with the focal length given, and
 with it unknown; the angle by which the found motion of the head is off (RMS). `--part end` has
-other curves, another performer, another lens farther away; it was looked at once.
+other curves, another performer, another lens farther away; docs/measurements.md says how often it
+has been scored.
 
 `--beside` binds markers 2.4 to 5.6 mm from their places. Columns: the markers held on those
 vertices, their places found, and known.
