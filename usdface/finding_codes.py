@@ -68,6 +68,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "place_markers",
         "markers move unlike the face around them and count less",
     ),
+    "BLINK_MOTION_REMOVED": (
+        "info",
+        "nothing",
+        "landmarks of an image moved with the eyes in recorded blinks; that motion is taken off",
+    ),
     "MARKER_UNKNOWN": (
         "warning",
         "correct_labels",

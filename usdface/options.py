@@ -303,6 +303,8 @@ class CleanOptions:
 
     Attributes
     ----------
+    blinks : bool
+        The motion with which landmarks of an image answer recorded blinks is taken off.
     swaps : bool
         Labels that change places are put right.
     spikes : bool
@@ -316,6 +318,7 @@ class CleanOptions:
     True
     """
 
+    blinks: bool = True
     swaps: bool = True
     spikes: bool = True
     gaps: bool = True

@@ -245,7 +245,9 @@ def with_overrides(shot: Shot, options: ProcessOptions) -> Shot:
     """Return the shot with the options of this run, and a recorded gaze as pins."""
     setup, exaggeration = shot.setup, shot.factors.with_constant(options.exaggeration)
     if not options.clean:
-        setup = replace(setup, clean=CleanOptions(swaps=False, spikes=False, gaps=False))
+        setup = replace(
+            setup, clean=CleanOptions(blinks=False, swaps=False, spikes=False, gaps=False)
+        )
     if options.solve is not None:
         setup = replace(setup, solve=replace(setup.solve, mode=options.solve))
     if isinstance(shot.take, MarkerTake):

@@ -97,9 +97,10 @@ def test_frames_that_show_too_few_markers_are_occluded(
     filmed = far_away(surface.mesh.points[vertices_of(landmarks, PLACED)], turns(5.0))
     filmed[3, 4:] = np.nan
     filmed[7, 0] = np.nan
+    filmed[20, : len(PLACED) // 2 + 2] = np.nan
     lifted = lifted_take(image(PLACED, filmed), surface).positions
     hidden = np.zeros(lifted.shape[:2], dtype=bool)
-    hidden[3], hidden[7, 0] = True, True
+    hidden[[3, 20]], hidden[7, 0] = True, True
     np.testing.assert_array_equal(np.isnan(lifted).all(axis=2), hidden)
 
 

@@ -88,6 +88,7 @@ def declared_default(prim: str, name: str) -> object:
         (tokens.MAP_CHOICE, options.MapOptions().choice),
         (tokens.MAP_RADIUS, options.MapOptions().radius),
         (tokens.MAP_SMOOTHING, options.MapOptions().smoothing),
+        (tokens.CLEAN_BLINKS, options.CleanOptions().blinks),
         (tokens.CLEAN_SWAPS, options.CleanOptions().swaps),
         (tokens.CLEAN_SPIKES, options.CleanOptions().spikes),
         (tokens.CLEAN_GAPS, options.CleanOptions().gaps),

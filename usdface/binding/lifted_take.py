@@ -26,8 +26,10 @@ _DEGREES_OF_FREEDOM, _ROUNDS = 4.0, 12
 _OPEN = 1e-3
 # Depths that vary by less than this share of the width, squared, determine no turn: rounding.
 _FLAT = 1e-9
-# Fewer visible markers determine no camera: its 8 numbers need 4, with one to spare.
-_FEWEST_VISIBLE = 5
+# Fewer visible markers determine no camera: its 8 numbers need 4, with one to spare. Nor do those
+# of a part of the face, as a mouth below an occluded brow: fewer than this share of the fullest
+# frame's. Set by hand.
+_FEWEST_VISIBLE, _LEAST_SHARE = 5, 0.5
 
 
 def lifted_take(
@@ -91,7 +93,8 @@ def _view(image: FloatArray, places: FloatArray, spreads: FloatArray) -> _View:
     several places is at the nearest.
     """
     seen = ~np.isnan(image[..., 0])
-    seen &= seen.sum(axis=1, keepdims=True) >= _FEWEST_VISIBLE
+    count = seen.sum(axis=1, keepdims=True)
+    seen &= count >= max(_FEWEST_VISIBLE, _LEAST_SHARE * count.max(initial=0))
     rows = np.arange(len(places))
     points, several = places[:, 0], ~np.isnan(places[:, 1:, 0]).all(axis=1)
     weights = np.where(several, _OPEN, 1.0)

@@ -227,11 +227,14 @@ def _of_weights(
 
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
-    """Return the take with swapped labels put right, as the solve will have it."""
-    film = take.dimension == 2
-    if not (setup.clean.spikes if film else setup.clean.swaps):
-        return take
-    only = CleanOptions(swaps=not film, spikes=film, gaps=False)
+    """Return the take with labels put right, or an image's without jumps, as the solve has it."""
+    film, clean = take.dimension == 2, setup.clean
+    only = CleanOptions(
+        blinks=film and clean.blinks,
+        swaps=not film and clean.swaps,
+        spikes=film and clean.spikes,
+        gaps=False,
+    )
     cleaned, _ = clean_take(take, take.names, only, moving=setup.head != "stabilised")
     return cleaned.take
 

@@ -1,4 +1,4 @@
-"""Clean-up of a take: swaps, then spikes, then gaps, because each step needs the one before."""
+"""Clean-up of a take: blinks, swaps, spikes, gaps, because each step needs the one before."""
 
 from collections.abc import Collection
 from dataclasses import dataclass, replace
@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.cleanup.blink_motion import without_blink_motion
 from usdface.cleanup.gaps import OWN, fill_gaps, frame_ranges
 from usdface.cleanup.label_assignment import assign_labels, last_visible
 from usdface.cleanup.low_rank_model import (
@@ -67,7 +68,7 @@ class Cleaned:
 def clean_take(
     take: MarkerTake, markers: Collection[str], options: CleanOptions, *, moving: bool = True
 ) -> tuple[Cleaned, list[Finding]]:
-    """Repair swaps, take out spikes and fill gaps.
+    """Take off the motion of blinks, repair swaps, take out spikes and fill gaps.
 
     Parameters
     ----------
@@ -83,19 +84,20 @@ def clean_take(
     -------
     Cleaned
     list of Finding
-        MARKER_SWAPPED, MARKER_SPIKE and MARKER_FILLED for each marker; CLEANUP_SKIPPED where
-        there are too few frames or markers.
+        BLINK_MOTION_REMOVED; MARKER_SWAPPED, MARKER_SPIKE and MARKER_FILLED for each marker;
+        CLEANUP_SKIPPED where there are too few frames or markers.
     """
+    take, findings = without_blink_motion(take) if options.blinks else (take, [])
     on_face = np.array([name in markers for name in take.names])
     ever = np.flatnonzero(on_face & take.visible.any(axis=0))
     positions, seen = on_plane(take.positions[:, ever]), take.visible[:, ever]
     untouched = Cleaned(take, take.visible, ())
     if not (options.swaps or options.spikes or options.gaps):
-        return untouched, []
+        return untouched, findings
     spacing = _spacing(positions, seen) if len(ever) >= _FEWEST_MARKERS else 0.0
     usable = int((seen.sum(axis=1) >= _FEWEST_MARKERS).sum()) >= _FEWEST_FRAMES
     if spacing == 0.0 or not usable:
-        return untouched, [finding("CLEANUP_SKIPPED", take.source)]
+        return untouched, [*findings, finding("CLEANUP_SKIPPED", take.source)]
     swapped = np.zeros_like(seen)
     start = None
     if options.swaps:
@@ -120,11 +122,11 @@ def clean_take(
         *_repairs(names, new, "fill"),
     )
     if not repairs:
-        return untouched, []
+        return untouched, findings
     measured = take.visible.copy()
     measured[:, ever] = believed
     cleaned = Cleaned(replace(take, positions=whole), measured, repairs)
-    return cleaned, repair_findings(repairs)
+    return cleaned, findings + repair_findings(repairs)
 
 
 def _spacing(positions: FloatArray, seen: BoolArray) -> float:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.cleanup.blink_motion import LEAST_BLINK
 from usdface.closure.blinks import find_blinks
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_pulses import APART, lid_pulses
@@ -19,10 +20,8 @@ from usdface.takes import frame_step
 
 __all__ = ["recorded_blinks", "unseen_blinks"]
 
-# A pulse as high as the first is whole, however much higher others are. None is lower than the
-# second: half of the intensity A, the least of FACS, of which 5 steps make 1. The two blinks of a
-# real take: 0.20 and 0.15.
-_WHOLE, _LEAST = 0.2, 0.1
+# A pulse as high as this, the intensity A of FACS, is whole, however much higher others are.
+_WHOLE = 0.2
 
 
 def recorded_blinks(times: FloatArray, blink: FloatArray) -> list[EyeClosing]:
@@ -40,12 +39,12 @@ def recorded_blinks(times: FloatArray, blink: FloatArray) -> list[EyeClosing]:
     step = frame_step(times)
     _, pulses, floor = lid_pulses(np.interp(times, times[seen], blink[seen]), step)
     pulses = np.where(pulses < floor, 0.0, pulses)
-    heights = pulses[local_maxima(pulses, _LEAST, max(int(APART / step), 1))]
+    heights = pulses[local_maxima(pulses, LEAST_BLINK, max(int(APART / step), 1))]
     if not len(heights):
         return []
     both = np.repeat(pulses[:, None], 2, axis=1)
     scale = np.full(2, min(float(np.median(heights)), _WHOLE))
-    least = np.full(2, _LEAST)
+    least = np.full(2, LEAST_BLINK)
     return find_blinks(times, both, np.zeros(both.shape, dtype=bool), scale, least)[0]
 
 

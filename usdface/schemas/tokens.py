@@ -29,6 +29,7 @@ __all__ = [
     "CALIBRATION_REST",
     "CALIBRATION_SHAPES",
     "CALIBRATION_SHIFTS",
+    "CLEAN_BLINKS",
     "CLEAN_GAPS",
     "CLEAN_REPAIRS_FRAMES",
     "CLEAN_REPAIRS_KINDS",
@@ -232,6 +233,7 @@ EXAGGERATION: Final = "usdface:exaggeration"
 BROWS_EXAGGERATION: Final = "usdface:brows:exaggeration"
 EYES_EXAGGERATION: Final = "usdface:eyes:exaggeration"
 MOUTH_EXAGGERATION: Final = "usdface:mouth:exaggeration"
+CLEAN_BLINKS: Final = "usdface:clean:blinks"
 CLEAN_SWAPS: Final = "usdface:clean:swaps"
 CLEAN_SPIKES: Final = "usdface:clean:spikes"
 CLEAN_GAPS: Final = "usdface:clean:gaps"

@@ -38,6 +38,7 @@ _SOLVE = {
     for name, setting in solve_settings().items()
 }
 _CLEAN = {
+    tokens.CLEAN_BLINKS: ("blinks", _NAMES.Bool),
     tokens.CLEAN_SWAPS: ("swaps", _NAMES.Bool),
     tokens.CLEAN_SPIKES: ("spikes", _NAMES.Bool),
     tokens.CLEAN_GAPS: ("gaps", _NAMES.Bool),
