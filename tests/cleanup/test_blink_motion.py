@@ -1,6 +1,7 @@
 """The motion of landmarks that recorded blinks have in common, in small films made here."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ import pytest
 from usdface.arrays import FloatArray
 from usdface.cleanup.blink_motion import blink_motion, without_blink_motion
 from usdface.cleanup.clean import clean_take
-from usdface.options import CleanOptions
+from usdface.io.takes.files import read_take
+from usdface.options import CleanOptions, TakeOptions
 from usdface.takes import MarkerTake
 
 RATE, FRAMES, LANDMARKS = 30.0, 300, 40
@@ -113,3 +115,15 @@ def test_markers_in_space_and_takes_without_recorded_blinks_stay() -> None:
     deep = np.concatenate([true + tracked, np.zeros((FRAMES, LANDMARKS, 1))], axis=2)
     space = replace(flat, positions=deep, blink=BLINK)
     assert without_blink_motion(space) == (space, [])
+
+
+def test_in_a_real_file_of_openface_only_its_two_blinks_have_such_motion(shared_data: Path) -> None:
+    """By eye: landmarks of eyes, outer brows and contour from 40 and from 53 on, not lips."""
+    path = shared_data / "pyfeat" / "tests_data" / "OpenFace_Test.csv"
+    take, _ = read_take(path, TakeOptions(rate=30.0))
+    assert isinstance(take, MarkerTake) and take.blink is not None
+    lengths = np.linalg.norm(blink_motion(take.positions, take.times, take.blink), axis=2)
+    blinked = np.flatnonzero(lengths.max(axis=1) > 0.5)
+    assert blinked.tolist() == [40, 41, 42, 54, 55]
+    eyes, mouth = slice(36, 48), slice(48, 68)
+    assert lengths[:, eyes].max() > max(1.0, 4.0 * lengths[:, mouth].max())
