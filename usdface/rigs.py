@@ -336,34 +336,26 @@ class Rig:
         return max(parts, key=_moved_size) if shared else first
 
     def mesh(self, name: str = "") -> Mesh:
-        """Return the mesh of that name or path; without one, the only mesh that shapes move.
+        """Return the mesh of that name or path; without one, the face.
 
         Raises
         ------
         InputError
-            If there is no such mesh, or none was named and several have shapes.
+            If there is no such mesh, or it has no blend shapes.
         """
-        if name:
-            found = [m for m in self.meshes if name in (m.path, m.name)]
-            if not found:
-                known = ", ".join(m.path or m.name for m in self.meshes)
-                raise InputError(
-                    f"the rig {self.name!r} has no mesh {name!r}; it has {known}", "MESH_UNKNOWN"
-                )
-            if not found[0].shapes:
-                raise InputError(
-                    f"mesh {name!r} of the rig {self.name!r} has no blend shapes", "SHAPES_MISSING"
-                )
-            return found[0]
-        deforming = [m for m in self.meshes if _moving_shapes(m)]
-        if len(deforming) > 1:
-            known = ", ".join(m.path or m.name for m in deforming)
+        if not name:
+            return self.face()
+        found = [m for m in self.meshes if name in (m.path, m.name)]
+        if not found:
+            known = ", ".join(m.path or m.name for m in self.meshes)
             raise InputError(
-                f"the rig {self.name!r} has {len(deforming)} meshes with blend shapes "
-                f'({known}); name one as "mesh" in the binding',
-                "MESH_UNKNOWN",
+                f"the rig {self.name!r} has no mesh {name!r}; it has {known}", "MESH_UNKNOWN"
             )
-        return self.face()
+        if not found[0].shapes:
+            raise InputError(
+                f"mesh {name!r} of the rig {self.name!r} has no blend shapes", "SHAPES_MISSING"
+            )
+        return found[0]
 
 
 def _face_rank(mesh: Mesh) -> tuple[int, int, float]:
