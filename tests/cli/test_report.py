@@ -129,3 +129,20 @@ def test_plain_values_are_printed_only_where_asked_for(
     assert json.loads((tmp_path / "facts.json").read_text(encoding="utf-8")) == {"ä": [1]}
     assert print_json({"ä": [1]}, "json", None)
     assert json.loads(capsys.readouterr().out) == {"ä": [1]}
+
+
+def test_a_second_message_about_one_place_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """It is not one of the "others", of which only the places are named."""
+    messages = ["curves without a shape: jawLeft", "not read: residual", "not read: residual"]
+    found = [finding("CHANNEL_IGNORED", "t.csv", message) for message in messages]
+    found.append(finding("CHANNEL_IGNORED", "u.csv", "not read: error"))
+    print_result(Result(None, (), tuple(found)), "text")
+    assert capsys.readouterr().out.splitlines() == [
+        "info CHANNEL_IGNORED: curves without a shape: jawLeft (t.csv); others: u.csv",
+        "info CHANNEL_IGNORED: not read: residual (t.csv)",
+    ]
+
+
+def test_a_figure_without_entries_is_none(capsys: pytest.CaptureFixture[str]) -> None:
+    print_result(Result(None, (), (), {"gains": {}}), "text")
+    assert capsys.readouterr().out.split() == ["gains", "none"]

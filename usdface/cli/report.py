@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -81,7 +81,7 @@ def _text(value: Any) -> str:
     if isinstance(value, Mapping) and value.keys() == _PLACE:
         return str(Place(**value))
     if isinstance(value, Mapping):
-        return ", ".join(f"{name} {_fields(part)}" for name, part in value.items())
+        return ", ".join(f"{name} {_fields(part)}" for name, part in value.items()) or "none"
     if isinstance(value, list | tuple):
         return ", ".join(map(_text, value)) or "none"
     if value is None:
@@ -103,8 +103,12 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
         groups[finding.code].append(finding)
     for group in groups.values():
         kinds: dict[str, list[Finding]] = {}
-        for finding in group:
-            wording = "" if finding.severity == "info" else _wording(finding)
+        told: Counter[str] = Counter()
+        for finding in dict.fromkeys(group):
+            # A second message about one place is not "others": it would not be printed.
+            told[finding.where] += 1
+            info = "" if told[finding.where] == 1 else str(told[finding.where])
+            wording = info if finding.severity == "info" else _wording(finding)
             if wording not in kinds and len(kinds) == _EXAMPLES:
                 wording = next(iter(kinds))
             kinds.setdefault(wording, []).append(finding)
