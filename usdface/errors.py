@@ -29,6 +29,7 @@ __all__ = [
     "SolveError",
     "UsdFaceError",
     "did_you_mean",
+    "how_to_install",
 ]
 
 _LONGEST = 800  # characters of a message, which may quote a file
@@ -238,6 +239,11 @@ class Cancelled(UsdFaceError):
 
     def __init__(self, message: str = "cancelled", code: str = "") -> None:
         super().__init__(message, code)
+
+
+def how_to_install(extra: str) -> str:
+    """Return the command that adds an extra of this package, for a message."""
+    return f"pip install 'usdface[{extra}]', in a clone '.[{extra}]'"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:
