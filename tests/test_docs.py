@@ -131,6 +131,7 @@ def test_the_readme_names_every_extra_that_a_message_asks_for() -> None:
     assert asked == {"compression", "movies", "otio", "plot"}
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     assert all(f"`{extra}`" in readme for extra in asked)
+    assert readme.index("`. .venv/bin/activate`") < readme.index("\nusdface rig")
     assert set(re.findall(r"install '\.\[(.*)\]'", readme)[0].split(",")) <= asked
 
 
