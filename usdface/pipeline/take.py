@@ -107,11 +107,15 @@ def make_take(
 
             write_footage_sheet(footage, drawn)
         write_take(take, output)
+    summary = _summary(take)
+    if footage:
+        focal = take.focal_length if isinstance(take, MarkerTake) else 0.0
+        summary |= footage.summary | {"focal_px": round(focal, 1) or None}
     return Result(
         take,
         (output, *([drawn] if drawn else [])),
         tuple(findings),
-        _summary(take) | (footage.summary if footage else {}),
+        summary,
         details=footage.details if footage else {},
         seconds=progress.seconds,
     )
