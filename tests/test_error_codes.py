@@ -140,6 +140,7 @@ CASES: list[tuple[str, str, Callable[[Path], object]]] = [
     ("NEUTRAL_UNKNOWN", "of a folder", lambda f: rig_file(f, "smile.obj")),
     ("SHAPES_MISSING", "in a file", without_shapes),
     ("MESH_UNKNOWN", "no such", lambda f: WORLD.rig.mesh("ear")),
+    ("MESH_UNKNOWN", "two", lambda f: Rig("two", (MESH, replace(MESH, name="other"))).mesh()),
     ("SKIN_MISSING", "seen from behind", lambda f: turned_away()),
     ("SHAPE_UNKNOWN", "of neutral", lambda f: solved(setup(neutral_weights={"wag": 0.1}))),
     ("MARKER_UNKNOWN", "of the take", lambda f: TAKE.select(("ear",))),

@@ -86,6 +86,8 @@ def test_a_mesh_is_found_by_name_by_path_or_as_the_face() -> None:
             rig.mesh(name)
     with pytest.raises(InputError, match="no blend shapes"):
         Rig("r", (bare,)).mesh()
+    with pytest.raises(InputError, match="2 faces"):
+        Rig("r", (face(), face())).mesh()
     eye = face(name="eye", shapes=(shape([1], "gaze"),))
     assert Rig("r", (eye, *rig.meshes)).mesh() is rig.meshes[1]
 

@@ -58,7 +58,7 @@ ERROR_CODES: dict[str, str] = {
     # rigs
     "FACE_MISSING": "there is no mesh, or no SkelRoot above it",
     "SHAPES_MISSING": "a rig has no blend shapes",
-    "MESH_UNKNOWN": "a rig has no mesh of that name",
+    "MESH_UNKNOWN": "a rig has no mesh of that name, or several faces and none is named",
     "NEUTRAL_UNKNOWN": "the neutral mesh of a folder cannot be determined",
     "SKIN_MISSING": "the blend shapes move no visible surface that markers could be on",
     "SHAPE_UNKNOWN": "a named blend shape is not on the rig",

@@ -39,6 +39,7 @@ CORNER_NORMALS = "normals"
 # face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
 # with it, a beard that only those of jaw, cheeks and mouth move 0.6 of the head's.
 _SHARED = 0.75
+_ALIKE = 0.9  # of the size of a face's moving part, at least, has another face
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -341,10 +342,11 @@ class Rig:
         Raises
         ------
         InputError
-            If there is no such mesh, or it has no blend shapes.
+            If there is no such mesh, it has no blend shapes, or none was named and there are two
+            faces.
         """
         if not name:
-            return self.face()
+            return self._only_face()
         found = [m for m in self.meshes if name in (m.path, m.name)]
         if not found:
             known = ", ".join(m.path or m.name for m in self.meshes)
@@ -356,6 +358,23 @@ class Rig:
                 f"mesh {name!r} of the rig {self.name!r} has no blend shapes", "SHAPES_MISSING"
             )
         return found[0]
+
+    def _only_face(self) -> Mesh:
+        face = self.face()
+        shapes, size = _moving_shapes(face), _ALIKE * _moved_size(face)
+        faces = [
+            mesh
+            for mesh in self.meshes
+            if mesh is face or (shapes == _moving_shapes(mesh) and _moved_size(mesh) >= size)
+        ]
+        if shapes and len(faces) > 1:  # as of two characters in one scene
+            known = ", ".join(mesh.path or mesh.name for mesh in faces)
+            raise InputError(
+                f"the rig {self.name!r} has {len(faces)} faces ({known}); name one as "
+                '"mesh" in the binding',
+                "MESH_UNKNOWN",
+            )
+        return face
 
 
 def _face_rank(mesh: Mesh) -> tuple[int, int, float]:

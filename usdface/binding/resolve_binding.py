@@ -194,9 +194,9 @@ def _bound_mesh(
     """
     if given is None:
         return character.face()
-    binding = given.binding
-    mesh = character.mesh(binding.mesh)
-    if isinstance(take, MarkerTake) and given.curves and not binding.markers:
+    binding, of_markers = given.binding, isinstance(take, MarkerTake)
+    mesh = character.mesh(binding.mesh) if binding.mesh or of_markers else character.face()
+    if of_markers and given.curves and not binding.markers:
         raise InputError(
             f"the binding names curves and no markers, but the take {take.source} has markers; "
             "give one that binds them, or none",

@@ -182,7 +182,7 @@ def _bound(
     except InputError as error:
         if error.code not in _UNPROPOSED:
             raise
-        mesh = rig.mesh(given.binding.mesh if given else "")
+        mesh = rig.mesh(given.binding.mesh) if given else rig.face()
         message = "place them by hand: {error}"
         return (
             mesh,

@@ -53,7 +53,7 @@ def rig_ahead(
     rig, findings = rig_of_stage(stage, root, joints, asset_root)
     if not any(each.shapes for each in rig.meshes):
         return rig, np.eye(4), findings
-    face = rig.mesh(mesh)
+    face = rig.mesh(mesh) if mesh else rig.face()
     looks = facing(face, markers)
     if looks is None:
         return rig, np.eye(4), findings
