@@ -1,4 +1,5 @@
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -174,3 +175,42 @@ def test_a_closed_standard_error_says_nothing_on_standard_output(
     monkeypatch.setattr("sys.stderr", None)
     assert main(["process", str(tmp_path / "none.usda"), "--format", "json"]) == 1
     assert json.loads(capsys.readouterr().out)["error"]["code"]
+
+
+@pytest.mark.parametrize(
+    ("sink", "said"),
+    [("pipe", ""), ("/dev/full", "usdface: standard output: No space left on device\n")],
+)
+def test_an_output_that_takes_no_more_is_one_line_at_most(sink: str, said: str) -> None:
+    """Of a pipe whose reader left (`usdface ... | head`) nothing is said."""
+    script = "import sys; from usdface.cli import main; sys.exit(main(sys.argv[1:]))"
+    if sink == "pipe":
+        reader, writer = os.pipe()
+        os.close(reader)
+    elif not Path(sink).exists():
+        pytest.skip("this system has no /dev/full")
+    else:
+        writer = os.open(sink, os.O_WRONLY)
+    done = subprocess.run(
+        [sys.executable, "-c", script, "plugins", "--format", "json"],
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": ""},
+    )
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, said)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "hint"),
+    [("--exagerate", "; did you mean --exaggeration?"), ("--no-closures=1", "--no-closure?")],
+)
+def test_a_misspelt_option_is_named_with_the_one_that_was_meant(
+    wrong: str, hint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["process", "shot.usda", wrong, "2"])
+    said = capsys.readouterr().err
+    assert caught.value.code == 2 and said.startswith("usage: usdface process")
+    assert f"unrecognized arguments: {wrong} 2" in said and said.endswith(f"{hint}\n")

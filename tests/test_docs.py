@@ -123,3 +123,20 @@ def test_overridden_prims_and_attributes_exist() -> None:
         if path.IsPropertyPath():
             assert len(stage.GetAttributeAtPath(path).GetPropertyStack()) == 2, path
     read_fuzzy(stage, "/Shot/Fuzzy")
+
+
+def test_the_readme_names_every_extra_that_a_message_asks_for() -> None:
+    text = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "usdface").rglob("*.py"))
+    asked = set(re.findall(r"how_to_install\(['\"](\w+)['\"]\)", text))
+    assert asked == {"compression", "movies", "otio", "plot"}
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert all(f"`{extra}`" in readme for extra in asked)
+    assert readme.index("`. .venv/bin/activate`") < readme.index("\nusdface rig")
+    assert set(re.findall(r"install '\.\[(.*)\]'", readme)[0].split(",")) <= asked
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_packages_go_to_the_environment_of_the_readme(document: Path) -> None:
+    """It has no pip of its own, and the pip of the system installs for another Python."""
+    lines = [line for line in "".join(blocks(document, "sh")).splitlines() if "pip install" in line]
+    assert all("--target" in line for line in lines), lines

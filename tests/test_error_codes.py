@@ -22,7 +22,7 @@ from usdface.io.usd.take import write_take
 from usdface.options import BindOptions, MapOptions, RigOptions, TakeOptions
 from usdface.pipeline import calibrate, make_shot, process
 from usdface.retarget.solve_take import solve_take
-from usdface.rigs import Mesh, Rig
+from usdface.rigs import Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup, unbound
 from usdface.takes import MarkerTake, WeightsTake
@@ -100,10 +100,6 @@ def without_shapes(folder: Path) -> object:
     return read_rig_file(folder / "rig.usda")
 
 
-def two_faces() -> Mesh:
-    return Rig("two", (MESH, replace(MESH, name="other"))).mesh()
-
-
 def turned_away() -> object:
     """The face seen from behind."""
     mesh = replace(MESH, points=MESH.points * [-1.0, 1.0, -1.0])
@@ -144,7 +140,7 @@ CASES: list[tuple[str, str, Callable[[Path], object]]] = [
     ("NEUTRAL_UNKNOWN", "of a folder", lambda f: rig_file(f, "smile.obj")),
     ("SHAPES_MISSING", "in a file", without_shapes),
     ("MESH_UNKNOWN", "no such", lambda f: WORLD.rig.mesh("ear")),
-    ("MESH_UNKNOWN", "two", lambda f: two_faces()),
+    ("MESH_UNKNOWN", "two", lambda f: Rig("two", (MESH, replace(MESH, name="other"))).mesh()),
     ("SKIN_MISSING", "seen from behind", lambda f: turned_away()),
     ("SHAPE_UNKNOWN", "of neutral", lambda f: solved(setup(neutral_weights={"wag": 0.1}))),
     ("MARKER_UNKNOWN", "of the take", lambda f: TAKE.select(("ear",))),

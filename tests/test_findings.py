@@ -142,3 +142,27 @@ def test_the_documented_table_is_the_table() -> None:
     shown, to_do = zip(*(line.removesuffix(" |").rsplit("| ", 1) for line in lines), strict=True)
     assert list(shown) == sorted(rows)
     assert all(to_do)
+
+
+@pytest.mark.parametrize(
+    ("template", "values", "said"),
+    [
+        (
+            "limited in {frame_count} frames ({first_frame} to {last_frame})",
+            (1, 7, 7),
+            "1 frame (7)",
+        ),
+        (
+            "limited in {frame_count} frames ({first_frame} to {last_frame})",
+            (2, 7, 9),
+            "2 frames (7 to 9)",
+        ),
+        ("rests in frames {first_frame} to {last_frame}: neutral", (7, 7), "in frame 7: neutral"),
+    ],
+)
+def test_one_frame_is_told_in_the_singular(
+    template: str, values: tuple[int, ...], said: str
+) -> None:
+    found = finding("CONTACT_KEPT", "lips", template, *values)
+    assert said in found.message
+    assert list(found.values.values()) == list(values)

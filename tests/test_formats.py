@@ -44,6 +44,8 @@ def test_options_that_are_not_followed_are_refused() -> None:
     READER.check_options(path, TakeOptions(rate=60))
     with pytest.raises(InputError, match=r"x\.a: A has no use for units = 'mm'; leave it out"):
         READER.check_options(path, TakeOptions(rate=60, units="mm"))
+    with pytest.raises(InputError, match=r"has no use for names = n\.csv; leave it out"):
+        READER.check_options(path, TakeOptions(names=Path("n.csv")))
     rig = RigReader(name="R", suffixes=(".r",), read=nothing)
     rig.check_options(path, RigOptions())
     with pytest.raises(InputError, match="neutral"):

@@ -77,7 +77,7 @@ def test_a_rig_has_each_name_once_in_order_of_appearance() -> None:
     assert Rig("r", (face(), teeth)).shape_names == (*NAMES, "teeth")
 
 
-def test_a_mesh_is_found_by_name_by_path_or_as_the_only_one() -> None:
+def test_a_mesh_is_found_by_name_by_path_or_as_the_face() -> None:
     bare = Mesh("hair", POINTS, [3], [0, 1, 2], path="/Asset/hair")
     rig = Rig("r", (bare, replace(face(), path="/Asset/face")))
     assert rig.mesh() is rig.mesh("face") is rig.mesh("/Asset/face") is rig.meshes[1]
@@ -86,8 +86,10 @@ def test_a_mesh_is_found_by_name_by_path_or_as_the_only_one() -> None:
             rig.mesh(name)
     with pytest.raises(InputError, match="no blend shapes"):
         Rig("r", (bare,)).mesh()
-    with pytest.raises(InputError, match="2 meshes with blend shapes"):
+    with pytest.raises(InputError, match="2 faces"):
         Rig("r", (face(), face())).mesh()
+    eye = face(name="eye", shapes=(shape([1], "gaze"),))
+    assert Rig("r", (eye, *rig.meshes)).mesh() is rig.meshes[1]
 
 
 def test_a_mesh_whose_shapes_move_nothing_is_not_the_face() -> None:

@@ -29,6 +29,7 @@ __all__ = [
     "SolveError",
     "UsdFaceError",
     "did_you_mean",
+    "how_to_install",
 ]
 
 _LONGEST = 800  # characters of a message, which may quote a file
@@ -57,7 +58,7 @@ ERROR_CODES: dict[str, str] = {
     # rigs
     "FACE_MISSING": "there is no mesh, or no SkelRoot above it",
     "SHAPES_MISSING": "a rig has no blend shapes",
-    "MESH_UNKNOWN": "a rig has no mesh of that name, or several with shapes and none is named",
+    "MESH_UNKNOWN": "a rig has no mesh of that name, or several faces and none is named",
     "NEUTRAL_UNKNOWN": "the neutral mesh of a folder cannot be determined",
     "SKIN_MISSING": "the blend shapes move no visible surface that markers could be on",
     "SHAPE_UNKNOWN": "a named blend shape is not on the rig",
@@ -238,6 +239,11 @@ class Cancelled(UsdFaceError):
 
     def __init__(self, message: str = "cancelled", code: str = "") -> None:
         super().__init__(message, code)
+
+
+def how_to_install(extra: str) -> str:
+    """Return the command that adds an extra of this package, for a message."""
+    return f"pip install 'usdface[{extra}]', in a clone '.[{extra}]'"
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -545,6 +545,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the written file could not be compared with its source",
     ),
     # binding
+    "MESH_ASSUMED": (
+        "info",
+        "place_markers",
+        "the binding names vertices and no mesh, and several meshes have blend shapes: its "
+        "vertices are those of the face",
+    ),
     "BIND_PROPOSED": ("info", "place_markers", "the vertices of markers were proposed, not given"),
     "BIND_UNSURE": ("warning", "place_markers", "most proposed vertices have a low confidence"),
     "PLACE_DOUBTED": (

@@ -14,6 +14,10 @@ _LISTED = 8  # names that a message lists
 _LONGEST, _MOST = 400, 200  # characters of a text, entries of a list in a report
 _DIGITS = 6
 _WHOLE = 1e15  # whole numbers below it are exact
+_ONE_FRAME = {
+    "frames {first_frame} to {last_frame}": "frame {first_frame}",
+    "{first_frame} to {last_frame}": "{first_frame}",
+}
 
 
 class Prose(str):
@@ -59,7 +63,17 @@ def filled_in(template: str, values: Sequence[object]) -> tuple[str, dict[str, o
     """
     keys = dict.fromkeys(key for _, key, _, _ in _TEMPLATE.parse(template) if key)
     named = dict(zip(keys, values, strict=True))
-    return _TEMPLATE.vformat(template, (), named), named
+    return _TEMPLATE.vformat(_counted(template, named), (), named), named
+
+
+def _counted(template: str, named: Mapping[str, object]) -> str:
+    """Return the template in the singular where it is about one frame."""
+    if named.get("frame_count") == 1:
+        template = template.replace("in {frame_count} frames", "in {frame_count} frame")
+    if "first_frame" in named and named["first_frame"] == named.get("last_frame"):
+        for many, one in _ONE_FRAME.items():
+            template = template.replace(many, one)
+    return template
 
 
 def plain_values(values: Mapping[str, object]) -> dict[str, Any]:

@@ -91,8 +91,9 @@ class FileFormat:
         for field in fields(options):
             given = getattr(options, field.name)
             if given != getattr(default, field.name) and not self.follows(field.name):
+                shown = str(given) if isinstance(given, Path) else repr(given)
                 raise InputError(
-                    f"{path}: {self.name} has no use for {field.name} = {given!r}; leave it out",
+                    f"{path}: {self.name} has no use for {field.name} = {shown}; leave it out",
                     "SETTING_WRONG",
                 )
 

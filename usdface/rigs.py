@@ -39,6 +39,7 @@ CORNER_NORMALS = "normals"
 # face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
 # with it, a beard that only those of jaw, cheeks and mouth move 0.6 of the head's.
 _SHARED = 0.75
+_ALIKE = 0.9  # of the size of a face's moving part, at least, has another face
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -336,34 +337,44 @@ class Rig:
         return max(parts, key=_moved_size) if shared else first
 
     def mesh(self, name: str = "") -> Mesh:
-        """Return the mesh of that name or path; without one, the only mesh that shapes move.
+        """Return the mesh of that name or path; without one, the face.
 
         Raises
         ------
         InputError
-            If there is no such mesh, or none was named and several have shapes.
+            If there is no such mesh, it has no blend shapes, or none was named and there are two
+            faces.
         """
-        if name:
-            found = [m for m in self.meshes if name in (m.path, m.name)]
-            if not found:
-                known = ", ".join(m.path or m.name for m in self.meshes)
-                raise InputError(
-                    f"the rig {self.name!r} has no mesh {name!r}; it has {known}", "MESH_UNKNOWN"
-                )
-            if not found[0].shapes:
-                raise InputError(
-                    f"mesh {name!r} of the rig {self.name!r} has no blend shapes", "SHAPES_MISSING"
-                )
-            return found[0]
-        deforming = [m for m in self.meshes if _moving_shapes(m)]
-        if len(deforming) > 1:
-            known = ", ".join(m.path or m.name for m in deforming)
+        if not name:
+            return self._only_face()
+        found = [m for m in self.meshes if name in (m.path, m.name)]
+        if not found:
+            known = ", ".join(m.path or m.name for m in self.meshes)
             raise InputError(
-                f"the rig {self.name!r} has {len(deforming)} meshes with blend shapes "
-                f'({known}); name one as "mesh" in the binding',
+                f"the rig {self.name!r} has no mesh {name!r}; it has {known}", "MESH_UNKNOWN"
+            )
+        if not found[0].shapes:
+            raise InputError(
+                f"mesh {name!r} of the rig {self.name!r} has no blend shapes", "SHAPES_MISSING"
+            )
+        return found[0]
+
+    def _only_face(self) -> Mesh:
+        face = self.face()
+        shapes, size = _moving_shapes(face), _ALIKE * _moved_size(face)
+        faces = [
+            mesh
+            for mesh in self.meshes
+            if mesh is face or (shapes == _moving_shapes(mesh) and _moved_size(mesh) >= size)
+        ]
+        if shapes and len(faces) > 1:  # as of two characters in one scene
+            known = ", ".join(mesh.path or mesh.name for mesh in faces)
+            raise InputError(
+                f"the rig {self.name!r} has {len(faces)} faces ({known}); name one as "
+                '"mesh" in the binding',
                 "MESH_UNKNOWN",
             )
-        return self.face()
+        return face
 
 
 def _face_rank(mesh: Mesh) -> tuple[int, int, float]:

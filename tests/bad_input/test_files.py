@@ -53,6 +53,12 @@ def test_a_file_of_another_kind(
     assert name in said
 
 
+def test_usd_is_not_imported(place: Place, refused: Refused) -> None:
+    """The two directions are easily mistaken."""
+    said = refused(["import", place / "rig.usda", "-o", place / "x.usda"])
+    assert "rig.usda is USD; `usdface import` reads glTF" in said
+
+
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.95])
 @pytest.mark.parametrize("name", ["rig.usda", "take.usda", "shot.usda", "bind.json"])
 def test_a_truncated_text(place: Place, refused: Refused, name: str, share: float) -> None:

@@ -97,3 +97,19 @@ def test_a_deviation_that_is_none(place: Place, refused: Refused, deviation: flo
 def test_a_size_that_is_a_word(place: Place, refused: Refused, name: str) -> None:
     sized(place, name, Sdf.ValueTypeNames.String, "six")
     assert "Take>" in refused(place.process)
+
+
+@pytest.mark.parametrize(
+    ("takes", "options", "said"),
+    [
+        (1, ["--cameras", "stereo.yml"], "take.csv is the take of one camera"),
+        (2, [], "2 takes and no calibration of cameras"),
+    ],
+)
+def test_takes_that_do_not_go_with_the_cameras(
+    place: Place, refused: Refused, takes: int, options: list[str], said: str
+) -> None:
+    (place / "stereo.yml").write_text("%YAML:1.0\n")
+    take = wide_csv(place, ["0,1,2,3,4,5,6"], "ab")
+    options = [str(place / o) if o.endswith(".yml") else o for o in options]
+    assert said in refused(["take", *[take] * takes, *options, "-o", place / "x.usda"])

@@ -226,3 +226,22 @@ def test_a_shot_of_mostly_unsure_places_is_refused_and_the_proposal_written(
     assert json.loads(printed.out) == document
     assert len(document["unsure"]) > len(document["markers"])
     assert all(place["confidence"] < 0.5 for place in document["unsure"].values())
+
+
+def test_vertices_without_the_name_of_their_mesh_are_those_of_the_face(
+    tmp_path: Path, world: World
+) -> None:
+    """As a binding that is written by hand, or one without any vertex, on a head with eyes."""
+    (mesh,) = world.rig.meshes
+    eye = replace(mesh, name="eye", shapes=mesh.shapes[:1], points=0.1 * mesh.points)
+    folder = replace(world, rig=replace(world.rig, meshes=(eye, mesh))).write(tmp_path / "scene")
+    document = json.loads((folder / "bind.json").read_text())
+    document.pop("mesh", None)
+    (folder / "bind.json").write_text(json.dumps(document))
+    bind, report = written(folder, "--bind", folder / "bind.json")
+    assert bind["mesh"].endswith("/head")
+    (found,) = [each for each in report["findings"] if each["code"] == "MESH_ASSUMED"]
+    assert found["values"]["mesh"] == bind["mesh"] and found["where"].endswith("bind.json")
+    (folder / "none.json").write_text('{"markers": {}}')
+    bind, report = written(folder, "--bind", folder / "none.json", "--propose")
+    assert bind["mesh"].endswith("/head") and "MESH_ASSUMED" not in codes(report)

@@ -129,3 +129,39 @@ def test_plain_values_are_printed_only_where_asked_for(
     assert json.loads((tmp_path / "facts.json").read_text(encoding="utf-8")) == {"ä": [1]}
     assert print_json({"ä": [1]}, "json", None)
     assert json.loads(capsys.readouterr().out) == {"ä": [1]}
+
+
+def test_a_second_message_about_one_place_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    """It is not one of the "others", of which only the places are named."""
+    messages = ["curves without a shape: jawLeft", "not read: residual", "not read: residual"]
+    found = [finding("CHANNEL_IGNORED", "t.csv", message) for message in messages]
+    found.append(finding("CHANNEL_IGNORED", "u.csv", "not read: error"))
+    print_result(Result(None, (), tuple(found)), "text")
+    assert capsys.readouterr().out.splitlines() == [
+        "info CHANNEL_IGNORED: curves without a shape: jawLeft (t.csv); others: u.csv",
+        "info CHANNEL_IGNORED: not read: residual (t.csv)",
+    ]
+
+
+def test_a_figure_without_entries_is_none(capsys: pytest.CaptureFixture[str]) -> None:
+    print_result(Result(None, (), (), {"gains": {}}), "text")
+    assert capsys.readouterr().out.split() == ["gains", "none"]
+
+
+def test_records_have_a_line_each_and_a_range_its_word(capsys: pytest.CaptureFixture[str]) -> None:
+    """As the places of 24 new markers: in one line they were a wall."""
+    places = {name: {"place": "left brow", "shapes_hardly_seen": 3} for name in ("a", "b")}
+    summary = {"new_markers": places, "neutral_frames": [0, 29], "peak_frames": [3, 9]}
+    print_result(Result(None, (), (), summary), "text")
+    assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
+        "new markers a place left brow, shapes hardly seen 3",
+        "b place left brow, shapes hardly seen 3",
+        "neutral frames 0 to 29",
+        "peak frames 3, 9",
+    ]
+
+
+def test_a_figure_is_in_one_line_of_a_log(capsys: pytest.CaptureFixture[str]) -> None:
+    places = ["left eye, 9 mm from marker lid_upper_left (vertex 1869)"] * 5
+    print_result(Result(None, (), (), {"next_markers": places}), "text")
+    assert len(capsys.readouterr().out.splitlines()) == 1

@@ -72,3 +72,9 @@ def test_an_assumed_neutral_is_a_frame_that_shows_the_markers(world: World) -> N
         world.setup(neutral=(0, 0), neutral_assumed=True), mesh, replace(world.take, positions=one)
     )
     assert fitted.neutral == (0, 0) and "the first frame is taken" in found.message
+
+
+def test_a_rig_alone_has_no_frame_that_could_be_neutral(world: World) -> None:
+    """As of `usdface markers`, which has no take."""
+    setup = world.setup(neutral_assumed=True)
+    assert "NEUTRAL_ASSUMED" not in {f.code for f in fit_setup(setup, world.rig.meshes[0])[1]}

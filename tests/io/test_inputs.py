@@ -72,3 +72,12 @@ def test_every_image_of_a_film_is_read(tmp_path: Path) -> None:
     for image in images:
         image.write_bytes(b"")
     assert set(files_read(tmp_path)) == set(files_read(tmp_path / "face.####.png")) == images
+
+
+def test_a_take_beside_the_images_that_it_was_made_of_is_not_read_with_them(tmp_path: Path) -> None:
+    """`usdface take . -o take.usdc`, the second time."""
+    for name in ("face.1.png", "take.usdc", "names.csv"):
+        (tmp_path / name).write_bytes(b"")
+    check_outputs([tmp_path / "take.usdc"], files_read(tmp_path))
+    with pytest.raises(OutputError, match="would be overwritten"):
+        check_outputs([tmp_path / "face.1.png"], files_read(tmp_path))

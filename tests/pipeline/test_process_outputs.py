@@ -88,6 +88,20 @@ def test_the_results_of_an_earlier_run_are_replaced(shot: Path) -> None:
         process(shot, in_place=True)
 
 
+def test_a_result_is_not_solved_again_beside_itself(
+    shot: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A slip: the name of the result for that of its shot."""
+    process(shot)
+    before = sorted(shot.parent.rglob("*"))
+    assert main(["process", str(shot.with_name("shot.usdface.usda"))]) == 1
+    assert "is a result of `usdface process`; process the shot that it" in capfd.readouterr().err
+    assert sorted(shot.parent.rglob("*")) == before
+    over = shot.with_name("over.usda")
+    over.write_text("#usda 1.0\n(\n subLayers = [@./shot.usdface.usda@]\n)\n")
+    assert main(["process", str(over)]) == 0  # a layer over a result is a shot of its own
+
+
 @pytest.mark.parametrize("name", ["shot.usdface.usda", "face.usda"])
 def test_a_result_that_a_person_edited_is_kept(
     shot: Path, refused: Callable[..., str], name: str

@@ -32,6 +32,16 @@ def test_a_list_has_a_shot_a_line(tmp_path: Path) -> None:
     assert moved[0].file == Path("/show/a.usda")
 
 
+def test_results_beside_their_shots_are_left_out(tmp_path: Path) -> None:
+    """As a shell writes `*.usda`; each would be solved again, over itself."""
+    files = [tmp_path / f"{name}.usda" for name in ("a", "a.usdface", "b.usdface", "c.v2")]
+    plans = find_shots(files, lambda path: True)
+    assert [plan.name for plan in plans] == ["a", "b.usdface", "c.v2"]
+    listed = tmp_path / "shots.txt"
+    listed.write_text("a.usdface.usda\na.usdc\n")
+    assert [plan.name for plan in find_shots([listed], lambda path: True)] == ["a"]
+
+
 @pytest.mark.parametrize("name", ["face.glb", "none.txt", "none.toml", "empty"])
 def test_no_shots_is_an_error(tmp_path: Path, name: str) -> None:
     (tmp_path / "empty").mkdir()

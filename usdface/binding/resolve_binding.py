@@ -69,6 +69,8 @@ class ResolvedBinding:
         The take whose neutral and peak frames the binding names, if it is another; "" if not.
     by_unit : tuple of str
         Curves that drive blend shapes of another name, of the same action units.
+    mesh_assumed : bool
+        Vertices are given without the name of their mesh, and several have blend shapes.
     """
 
     mesh: Mesh
@@ -79,6 +81,7 @@ class ResolvedBinding:
     neutral_found: bool = False
     other_take: str = ""
     by_unit: tuple[str, ...] = ()
+    mesh_assumed: bool = False
 
 
 class UnsureBindingError(InputError):
@@ -149,7 +152,15 @@ def resolve_binding(
     setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
     setup = _requested(setup, options)
     check_frames(take, setup.neutral, setup.peaks)
-    resolved = _compared(ResolvedBinding(mesh, setup, neutral_found=find_neutral), take)
+    resolved = _compared(
+        ResolvedBinding(
+            mesh,
+            setup,
+            neutral_found=find_neutral,
+            mesh_assumed=_mesh_is_assumed(character, setup.binding),
+        ),
+        take,
+    )
     looking = proposing or find_neutral or options.peaks == "auto"
     labelled = _labelled(take, setup) if looking else take
     if proposing:
@@ -198,6 +209,12 @@ def _bound_mesh(
     return mesh
 
 
+def _mesh_is_assumed(character: Rig, binding: Binding) -> bool:
+    """Return whether vertices are given of a mesh without a name, among several with shapes."""
+    several = sum(bool(mesh.shapes) for mesh in character.meshes) > 1
+    return several and bool(binding.markers) and not binding.mesh
+
+
 def _of_weights(
     take: WeightsTake,
     character: Rig,
@@ -223,7 +240,13 @@ def _of_weights(
     rename_weights(take, names, setup.curves)  # refused now, and not when it is played
     if not setup.binding.markers and take.head is None:
         setup = replace(setup, neutral_assumed=False)  # nothing is measured from it
-    return ResolvedBinding(mesh, setup, neutral_found=found, by_unit=tuple(by_unit))
+    return ResolvedBinding(
+        mesh,
+        setup,
+        neutral_found=found,
+        by_unit=tuple(by_unit),
+        mesh_assumed=_mesh_is_assumed(character, setup.binding),
+    )
 
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
@@ -258,7 +281,15 @@ def binding_findings(
 ) -> list[Finding]:
     """Report how a binding was completed for a take; `source` is the file of the binding."""
     unbound = resolved.unbound
-    findings = [unknown_marker(name, unbound, source) for name in resolved.missing]
+    findings = []
+    if resolved.mesh_assumed:
+        message = (
+            'the binding names no mesh; its vertices are taken as those of {mesh}; "mesh" in the '
+            "binding names another one"
+        )
+        name = resolved.mesh.path or resolved.mesh.name
+        findings.append(finding("MESH_ASSUMED", source or take.source, message, name))
+    findings += [unknown_marker(name, unbound, source) for name in resolved.missing]
     if isinstance(take, WeightsTake):
         findings += unknown_curves(take, resolved.setup.curves, source or take.source)
         findings += rest_kept(take, resolved.setup)

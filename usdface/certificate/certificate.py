@@ -117,5 +117,5 @@ class Certificate:
         errors = [(text, value) for lost, text, value in losses if lost]
         if not errors:
             return []
-        message = "is off: " + "; ".join(text for text, _ in errors)
+        message = "it differs from its source: " + "; ".join(text for text, _ in errors)
         return [finding("CONVERSION_INEXACT", where, message, *(value for _, value in errors))]

@@ -14,8 +14,8 @@ from io import StringIO, TextIOWrapper
 
 from usdface import __version__
 from usdface.blas_threads import limit_from_start
-from usdface.cli.command import FAILED, check_files
-from usdface.errors import UsdFaceError
+from usdface.cli.command import FAILED, check_files, options_of
+from usdface.errors import UsdFaceError, did_you_mean
 from usdface.plain_text import plain
 from usdface.signals import say_stopped, was_stopped
 
@@ -50,8 +50,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; return its exit status (argparse exits with 2 on wrong usage)."""
     limit_from_start()
     _write_anything()
-    words = sys.argv[1:] if arguments is None else arguments
-    parsed = _parser(next((word for word in words if word in _COMMANDS), "")).parse_args(words)
+    status = FAILED
+    try:
+        status = _run(_parsed(sys.argv[1:] if arguments is None else arguments))
+    finally:
+        printed = _print_rest(quiet=status == FAILED)
+    return status if printed else FAILED
+
+
+def _parsed(words: Sequence[str]) -> argparse.Namespace:
+    """Return the options of a command; those that it does not have are refused with a hint."""
+    parser = _parser(next((word for word in words if word in _COMMANDS), ""))
+    parsed, unknown = parser.parse_known_args(words)
+    if unknown:
+        command: argparse.ArgumentParser = parsed.command
+        hint = did_you_mean(unknown[0].partition("=")[0], options_of(command))
+        command.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+    return parsed
+
+
+def _run(parsed: argparse.Namespace) -> int:
+    """Run a command; print the one line of an error, return the exit status."""
     if parsed.trusted:
         os.environ["USDFACE_TRUSTED"] = "1"
     try:
@@ -73,6 +92,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
             print(json.dumps({"error": {"code": error.code, "message": str(error)}}))
         return FAILED
+
+
+def _print_rest(*, quiet: bool) -> bool:
+    """Print what standard output still buffers; return whether it took it.
+
+    Without this the interpreter would try at its end, and complain in lines of its own about a
+    pipe that was closed after its first lines (`usdface ... | head`), or a full disk.
+    """
+    try:
+        if sys.stdout is not None:  # >&-
+            sys.stdout.flush()
+    except OSError as error:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        if not quiet and not isinstance(error, BrokenPipeError):
+            print(f"usdface: standard output: {error.strerror}", file=sys.stderr)
+        return False
+    return True
 
 
 @cache

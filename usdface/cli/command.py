@@ -24,6 +24,7 @@ __all__ = [
     "add_overwrite",
     "add_skip_hook",
     "check_files",
+    "options_of",
     "report",
     "reported",
     "settings",
@@ -58,7 +59,7 @@ def add_command(
     command: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary)
     command.formatter_class = argparse.RawDescriptionHelpFormatter
     command.epilog = "\n  ".join(("examples:", *EXAMPLES[command.prog.partition(" ")[2]]))
-    command.set_defaults(run=run, writes=("output", *writes))
+    command.set_defaults(command=command, run=run, writes=("output", *writes))
     command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
     command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")
     command.add_argument(
@@ -114,6 +115,11 @@ def add_skip_hook(command: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="leave out the hooks of another package, or one of them: PACKAGE or PACKAGE:HOOK",
     )
+
+
+def options_of(command: argparse.ArgumentParser) -> list[str]:
+    """Return the options of a command, as they are written: ``--output``, ``-o``."""
+    return [word for action in command._actions for word in action.option_strings]
 
 
 def settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields
 from pathlib import Path
@@ -28,6 +28,7 @@ _EXAMPLES = 4  # findings of one kind that a line names: they fit a terminal of 
 _LONGEST = 5000  # characters of one cell or line
 _ANY_WIDTH = 1000  # characters
 _PLACE = {field.name for field in fields(Place)}
+_RANGES = {"neutral_frames"}  # keys whose list is a first and a last frame
 _UNITS = {"degrees": "degrees", "mm": "mm", "s": "s", "hz": "Hz", "percent": "%", "mb": "MB"}
 
 
@@ -43,8 +44,13 @@ def print_result(result: Result[Any], form: str, file: TextIO | None = None) -> 
     if result.summary:
         table = Table(show_header=False, box=None, padding=(0, 2, 0, 0))
         for key, value in result.summary.items():
-            table.add_row(shown(_label(key)), shown(_text(value)))
-        console.print(table)
+            ranged = key in _RANGES and isinstance(value, list)
+            text = " to ".join(map(str, value)) if ranged else _text(value)
+            table.add_row(shown(_label(key)), shown(text))
+        if console.is_terminal:
+            console.print(table)
+        else:  # a log, or grep: a figure stays in its line
+            print_whole(console, table)
     for line, severity in _lines(result.findings):
         console.print(shown(line), style=_STYLES[severity])
     for path in result.written:
@@ -77,16 +83,22 @@ def _label(key: str) -> str:
 
 
 def _text(value: Any) -> str:
-    """Return a value of a summary as text: names with their numbers in one line."""
+    """Return a value of a summary as text: names with their numbers in one line, records below."""
     if isinstance(value, Mapping) and value.keys() == _PLACE:
         return str(Place(**value))
     if isinstance(value, Mapping):
-        return ", ".join(f"{name} {_fields(part)}" for name, part in value.items())
+        parts = [f"{name} {_fields(part)}" for name, part in value.items()]
+        return _between(value.values()).join(parts) or "none"
     if isinstance(value, list | tuple):
-        return ", ".join(map(_text, value)) or "none"
+        return _between(value).join(map(_text, value)) or "none"
     if value is None:
         return "not determined"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _between(values: Iterable[Any]) -> str:
+    """Return what stands between parts of a summary: a new line where they are records."""
+    return "\n" if any(isinstance(value, Mapping) for value in values) else ", "
 
 
 def _fields(value: Any) -> str:
@@ -103,8 +115,12 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
         groups[finding.code].append(finding)
     for group in groups.values():
         kinds: dict[str, list[Finding]] = {}
-        for finding in group:
-            wording = "" if finding.severity == "info" else _wording(finding)
+        told: Counter[str] = Counter()
+        for finding in dict.fromkeys(group):
+            # A second message about one place is not "others": it would not be printed.
+            told[finding.where] += 1
+            info = "" if told[finding.where] == 1 else str(told[finding.where])
+            wording = info if finding.severity == "info" else _wording(finding)
             if wording not in kinds and len(kinds) == _EXAMPLES:
                 wording = next(iter(kinds))
             kinds.setdefault(wording, []).append(finding)

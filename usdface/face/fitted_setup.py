@@ -113,7 +113,7 @@ def _with_assumed_neutral(
     begin late. One marker that comes later is left out rather than a later frame taken, in which
     the face may move.
     """
-    if not setup.neutral_assumed:
+    if not setup.neutral_assumed or take is None:  # a rig alone has no frames
         return setup, []
     frame, message = 0, "no neutral frames are named; the first frame is taken"
     if isinstance(take, MarkerTake):
@@ -122,15 +122,14 @@ def _with_assumed_neutral(
         shown = count[count > 0]
         if len(shown):
             frame = int(np.argmax(2 * count >= np.median(shown)))
-    where = take.source if take else setup.binding.mesh
     if not frame:
-        return setup, [finding("NEUTRAL_ASSUMED", where, message)]
+        return setup, [finding("NEUTRAL_ASSUMED", take.source, message)]
     message = (
         "no neutral frames are named; frame {frame} is taken, the first that shows at least half "
         "the markers"
     )
     setup = replace(setup, neutral=(frame, frame))
-    return setup, [finding("NEUTRAL_ASSUMED", where, message, frame)]
+    return setup, [finding("NEUTRAL_ASSUMED", take.source, message, frame)]
 
 
 def _uncalibrated(setup: RetargetSetup, mesh: Mesh) -> list[Finding]:

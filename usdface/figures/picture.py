@@ -6,7 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from usdface.errors import InputError
+from usdface.errors import InputError, how_to_install
 from usdface.io.atomic import write_bytes
 
 __all__ = ["check_picture", "save_figure"]
@@ -52,4 +52,4 @@ def check_picture(path: Path) -> None:
             f"{path} is no picture; end it in {', '.join(_SUFFIXES)}", "FILE_KIND_UNKNOWN"
         )
     if find_spec("matplotlib") is None:
-        raise InputError("figures need matplotlib: pip install 'usdface[plot]'")
+        raise InputError(f"figures need matplotlib: {how_to_install('plot')}")

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from usdface.errors import InputError, PluginError
+from usdface.errors import InputError, PluginError, how_to_install
 from usdface.findings import Finding, finding
 from usdface.io.drop_frame import dropped_labels
 
@@ -157,7 +157,7 @@ def _library(path: Path) -> Any:
     except ImportError as error:
         raise PluginError(
             f"{path}: cuts are read by OpenTimelineIO, which is not installed "
-            "(pip install usdface[otio])"
+            f"({how_to_install('otio')})"
         ) from error
     return opentimelineio
 

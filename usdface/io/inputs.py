@@ -10,10 +10,12 @@ from pathlib import Path
 
 from usdface.errors import OutputError
 from usdface.io.atomic import check_place
-from usdface.io.images.sequence import find_images, is_pattern
+from usdface.io.images.sequence import find_images, is_pattern, may_be_images
 from usdface.io.staging import finish_dead_runs
 
 __all__ = ["among", "check_outputs", "files_read", "files_written", "first_free"]
+
+_USD = (".usd", ".usda", ".usdc")
 
 
 def files_read(
@@ -151,8 +153,13 @@ def _files_of(path: Path, apart: Collection[Path] = ()) -> list[Path]:
     if path.is_dir():
         from usdface.io.rigs.files import folder_files  # loads trimesh only here
 
-        # A folder that is no rig is one of data, of which anything may be read.
-        return folder_files(path) or [file for file in path.rglob("*") if file.is_file()]
+        if files := folder_files(path):
+            return files
+        # A folder that is no rig is one of data, of which anything may be read; of a film only the
+        # images are: the take may be written beside them, again and again.
+        film = may_be_images(path)
+        files = [file for file in path.rglob("*") if file.is_file()]
+        return [file for file in files if not (film and file.suffix.lower() in _USD)]
     from usdface.io.gltf.files_beside import files_beside, may_be_gltf
 
     if may_be_gltf(path):

@@ -42,7 +42,7 @@ def conform(
     Parameters
     ----------
     cut : path
-        .otio, or .edl; read by OpenTimelineIO (``pip install usdface[otio]``).
+        .otio, or .edl; read by OpenTimelineIO (``pip install 'usdface[otio]'``).
     takes : sequence of path
         USD takes that know the timecode of their first frame.
     output : path

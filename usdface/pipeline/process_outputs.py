@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from usdface.clips import Clip
+from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.atomic import StrPath
@@ -15,10 +16,11 @@ from usdface.io.layer_paths import layer_paths
 from usdface.io.replaced import check_replaced
 from usdface.io.usd.animation import animation_path
 from usdface.io.usd.character_meshes import report_left_out
+from usdface.io.usd.generation import layer_generation
 from usdface.io.usd.own_motion import own_joints, report_unmoved
 from usdface.io.usd.rigid_animation import merge_joint_takes
 from usdface.io.usd.shot import StagedShot
-from usdface.io.usd.stage import Stage, check_usd_name, open_stage
+from usdface.io.usd.stage import Stage, check_usd_name, open_layer, open_stage
 from usdface.io.usd.stronger_opinions import check_weights_shown
 from usdface.options import DeliverOptions
 from usdface.result import Result
@@ -54,9 +56,16 @@ class ProcessOutputs:
         Raises
         ------
         InputError
-            If the root is not named as a USD file.
+            If the root is not named as a USD file, or the shot is a result and no root is named:
+            it would be solved again, beside itself.
         OutputError
         """
+        beside = self.root is None and not self.in_place
+        if beside and layer_generation(open_layer(shot)):
+            raise InputError(
+                f"{shot} is a result of `usdface process`; process the shot that it is of, or name "
+                "another output (-o)"
+            )
         ours = layer_paths(shot, self.root)
         root = None if self.in_place else ours.root
         read = files_read(shot, apart=ours.layers)

@@ -11,6 +11,7 @@ from typing import Any
 from usdface.blas_threads import one_blas_thread
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
+from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
@@ -26,6 +27,8 @@ from usdface.result import Result
 from usdface.rigs import Rig
 
 __all__ = ["export_scene", "import_scene"]
+
+_USD = (".usd", ".usda", ".usdc", ".usdz")
 
 
 @one_blas_thread()
@@ -180,6 +183,12 @@ def import_scene(
     progress = Progress.of(on_progress)
     folder = asset_folder(options.asset_root)
     of = Path(rig) if rig is not None else None
+    if source.is_file() and source.suffix.lower() in _USD:
+        raise InputError(
+            f"{source} is USD; `usdface import` reads glTF (.glb .gltf .vrm), `usdface export` "
+            "writes it",
+            "FILE_KIND_UNKNOWN",
+        )
     check_usd_name(output)
     read = files_read(source, of)
     check_outputs([output], read)

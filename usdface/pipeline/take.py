@@ -107,11 +107,15 @@ def make_take(
 
             write_footage_sheet(footage, drawn)
         write_take(take, output)
+    summary = _summary(take)
+    if footage:
+        focal = take.focal_length if isinstance(take, MarkerTake) else 0.0
+        summary |= footage.summary | {"focal_px": round(focal, 1) or None}
     return Result(
         take,
         (output, *([drawn] if drawn else [])),
         tuple(findings),
-        _summary(take) | (footage.summary if footage else {}),
+        summary,
         details=footage.details if footage else {},
         seconds=progress.seconds,
     )
@@ -122,11 +126,17 @@ def _beside(options: TakeOptions) -> tuple[StrPath | None, ...]:
 
 
 def _check_sources(sources: list[Path], calibration: Path | None, sync: Sequence[int]) -> None:
-    if not sources or (len(sources) > 1) != (calibration is not None):
-        images = len(sources) > 1 and all(map(may_be_images, sources))
+    if len(sources) == 1 and calibration is not None:
+        raise InputError(
+            f"{sources[0]} is the take of one camera; --cameras needs those of two or more, or "
+            "is left out",
+            "SETTING_WRONG",
+        )
+    if not sources or (len(sources) > 1 and calibration is None):
+        images = bool(sources) and all(map(may_be_images, sources))
         hint = "; one film is named by its pattern in quotes, 'face.####.png'" if images else ""
         raise InputError(
-            f"{len(sources)} takes and {'a' if calibration else 'no'} calibration of cameras; "
+            f"{len(sources)} takes and no calibration of cameras; "
             f"expected one take, or several with --cameras FILE{hint}",
             "SETTING_WRONG",
         )

@@ -14,7 +14,7 @@ __all__ = ["Binding"]
 class Binding:
     """The binding of markers to the rig: `markers[i]` is on vertex `points[i]` of `mesh`.
 
-    `mesh` is a mesh name or prim path; "" = the only mesh of the rig that has shapes.
+    `mesh` is a mesh name or prim path; "" = the face of the rig.
     `confidence` (len(markers),) float64 in [0, 1] is that of proposed vertices
     (`usdface.binding`); NaN = unknown, None = unknown for all.
 

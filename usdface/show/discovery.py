@@ -25,7 +25,7 @@ def find_shots(
     ----------
     sources : iterable of Path
         Show files (.toml, .json), folders (searched with all below), lists (.txt, a shot a line),
-        shots.
+        shots. Results beside their shots are left out.
     is_shot : callable
         Whether a USD file of a folder is a shot; called for files that have no result yet.
     root : Path, optional
@@ -42,7 +42,21 @@ def find_shots(
         plans += _plans(source, is_shot, root)
     if not plans:
         raise InputError(f"no shots in {', '.join(map(str, sources))}", "FILE_UNREADABLE")
-    return _uniquely_named(plans)
+    return _uniquely_named(_without_results(plans))
+
+
+def _without_results(plans: list[ShotPlan]) -> list[ShotPlan]:
+    """Leave out results of shots that are in the list, too, as `shots/*.usda` of a shell has them.
+
+    A result whose shot is not in it was meant.
+    """
+    shots = {plan.file.with_suffix("") for plan in plans}
+    return [
+        plan
+        for plan in plans
+        if plan.file.stem == (stem := plan.file.stem.removesuffix(".usdface"))
+        or plan.file.with_name(stem) not in shots
+    ]
 
 
 def _plans(source: Path, is_shot: Callable[[Path], bool], root: Path | None) -> list[ShotPlan]:

@@ -380,6 +380,14 @@ def test_the_focal_length_of_the_camera_is_that_of_the_take(tmp_path: Path) -> N
     assert codes(tmp_path, focal_length=300.0)[0].focal_length == 300.0
 
 
+def test_the_summary_has_the_focal_length_of_the_take_or_none(tmp_path: Path) -> None:
+    save(paint(layout()), tmp_path / "a.1.png")
+    for focal in (None, 300.0):
+        options = TakeOptions(focal_length=focal)
+        made = make_take(tmp_path, tmp_path / "t.usdc", options=options)
+        assert made.summary["focal_px"] == focal
+
+
 def write_many(path: Path, images: list[Pixels]) -> None:
     """Write several images into one file."""
     height, width, _ = images[0].shape

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pygltflib import Buffer, BufferView
 
-from usdface.errors import InputError
+from usdface.errors import InputError, how_to_install
 from usdface.io.gltf.accessors import DTYPES
 from usdface.io.gltf.document import GltfFile, item
 from usdface.io.gltf.draco import decode_draco
@@ -48,7 +48,7 @@ def decompress(file: GltfFile) -> GltfFile:
         if find_spec(_LIBRARIES[name]) is None:
             raise InputError(
                 f"the file needs {name}; install {_LIBRARIES[name]} "
-                "(pip install usdface[compression])",
+                f"({how_to_install('compression')})",
                 "EXTENSION_UNSUPPORTED",
             )
     if not required:

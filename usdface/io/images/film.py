@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from usdface.errors import InputError
+from usdface.errors import InputError, how_to_install
 from usdface.footage.colour_channel import Pixels
 from usdface.footage.scan import LoadFrame
 from usdface.io.images.movie import movie_frames, read_movie_header
@@ -164,7 +164,7 @@ def open_film(path: Path) -> Film:
             raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
         if find_spec("av") is None:
             raise InputError(
-                f"{path}: movies need PyAV: pip install 'usdface[movies]'; or make images: "
+                f"{path}: movies need PyAV: {how_to_install('movies')}; or make images: "
                 f"ffmpeg -i {path.name} frames.%05d.png",
                 "FILE_KIND_UNKNOWN",
             )

@@ -49,7 +49,6 @@ class Footage:
             "channel": self.model.channel.name,
             "reference_frame": self.tracks.reference,
             "image_size": list(self.film.header.size),
-            "focal_px": round(self.film.header.focal, 1),
             "confidence_mean": round(float(self.tracks.confidence[seen].mean()), 3),
         }
 

@@ -76,8 +76,8 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     findings += absent
     angles, told = _head_angles(path, header, kept)
     findings += told
-    used = () if angles is None else _HEAD
-    ignored = [name for name in header[2:] if name.endswith(_ROTATION) and name not in used]
+    named = () if angles is None and not told else _HEAD
+    ignored = [name for name in header[2:] if name.endswith(_ROTATION) and name not in named]
     if ignored:
         of_eyes = all(name.startswith(_EYES) for name in ignored)
         why = ", as the curves of gaze say the same" if of_eyes else ""
@@ -157,8 +157,11 @@ def _head_angles(
     angles = read_numbers(path, rows, [header.index(name) for name in _HEAD])
     missing = ~np.isfinite(angles).all(axis=1)
     angles[missing] = np.nan
-    if 1.0 - missing.mean() < _WRITTEN or not np.nan_to_num(angles).any():
+    if 1.0 - missing.mean() < _WRITTEN:
         return None, []
+    if not np.nan_to_num(angles).any():
+        message = "rotations that are 0 in every row, so the head stays still: {channels}"
+        return None, [finding("CHANNEL_IGNORED", str(path), message, _HEAD)]
     if np.nanmax(np.abs(angles)) > _HALF_TURN:
         message = "angles of the head go up to {angle:.3g}, which are no radians; left out"
         largest = float(np.nanmax(np.abs(angles)))

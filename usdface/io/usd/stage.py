@@ -106,8 +106,20 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     check_clocks(stage)
     for error in broken:
         if not any(f"@{layer}@" in error for layer in left_out):
-            raise InputError(f"{path} does not compose: {error}", "SCHEMA_BROKEN")
+            raise InputError(f"{path} does not compose: {_with_remedy(error)}", "SCHEMA_BROKEN")
     return stage
+
+
+def _with_remedy(error: str) -> str:
+    """Return USD's words about a layer that it could not open, with a remedy where it is lost.
+
+    As where a shot was moved without its rig and take, or a result without its layers.
+    """
+    said = error.removesuffix(".").removesuffix("; skipping")
+    lost = said.startswith(("Could not open asset @", "Could not load sublayer @"))
+    if not lost or " -- " in said:  # the file is there, and the reason given
+        return said
+    return f"{said}; move that file there, or make the file that names it again"
 
 
 def check_clocks(stage: Usd.Stage) -> None:
