@@ -35,11 +35,11 @@ from usdface.face.layout import find_layout
 from usdface.io.takes.files import read_take
 from usdface.options import ProcessOptions
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh, Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup, unbound
-from usdface.shot import Shot, ShotResult
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import MarkerTake, WeightsTake
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -17,8 +17,8 @@ from usdface.io.usd.take import write_take
 from usdface.options import ProcessOptions
 from usdface.pipeline.long_take import KeptPieces
 from usdface.pipeline.schemas import register_schemas
-from usdface.retarget_pieces import PieceCuts, solve_cut
 from usdface.rigs import Mesh, Rig
+from usdface.shot.retarget_pieces import PieceCuts, solve_cut
 from usdface.takes import MarkerTake
 
 __all__ = ["make_long_shot", "run_long"]

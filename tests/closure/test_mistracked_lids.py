@@ -14,7 +14,7 @@ from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.closure.mistracked_lids import _believed, lid_pairs, lid_reach, mistracked_lids
 from usdface.options import CleanOptions
 from usdface.rigs import Rig
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.takes import MarkerTake
 
 MESH = slit_face()

@@ -7,7 +7,6 @@ from expression_systems import changed, expression_system
 
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import InputError
-from usdface.explanation import Explanation
 from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
@@ -15,7 +14,8 @@ from usdface.fuzzy.variables import Term, Variable
 from usdface.rigs import Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot, ShotResult
+from usdface.shot.explanation import Explanation
+from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import WeightsTake
 
 PNG = b"\x89PNG\r\n\x1a\n"

@@ -10,9 +10,9 @@ from usdface.figures.take import write_take_figure
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
 from usdface.pipeline import make_shot
-from usdface.retarget_shot import retarget
-from usdface.shot import ShotResult
-from usdface.shot_report import report_of
+from usdface.shot.report import report_of
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import ShotResult
 
 PNG = b"\x89PNG\r\n\x1a\n"
 

@@ -17,7 +17,7 @@ from usdface.cli import main
 from usdface.io.gltf.read import read_gltf
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 
 pytestmark = pytest.mark.slow
 

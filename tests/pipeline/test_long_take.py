@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from worlds import make_world
 
-from usdface import retarget_pieces
 from usdface.cli import main
 from usdface.hooks import Hook
 from usdface.io.usd.take import write_take
 from usdface.pipeline import long_take
+from usdface.shot import retarget_pieces
 
 
 @pytest.fixture

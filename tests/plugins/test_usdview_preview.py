@@ -15,7 +15,7 @@ from worlds import make_world
 from usdface.options import ProcessOptions
 from usdface.pipeline import process
 from usdface.result import Result
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 
 @pytest.fixture(scope="module")

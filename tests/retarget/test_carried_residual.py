@@ -11,9 +11,9 @@ from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
 from usdface.options import ProcessOptions
 from usdface.retarget.carried_residual import carried_residual
-from usdface.retarget_shot import retarget
 from usdface.rigs import Rig
-from usdface.shot_assembly import assemble_shot
+from usdface.shot.assembly import assemble_shot
+from usdface.shot.retarget import retarget
 from usdface.takes import MarkerTake
 
 TIMES = np.arange(101) / 100.0

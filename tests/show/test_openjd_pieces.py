@@ -9,8 +9,8 @@ import pytest
 from openjd_program import openjd
 from worlds import make_world
 
-from usdface import retarget_pieces
 from usdface.cli import main
+from usdface.shot import retarget_pieces
 
 
 def make_shot(folder: Path) -> Path:

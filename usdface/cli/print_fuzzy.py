@@ -51,7 +51,7 @@ def print_fit(fitted: "Fitted") -> None:
 
 
 def print_explanation(facts: dict[str, Any]) -> None:
-    """Print features, rules and weights of a frame (`usdface.explanation.Explanation.frame`)."""
+    """Print features, rules and weights of a frame (`Explanation.frame`)."""
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"frame {facts['frame']}, {facts['time_s']:g} s", style="bold")
     _print_emotions(console, facts)

@@ -11,7 +11,7 @@ from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import regions_of
 from usdface.local_maxima import local_maxima
 from usdface.rigs import Mesh
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.takes import frame_step
 
 __all__ = ["peak_frames", "sheet_frames"]

@@ -16,9 +16,9 @@ from usdface.page.clip_data import joint_motion, sampled_weights, ticks
 from usdface.page.packed_data import Quantized
 from usdface.page.performer import markers_on_face, performer_data
 from usdface.page.rule_data import rule_data
-from usdface.played_shot import PlayedShot
 from usdface.retarget.head_joint import carrying_joint
 from usdface.rigs import Mesh
+from usdface.shot.played_shot import PlayedShot
 from usdface.takes import MarkerTake, frame_step
 from usdface.verdict.judge import Verdict
 

@@ -16,7 +16,7 @@ from usdface.io.gltf.files_beside import may_be_gltf
 from usdface.io.rigs.files import read_rig_file
 from usdface.local_maxima import highest
 from usdface.options import RESPONSE
-from usdface.played_shot import PlayedShot
+from usdface.shot.played_shot import PlayedShot
 from usdface.takes import frame_step
 
 __all__ = ["judge_file"]

@@ -22,7 +22,7 @@ from usdface.io.usd.stage import Stage, check_usd_name, open_stage
 from usdface.io.usd.stronger_opinions import check_weights_shown
 from usdface.options import DeliverOptions
 from usdface.result import Result
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 __all__ = ["ProcessOutputs", "process_outputs"]
 

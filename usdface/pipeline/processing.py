@@ -35,9 +35,9 @@ from usdface.pipeline.process_outputs import process_outputs
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_shot import retarget, retarget_in_stages
-from usdface.shot import ShotResult
-from usdface.shot_report import report_of
+from usdface.shot.report import report_of
+from usdface.shot.retarget import retarget, retarget_in_stages
+from usdface.shot.shot import ShotResult
 from usdface.verdict.judge import refuse_unusable
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def process(
     -------
     Result of ShotResult
         `written` begins with the file to open; the keys of `summary` are those of
-        `usdface.shot_report.report_of`, and ``head_carrier``; with a cache ``stages``, each
+        `usdface.shot.report.report_of`, and ``head_carrier``; with a cache ``stages``, each
         ``"cached"`` or ``"computed"``.
 
     Raises

@@ -25,8 +25,8 @@ from usdface.schemas import tokens
 from usdface.setup.calibration import Calibration
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot
-from usdface.shot_assembly import assemble_shot
+from usdface.shot.assembly import assemble_shot
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["set_up"]

@@ -26,8 +26,8 @@ from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.rigs import Mesh
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot
-from usdface.shot_assembly import assemble_shot
+from usdface.shot.assembly import assemble_shot
+from usdface.shot.shot import Shot
 
 __all__ = ["make_shot"]
 

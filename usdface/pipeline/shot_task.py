@@ -17,7 +17,7 @@ from usdface.pipeline.processing import process
 from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.shot import make_shot
 from usdface.result import Result, peak_memory
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.show.making_record import is_made, making_findings, note_making, read_making
 from usdface.show.plan import Making, ShotPlan, plan_of
 from usdface.show.record import Record, read_record, record_of, record_path, write_record

@@ -26,7 +26,7 @@ from usdface.io.usd.stronger_opinions import hidden_by
 from usdface.retarget.joint_motion import JointMotion, matrices_of
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.verdict.judge import Verdict
 
 __all__ = [

@@ -31,7 +31,7 @@ from usdface.io.usd.stage import (
 )
 from usdface.io.usd.stronger_opinions import check_shown
 from usdface.schemas import write_fallback_types
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.verdict.judge import Verdict
 
 __all__ = ["open_shot", "write_layers"]

@@ -9,7 +9,7 @@ from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.character_meshes import character_meshes, points_of
 from usdface.io.usd.shot import StagedShot
 from usdface.rigs import Mesh
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 __all__ = ["report_left_behind"]
 

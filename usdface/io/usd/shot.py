@@ -29,7 +29,7 @@ from usdface.io.usd.take import count_frames, read_take_prim
 from usdface.rigs import Rig
 from usdface.schemas import tokens
 from usdface.setup.binding_origin import check_mesh
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [

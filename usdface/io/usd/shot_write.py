@@ -28,7 +28,7 @@ from usdface.io.usd.stage import (
 )
 from usdface.io.usd.take import define_take
 from usdface.schemas import tokens, write_fallback_types
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 
 __all__ = ["author_shot", "write_shot"]
 

@@ -10,14 +10,15 @@ import pytest
 from closing_world import TIMES, markers, performance, shot_of
 from slits import slit_face
 
-from usdface import ProcessOptions, retarget, retarget_pieces
+from usdface import ProcessOptions, retarget
 from usdface.closure import mistracked_lids
 from usdface.findings import Finding
 from usdface.io.mapped_arrays import MappedArrays
-from usdface.join_pieces import join
 from usdface.options import CleanOptions
-from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
-from usdface.shot import Shot, SolvedShot
+from usdface.shot import retarget_pieces
+from usdface.shot.join_pieces import join
+from usdface.shot.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
+from usdface.shot.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake
 
 MESH = slit_face()

@@ -9,7 +9,6 @@ import numpy as np
 from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.correct_shot import check_gains, correct_solved, with_gains
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
 from usdface.findings import Finding, timed
@@ -25,9 +24,10 @@ from usdface.retarget.recorded_eyes import recorded_eyes, turning_joints
 from usdface.retarget.recorded_gaze import gaze_pins
 from usdface.retarget.recorded_head import recorded_head
 from usdface.retarget.solution import Solution
-from usdface.shot import Shot, ShotResult, SolvedShot
+from usdface.shot.correct import check_gains, correct_solved, with_gains
+from usdface.shot.shot import Shot, ShotResult, SolvedShot
+from usdface.shot.solve import Stages, Uncached, solve_shot
 from usdface.solve_errors import solve_errors
-from usdface.solve_shot import Stages, Uncached, solve_shot
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = [

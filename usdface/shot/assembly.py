@@ -19,7 +19,7 @@ from usdface.rigs import Mesh, Rig
 from usdface.setup.calibration import Calibration
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake
 

@@ -7,11 +7,11 @@ import pytest
 from worlds import make_world
 
 from usdface.errors import InputError
-from usdface.retarget_shot import retarget
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot, ShotResult
-from usdface.skin_colours import residual_colours
+from usdface.shot.residual_colours import residual_colours
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot, ShotResult
 
 GREY, RED = (0.3, 0.31, 0.33), (0.75, 0.0, 0.12)
 

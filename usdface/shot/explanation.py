@@ -15,7 +15,7 @@ from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.fuzzy.rules import Proposition
 from usdface.local_maxima import highest
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.takes import frame_step
 
 __all__ = ["HALF_SHOWN_APART", "Explanation", "check_frame", "explain_result", "nearest_frame"]

@@ -13,7 +13,7 @@ from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.fuzzy.inference import Evaluation, evaluate
 from usdface.rigs import Rig
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 from usdface.takes import WeightsTake
 from usdface.verdict.judge import Verdict
 

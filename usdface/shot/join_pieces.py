@@ -14,8 +14,8 @@ from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
 from usdface.retarget.first_pose import head_markers_few
 from usdface.retarget.solution import Solution
 from usdface.retarget.usable_markers import occlusions, unsolved_frames
-from usdface.retarget_pieces import EstimatedTake
-from usdface.shot import SolvedShot
+from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.shot import SolvedShot
 from usdface.takes import MarkerTake
 
 __all__ = ["RowArrays", "join"]

@@ -5,7 +5,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.face.marker_heat import heat_of_markers
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 __all__ = ["residual_colours"]
 

@@ -11,11 +11,11 @@ from pxr import Usd
 from worlds import make_world
 
 from usdface.cli import main
-from usdface.correct_shot import correct
 from usdface.errors import InputError
 from usdface.options import ProcessOptions
 from usdface.pipeline import apply, process
-from usdface.shot import ShotResult
+from usdface.shot.correct import correct
+from usdface.shot.shot import ShotResult
 
 
 @pytest.fixture(scope="module")

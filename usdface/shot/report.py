@@ -20,8 +20,8 @@ from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget.travel import Travel, region_travel
-from usdface.shot import ShotResult
-from usdface.shot_measures import shot_measures
+from usdface.shot.measures import shot_measures
+from usdface.shot.shot import ShotResult
 from usdface.takes import MarkerTake
 from usdface.verdict.judge import Verdict, judge
 

@@ -8,12 +8,12 @@ import usdface
 from usdface.arrays import FloatArray
 from usdface.blend_shapes import Inbetween
 from usdface.face.bound_face import bound_face
-from usdface.neutral_measures import neutral_at_limit, neutral_expressive
 from usdface.options import ProcessOptions
 from usdface.retarget.neutral_weights import LARGEST
 from usdface.rigs import Mesh, Rig
-from usdface.shot import ShotResult
-from usdface.shot_measures import shot_measures
+from usdface.shot.measures import shot_measures
+from usdface.shot.neutral_measures import neutral_at_limit, neutral_expressive
+from usdface.shot.shot import ShotResult
 from usdface.verdict.criteria import CRITERIA
 from usdface.verdict.judge import judge
 

@@ -9,15 +9,15 @@ import pytest
 from curved_world import make_curved_world
 from worlds import World, make_world
 
-from usdface import retarget_pieces
 from usdface.errors import InputError, SolveError
 from usdface.io.mapped_arrays import MappedArrays
-from usdface.join_pieces import join
-from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
-from usdface.retarget_shot import retarget
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot, SolvedShot
+from usdface.shot import retarget_pieces
+from usdface.shot.join_pieces import join
+from usdface.shot.retarget import retarget
+from usdface.shot.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
+from usdface.shot.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake
 
 FRAMES, NEUTRAL = 900, 12

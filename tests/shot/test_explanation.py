@@ -14,7 +14,6 @@ from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.cli.print_fuzzy import print_explanation
 from usdface.correction.expression_layer import SideTrace
-from usdface.explanation import Explanation
 from usdface.face.mirror import Side
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.norms import most_of
@@ -25,10 +24,11 @@ from usdface.io.usd.take import write_take
 from usdface.pipeline import explain
 from usdface.schemas import tokens
 from usdface.setup.expression import Expression
+from usdface.shot.explanation import Explanation
 from usdface.takes import WeightsTake
 
 FRAME = 25
-EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
 
 @pytest.fixture(scope="module")

@@ -14,9 +14,9 @@ import usdface
 from usdface import Cancelled, InputError, ProcessOptions, Shot, Step, WeightsTake
 from usdface.content_digest import content_digest
 from usdface.face.shape_names import split_words
-from usdface.retarget_shot import _express_inputs
 from usdface.rigs import Skeleton
-from usdface.shot_report import report_of
+from usdface.shot.report import report_of
+from usdface.shot.retarget import _express_inputs
 
 SCRIPT = """
 import sys
@@ -65,7 +65,7 @@ def test_an_unknown_emotion_is_refused_before_the_solve(
     shot: Shot, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(
-        "usdface.retarget_shot.solve_shot", lambda *_: pytest.fail("the shot was solved")
+        "usdface.shot.retarget.solve_shot", lambda *_: pytest.fail("the shot was solved")
     )
     with pytest.raises(InputError, match="there is no emotion 'jy'"):
         usdface.retarget(shot, options=ProcessOptions(gains={"jy": 0.5}))
@@ -197,7 +197,7 @@ def test_a_joint_that_moves_is_an_input_of_the_correction(shot: Shot) -> None:
 
 
 def test_an_explanation_needs_a_trace(shot: Shot) -> None:
-    from usdface.explanation import explain_result
+    from usdface.shot.explanation import explain_result
 
     with pytest.raises(InputError, match="no memberships"):
         explain_result(usdface.retarget(shot))

@@ -13,12 +13,12 @@ from scipy.spatial import cKDTree
 import usdface
 from usdface.options import ProcessOptions, SolveOptions
 from usdface.rigs import Rig
-from usdface.shot import Shot
-from usdface.shot_report import report_of
+from usdface.shot.report import report_of
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake
 from usdface.verdict import Verdict
 
-EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 FRAMES = slice(0, 130)
 
 

@@ -19,7 +19,7 @@ from usdface.hooks import Hook, run_hooks
 from usdface.options import ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.pins import faded_at_pins
-from usdface.shot import Shot, ShotResult
+from usdface.shot.shot import Shot, ShotResult
 from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake
 

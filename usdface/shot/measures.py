@@ -10,10 +10,10 @@ from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.frame_blocks import frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.neutral_measures import neutral_at_limit, neutral_expressive
 from usdface.retarget.shape_reach import beyond_reach
 from usdface.retarget.solution import Solution
-from usdface.shot import ShotResult
+from usdface.shot.neutral_measures import neutral_at_limit, neutral_expressive
+from usdface.shot.shot import ShotResult
 from usdface.takes import MarkerTake, visible
 from usdface.verdict.judge import Measured
 

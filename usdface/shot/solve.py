@@ -21,7 +21,7 @@ from usdface.progress import Progress
 from usdface.retarget.solution import Solution
 from usdface.retarget_take import clean, clean_inputs, solve
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot, SolvedShot
+from usdface.shot.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [

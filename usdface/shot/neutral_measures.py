@@ -8,7 +8,7 @@ from usdface.frame_blocks import by_blocks
 from usdface.retarget.neutral_weights import LARGEST, weights_at_limit
 from usdface.retarget.solution import Solution
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 from usdface.verdict.judge import Measured
 
 __all__ = ["neutral_at_limit", "neutral_expressive"]

@@ -33,8 +33,8 @@ from usdface.retarget.solve_take import estimate_take
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget_take import clean, solver_input
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot, SolvedShot
-from usdface.solve_shot import Solved, TakeSolver, believed_solve, judged_lids
+from usdface.shot.shot import Shot, SolvedShot
+from usdface.shot.solve import Solved, TakeSolver, believed_solve, judged_lids
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["EstimatedTake", "PieceCuts", "ReadFrames", "estimate_shot", "solve_cut"]
