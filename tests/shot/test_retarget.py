@@ -239,7 +239,7 @@ def test_what_the_callback_raises_ends_the_job(folder: Path, shot: Shot) -> None
 @pytest.mark.slow
 def test_blocks_of_frames_do_not_show(shot: Shot, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = usdface.retarget(shot)
-    monkeypatch.setattr("usdface.frame_blocks.BLOCK", 7)
+    monkeypatch.setattr("usdface.numerics.frame_blocks.BLOCK", 7)
     again = usdface.retarget(shot)
     assert whole.trace is not None and again.trace is not None
     pairs = [(whole.weights.weights, again.weights.weights), (whole.corrected, again.corrected)]

@@ -16,7 +16,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.correction.gaps import Gaps
-from usdface.frame_blocks import frame_blocks
+from usdface.numerics.frame_blocks import frame_blocks
 
 __all__ = ["limit_correction"]
 

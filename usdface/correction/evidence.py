@@ -13,6 +13,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import GainRegion
+from usdface.numerics.ramps import linear_ramp
 from usdface.options import SolveOptions
 
 __all__ = ["Evidence", "evidence_of"]
@@ -72,7 +73,7 @@ class Evidence:
             return {region: np.ones(len(weights)) for region in self.regions}
         lowest, highest = max(self.least - _AROUND, 0.0), min(self.least + _AROUND, 1.0)
         return {
-            region: _ramp((self._likeness(weights, pose, region) - lowest) / (highest - lowest))
+            region: linear_ramp(self._likeness(weights, pose, region), lowest, highest)
             for region in self.regions
         }
 
@@ -117,8 +118,7 @@ class Evidence:
         unsure = by_rules[:, None] * SolveOptions().spread * np.sqrt(1.0 - self.seen)
         whole = np.maximum(size, shown)[:, None] * np.where(moved, pose, 1.0)
         share = (weights + unsure) / np.maximum(whole, 1e-12)
-        few, enough = _TAKES_PART
-        return np.where(moved, _ramp((share - few) / (enough - few)), 0.0)
+        return np.where(moved, linear_ramp(share, *_TAKES_PART), 0.0)
 
 
 def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence:
@@ -155,7 +155,3 @@ def _cosine(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the cosines between a vector (T,) and vectors (N, T), 0 where one is 0: (N,)."""
     lengths = np.linalg.norm(a) * np.linalg.norm(b, axis=1)
     return np.asarray(np.divide(b @ a, lengths, out=np.zeros(len(b)), where=lengths > 0))
-
-
-def _ramp(x: FloatArray) -> FloatArray:
-    return np.asarray(np.clip(x, 0.0, 1.0))

@@ -15,7 +15,7 @@ from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import SIDES, Side, half_face, half_weights, midline, sides_of
 from usdface.face.symmetry import symmetric_pairs
-from usdface.frame_blocks import by_blocks
+from usdface.numerics.frame_blocks import by_blocks
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solution import Solution

@@ -27,6 +27,7 @@ from usdface.face.drawn_expressions import DRAWN
 from usdface.face.expression_poses import EMOTIONS
 from usdface.face.mirror import Side, half_weights
 from usdface.face.symmetry import symmetric_pairs
+from usdface.numerics.ramps import linear_ramp
 from usdface.rule_design.movements import single_movements
 from usdface.setup.expression import Expression
 
@@ -148,17 +149,17 @@ class ExpressionLikeness:
         length = _lengths(faces)
         direction = 1.0 / np.hypot(length, _small(faces.shape[1]))[:, None]
         scores = faces @ self._discriminant.directions * direction + self._discriminant.offsets
-        clear = _ramp(length * direction[:, 0], _CLEAR)
+        clear = linear_ramp(length * direction[:, 0], *_CLEAR)
         alone = faces @ self._alone / np.hypot(length, _still(faces.shape[1]))[:, None]
         certain, contrary = np.zeros((2, len(faces), self._count))
         for e in range(self._count):
             others = np.delete(scores[:, :-1], e, axis=1) - scores[:, e, None]
             other = others.max(axis=1, initial=-np.inf)
             rival = alone[:, self._rivals[e]].max(axis=1, initial=0.0)
-            certain[:, e] = _ramp(-other, _AHEAD) * (1.0 - _ramp(rival, _ALONE))
-            certain[:, e] *= _ramp(scores[:, e] - scores[:, -1], _SOMETHING)
-            nothing = _ramp(scores[:, -1] - scores[:, e], _NOTHING)
-            contrary[:, e] = clear * np.maximum(_ramp(other, _CONTRARY), nothing)
+            certain[:, e] = linear_ramp(-other, *_AHEAD) * (1.0 - linear_ramp(rival, *_ALONE))
+            certain[:, e] *= linear_ramp(scores[:, e] - scores[:, -1], *_SOMETHING)
+            nothing = linear_ramp(scores[:, -1] - scores[:, e], *_NOTHING)
+            contrary[:, e] = clear * np.maximum(linear_ramp(other, *_CONTRARY), nothing)
         return Likeness(certain, np.clip(faces @ self._along, 0.0, 1.0), contrary)
 
 
@@ -228,7 +229,3 @@ def _designed(classes: Sequence[FloatArray]) -> Discriminant:
     """Return the discriminant of classes of directions (N, I) each."""
     of = np.repeat(np.arange(len(classes)), [len(each) for each in classes])
     return fisher_discriminant(np.concatenate(classes), of, _SHRINKAGE)
-
-
-def _ramp(x: FloatArray, ends: tuple[float, float]) -> FloatArray:
-    return np.asarray(np.clip((x - ends[0]) / (ends[1] - ends[0]), 0.0, 1.0))

@@ -17,6 +17,7 @@ from usdface.face.layout import FaceLayout, split_poses
 from usdface.face.mirror import SIDES, Side, half_weights
 from usdface.face.regions import GainRegion
 from usdface.face.symmetry import symmetric_pairs
+from usdface.numerics.ramps import linear_ramp
 from usdface.takes import frame_step
 
 __all__ = ["Blended", "MissingRegions", "Outputs", "TakeBlending"]
@@ -136,8 +137,7 @@ class TakeBlending:
             other = outputs[opposite][:, row]
             shared = np.minimum(output, other) / np.maximum(np.maximum(output, other), 1e-12)
             across = half_weights(self.weights, pairs, opposite)
-            few, enough = _ALIKE
-            mixed = 0.5 * np.clip((shared - few) / (enough - few), 0.0, 1.0)
+            mixed = 0.5 * linear_ramp(shared, *_ALIKE)
             judged = weights + mixed[:, None] * (across - weights)
         step = None if self.times is None else frame_step(self.times)
         return judged_events(

@@ -9,7 +9,7 @@ from usdface.correction.features import smoothed_blocks
 from usdface.correction.likeness import ExpressionLikeness, Likeness
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import Side, half_face
-from usdface.frame_blocks import by_blocks
+from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.solution import Solution
 
 __all__ = ["SidedMotion", "carried_motion", "take_likeness"]

@@ -15,12 +15,12 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.driven_shapes import rename_weights
 from usdface.findings import Finding
+from usdface.numerics.solve_errors import solve_errors
 from usdface.options import MapOptions
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.rbf import fit_paper_map
 from usdface.retarget_take import clean, solve
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["PAPER", "ImagePoints", "WayScore", "compare_ways"]

@@ -14,7 +14,7 @@ from usdface.facs.report import FacsReport, facs_findings, judge_rig
 from usdface.findings import Finding, finding
 from usdface.io.gltf.files_beside import may_be_gltf
 from usdface.io.rigs.files import read_rig_file
-from usdface.local_maxima import highest
+from usdface.numerics.local_maxima import highest
 from usdface.options import RESPONSE
 from usdface.shot.played_shot import PlayedShot
 from usdface.takes import frame_step

@@ -8,12 +8,12 @@ from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.numerics.ramps import smooth_step
 from usdface.options import MapOptions
 from usdface.retarget.face_fit import FaceFit, fit_places, fit_transferred
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_in_motion, search_in_motion
 from usdface.retarget.pose_and_weights import PoseAndWeights
-from usdface.smooth_step import smooth_step
 from usdface.takes import visible
 
 __all__ = ["best_fit", "refine_places"]

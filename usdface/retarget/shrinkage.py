@@ -18,8 +18,8 @@ from usdface.face.head_size import human_size
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.regions import named_regions
 from usdface.findings import Finding, finding
-from usdface.frame_blocks import frame_blocks
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.exaggeration import scaled_weights
 from usdface.retarget.face_fit import FaceFit

@@ -11,6 +11,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.numerics.ramps import smooth_step
 from usdface.options import AMPLITUDE_RANGE
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.calibrated_shapes import as_performed, enlarged
@@ -19,7 +20,6 @@ from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.wide_bounds import held_peaks, weights_in_wide_bounds
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.smooth_step import smooth_step
 from usdface.takes import MarkerTake
 
 __all__ = ["take_amplitudes", "with_found_gains"]

@@ -22,9 +22,9 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import regions_of
-from usdface.frame_blocks import by_blocks, frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, similarity_fit
+from usdface.numerics.frame_blocks import by_blocks, frame_blocks
 from usdface.retarget.solution import Solution
 from usdface.takes import MarkerTake
 

@@ -13,6 +13,7 @@ from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
 from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding
+from usdface.numerics.solve_errors import solve_errors
 from usdface.options import BindOptions, CorrectionOptions
 from usdface.retarget.usable_markers import check_bound_markers
 from usdface.rigs import Mesh, Rig
@@ -20,7 +21,6 @@ from usdface.setup.calibration import Calibration
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot.shot import Shot
-from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["assemble_shot"]

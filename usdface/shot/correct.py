@@ -16,11 +16,11 @@ from usdface.errors import InputError, did_you_mean
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.hooks import Hook, run_hooks
+from usdface.numerics.solve_errors import solve_errors
 from usdface.options import ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.pins import faded_at_pins
 from usdface.shot.shot import Shot, ShotResult
-from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake
 
 __all__ = ["check_gains", "correct", "correct_solved", "with_gains"]

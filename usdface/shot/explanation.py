@@ -14,7 +14,7 @@ from usdface.correction.temporal_blend import blend_frames
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.fuzzy.rules import Proposition
-from usdface.local_maxima import highest
+from usdface.numerics.local_maxima import highest
 from usdface.shot.shot import ShotResult
 from usdface.takes import frame_step
 

@@ -7,9 +7,9 @@ from usdface.errors import SolveError
 from usdface.face.bound_face import BoundFace
 from usdface.face.head_size import size_by_eyes
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
-from usdface.frame_blocks import frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
+from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.shape_reach import beyond_reach
 from usdface.retarget.solution import Solution
 from usdface.shot.neutral_measures import neutral_at_limit, neutral_expressive

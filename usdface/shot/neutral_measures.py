@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.face.bound_face import BoundFace
-from usdface.frame_blocks import by_blocks
+from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.neutral_weights import LARGEST, weights_at_limit
 from usdface.retarget.solution import Solution
 from usdface.setup.retarget_setup import RetargetSetup

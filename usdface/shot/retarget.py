@@ -14,6 +14,7 @@ from usdface.face.region_residuals import region_residuals
 from usdface.findings import Finding, timed
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
 from usdface.hooks import Hook, run_hooks
+from usdface.numerics.solve_errors import solve_errors
 from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
@@ -27,7 +28,6 @@ from usdface.retarget.solution import Solution
 from usdface.shot.correct import check_gains, correct_solved, with_gains
 from usdface.shot.shot import Shot, ShotResult, SolvedShot
 from usdface.shot.solve import Stages, Uncached, solve_shot
-from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = [

@@ -13,8 +13,8 @@ from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.frame_blocks import by_blocks
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.film.views import Views
 from usdface.retarget.solver.noise import MOST, typical_deviation
 

@@ -12,9 +12,9 @@ from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.geometry.marker_spread import rms_radius
+from usdface.numerics.visibility_patterns import visibility_patterns
 from usdface.retarget.solver.hidden_directions import NOTHING, HiddenDirections
 from usdface.takes import frame_step
-from usdface.visibility_patterns import visibility_patterns
 
 __all__ = ["MOST", "Unexplained", "frames_apart", "typical_deviation", "white_noise"]
 

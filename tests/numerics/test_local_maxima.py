@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.signal import find_peaks
 
-from usdface.local_maxima import highest, local_maxima
+from usdface.numerics.local_maxima import highest, local_maxima
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -5,7 +5,7 @@ import pytest
 
 from usdface.errors import InputError, SolveError
 from usdface.io.takes.files import read_take
-from usdface.solve_errors import solve_errors
+from usdface.numerics.solve_errors import solve_errors
 from usdface.takes import FARTHEST, MarkerTake, WeightsTake, check_range
 
 

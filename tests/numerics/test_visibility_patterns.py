@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from usdface.visibility_patterns import visibility_patterns
+from usdface.numerics.visibility_patterns import visibility_patterns
 
 
 @pytest.mark.parametrize("shape", [(50, 3), (200, 8), (200, 126), (40, 9), (0, 7), (5, 0)])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from usdface import frame_blocks as module
-from usdface.frame_blocks import by_blocks, frame_blocks
+from usdface.numerics import frame_blocks as module
+from usdface.numerics.frame_blocks import by_blocks, frame_blocks
 
 
 @pytest.mark.parametrize("frames", [0, 1, 9, 10, 11, 35])
