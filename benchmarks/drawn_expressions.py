@@ -22,10 +22,10 @@ from expression_takes import DETECTED, NOISE, REST, SHARED, course  # noqa: E402
 from faces import RATE, Face, make_face  # noqa: E402
 
 from usdface.arrays import FloatArray  # noqa: E402
-from usdface.correction import likeness  # noqa: E402
+from usdface.correction import expression_classifier as likeness  # noqa: E402
+from usdface.correction.expression_classifier import ExpressionLikeness  # noqa: E402
 from usdface.correction.expression_layer import express  # noqa: E402
 from usdface.correction.feature_extraction import sided_features  # noqa: E402
-from usdface.correction.likeness import ExpressionLikeness  # noqa: E402
 from usdface.face.drawn_expressions import DRAWN  # noqa: E402
 from usdface.face.expression_variants import Variant, expression_variants  # noqa: E402
 from usdface.face.face_motion import face_motion  # noqa: E402

@@ -32,8 +32,8 @@ from makehuman_face import landmarks_on, posable_face, published_expressions  # 
 from benchmarks.solve.faces import Face as Performer  # noqa: E402
 from benchmarks.solve.faces import bent  # noqa: E402
 from usdface.arrays import FloatArray, IntArray  # noqa: E402
-from usdface.correction import likeness  # noqa: E402
-from usdface.correction.likeness import ExpressionLikeness  # noqa: E402
+from usdface.correction import expression_classifier as likeness  # noqa: E402
+from usdface.correction.expression_classifier import ExpressionLikeness  # noqa: E402
 from usdface.face.face_motion import face_motion  # noqa: E402
 from usdface.face.marker_surface import MarkerSurface  # noqa: E402
 from usdface.geometry.triangulation import triangulated  # noqa: E402

@@ -87,7 +87,7 @@ class ExpressionSystem:
     likeness : float
         0 = rules alone decide; up to 0.5 a rule is suppressed where the face is like variants of
         another emotion; up to 1 likeness to an expression also raises it, see
-        `usdface.correction.likeness`.
+        `usdface.correction.expression_classifier`.
     blend_time : float [s]
         Duration over which a raised pose is blended in and out, see
         `usdface.correction.temporal_blend.blended`.

@@ -8,11 +8,11 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.correction.contact import limit_correction
 from usdface.correction.evidence import evidence_of
+from usdface.correction.expression_classifier import Likeness, performers_outputs
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
 from usdface.correction.held_back import held_back_findings
-from usdface.correction.likeness import Likeness, performers_outputs
 from usdface.correction.rule_check import check_rules
 from usdface.correction.take_blending import MissingRegions, TakeBlending
 from usdface.correction.temporal_blend import blend_out

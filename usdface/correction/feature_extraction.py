@@ -6,10 +6,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.correction.expression_classifier import Likeness, likeness_of_sides
 from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
-from usdface.correction.likeness import Likeness, likeness_of_sides
 from usdface.correction.shown_motion import motion_gains, motion_products
-from usdface.correction.take_likeness import SidedMotion, carried_motion, take_likeness
+from usdface.correction.take_classification import SidedMotion, carried_motion, take_likeness
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from marker_face import marker_face
 
+from usdface.correction.expression_classifier import Likeness
 from usdface.correction.features import smooth
-from usdface.correction.likeness import Likeness
-from usdface.correction.take_likeness import carried_motion, take_likeness
+from usdface.correction.take_classification import carried_motion, take_likeness
 from usdface.face.bound_face import BoundFace
 
 NEUTRAL = np.array([[0, 0, 0], [30, 30, 0], [-30, 30, 0], [25, -30, 0], [-25, -30, 0]]) * 0.001

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.correction.expression_classifier import ExpressionLikeness, Likeness
 from usdface.correction.features import smoothed_blocks
-from usdface.correction.likeness import ExpressionLikeness, Likeness
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import Side, half_face
 from usdface.numerics.frame_blocks import by_blocks

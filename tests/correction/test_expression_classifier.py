@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 from marker_face import marker_face
 
-from usdface.correction.likeness import ExpressionLikeness, Likeness, performers_outputs
+from usdface.correction.expression_classifier import (
+    ExpressionLikeness,
+    Likeness,
+    performers_outputs,
+)
 from usdface.face.bound_face import BoundFace
 from usdface.face.expression_poses import expressions_for
 
