@@ -90,12 +90,12 @@ HoldOut = Literal["auto", "recording", "variant"]
 # it shows: half an expression is taken for a whole one, a seventh for none
 # (benchmarks/expressions.py).
 RESPONSE = (0.15, 0.4)
-# Likeness of the solved weights of brows and mouth to those of a pose (cosine) at which half of it
-# is raised, set by benchmarks/expression_takes.py: recorded motion is less like a pose in one of
+# Similarity of the solved weights of brows and mouth to those of a pose (cosine) at which half of
+# it is raised, set by benchmarks/expression_takes.py: recorded motion is less like a pose in one of
 # the two, expressions that other people show at half are more.
 EVIDENCE = 0.85
-# Of the default design: likeness to another emotion silences a rule, and what is like an expression
-# is heard where no rule fires.
+# Of the default design: the classifier of the whole face suppresses a rule where it finds another
+# emotion, and adds an emotion where no rule fires.
 LIKENESS = 1.0
 # Time [s] that a raised pose takes to come and to go, added to that of the performance.
 BLEND_TIME = 0.2

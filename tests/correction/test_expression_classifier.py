@@ -1,4 +1,4 @@
-"""Likeness: variants of an expression are heard, what is as like another emotion is not."""
+"""Variants of an expression are detected, motion that is as near to another emotion is not."""
 
 from dataclasses import replace
 
@@ -7,9 +7,9 @@ import pytest
 from marker_face import marker_face
 
 from usdface.correction.expression_classifier import (
-    ExpressionLikeness,
-    Likeness,
-    performers_outputs,
+    Classification,
+    ExpressionClassifier,
+    combined_outputs,
 )
 from usdface.face.bound_face import BoundFace
 from usdface.face.expression_poses import expressions_for
@@ -55,8 +55,8 @@ def face() -> BoundFace:
 
 
 @pytest.fixture(scope="module")
-def judge(face: BoundFace) -> ExpressionLikeness:
-    return ExpressionLikeness(face, expressions_for(NAMES)[0])
+def classifier(face: BoundFace) -> ExpressionClassifier:
+    return ExpressionClassifier(face, expressions_for(NAMES)[0])
 
 
 def moved(face: BoundFace, **weights: float) -> np.ndarray:
@@ -64,44 +64,48 @@ def moved(face: BoundFace, **weights: float) -> np.ndarray:
     return face.displacements(np.array([row], dtype=float))
 
 
-def shown(judge: ExpressionLikeness, motion: np.ndarray) -> dict[str, float]:
-    return dict(zip(EMOTIONS, judge.of(motion).shown[0], strict=True))
+def shown(classifier: ExpressionClassifier, motion: np.ndarray) -> dict[str, float]:
+    return dict(zip(EMOTIONS, classifier.classify(motion).detected[0], strict=True))
 
 
-def test_every_pose_is_heard_as_large_as_it_is(face: BoundFace, judge: ExpressionLikeness) -> None:
+def test_every_pose_is_detected_at_its_intensity(
+    face: BoundFace, classifier: ExpressionClassifier
+) -> None:
     poses = np.array([e.pose(NAMES) for e in expressions_for(NAMES)[0]])
     for amount in (0.2, 0.5, 1.0):
-        found = judge.of(face.displacements(amount * poses))
-        own = np.diag(found.shown)
+        found = classifier.classify(face.displacements(amount * poses))
+        own = np.diag(found.detected)
         for e, emotion in enumerate(EMOTIONS):
-            assert abs(found.size[e, e] - amount) < 1e-9, emotion
+            assert abs(found.intensity[e, e] - amount) < 1e-9, emotion
             if amount == 1.0 and emotion not in ("fear", "surprise"):
                 assert own[e] > 0.35, emotion
             assert own[e] < amount + 1e-9
-        assert (found.shown - np.diag(own)).max() < 0.01
-        assert np.diag(found.contrary).max() == 0
+        assert (found.detected - np.diag(own)).max() < 0.01
+        assert np.diag(found.contradiction).max() == 0
 
 
 def test_raised_brows_over_an_open_mouth_are_surprise_and_fear_with_stretched_lips(
-    face: BoundFace, judge: ExpressionLikeness
+    face: BoundFace, classifier: ExpressionClassifier
 ) -> None:
     surprise = {"browInnerUp": 0.8, "browOuterUp": 0.6, "eyeWide": 0.8, "jawOpen": 0.3}
     fear = surprise | {"browOuterUp": 0.3, "mouthStretch": 0.8}
     for emotion, units in (("surprise", surprise), ("fear", fear)):
-        heard = shown(judge, moved(face, **units))
-        assert heard.pop(emotion) > 0.35
-        assert max(heard.values()) == 0
+        found = shown(classifier, moved(face, **units))
+        assert found.pop(emotion) > 0.35
+        assert max(found.values()) == 0
 
 
-def test_a_variant_in_other_directions_is_heard(face: BoundFace, judge: ExpressionLikeness) -> None:
+def test_a_variant_in_other_directions_is_detected(
+    face: BoundFace, classifier: ExpressionClassifier
+) -> None:
     smile = moved(face, mouthSmile=0.7, jawOpen=0.1)
     turned = smile * [0.7, 1.3, 0.6]
-    found = shown(judge, turned)
+    found = shown(classifier, turned)
     assert found["joy"] > 0.35 and max(v for n, v in found.items() if n != "joy") == 0
 
 
-def test_speech_and_what_is_as_like_another_emotion_are_not_heard(
-    face: BoundFace, judge: ExpressionLikeness
+def test_speech_and_motion_as_near_to_another_emotion_are_not_detected(
+    face: BoundFace, classifier: ExpressionClassifier
 ) -> None:
     for motion in (
         moved(face, jawOpen=0.6),
@@ -109,60 +113,64 @@ def test_speech_and_what_is_as_like_another_emotion_are_not_heard(
         moved(face, browDown=0.8),
         moved(face, browDown=0.8, mouthSmile=0.3),
     ):
-        assert max(shown(judge, motion).values()) < 0.35
+        assert max(shown(classifier, motion).values()) < 0.35
 
 
-def test_noise_on_a_still_face_is_not_heard(face: BoundFace, judge: ExpressionLikeness) -> None:
+def test_noise_on_a_still_face_is_not_detected(
+    face: BoundFace, classifier: ExpressionClassifier
+) -> None:
     jitter = 0.0002 * np.random.default_rng(0).standard_normal((400, 9, 3))
-    assert judge.of(jitter).shown.max() < 0.05
+    assert classifier.classify(jitter).detected.max() < 0.05
 
 
 def test_it_is_a_continuous_function_of_the_markers(
-    face: BoundFace, judge: ExpressionLikeness
+    face: BoundFace, classifier: ExpressionClassifier
 ) -> None:
     rng = np.random.default_rng(0)
     motions = face.displacements(rng.uniform(0, 0.6, size=(200, len(NAMES))))
     near = motions + 1e-7 * rng.standard_normal(motions.shape)
-    for one, two in zip(_both(judge, motions), _both(judge, near), strict=True):
+    for one, two in zip(_both(classifier, motions), _both(classifier, near), strict=True):
         assert np.abs(one - two).max() < 1e-3
 
 
-def _both(judge: ExpressionLikeness, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    found = judge.of(motions)
-    return found.shown, found.contrary
+def _both(classifier: ExpressionClassifier, motions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    found = classifier.classify(motions)
+    return found.detected, found.contradiction
 
 
-def likeness_of(size: np.ndarray, contrary: np.ndarray, certain: float = 1.0) -> Likeness:
-    return Likeness(np.full(size.shape, certain), size, contrary)
+def classification(
+    size: np.ndarray, contrary: np.ndarray, confidence: float = 1.0
+) -> Classification:
+    return Classification(np.full(size.shape, confidence), size, contrary)
 
 
-def test_rules_are_raised_by_likeness_and_silenced_by_that_of_another_emotion() -> None:
+def test_a_classification_raises_its_emotion_and_suppresses_the_rules_of_others() -> None:
     rules = np.array([[0.9, 0.1], [0.1, 0.6], [0.0, 0.0]])
     sizes, contrary = np.zeros((2, 3, 2))
     sizes[:2, 0], contrary[1, 1] = (0.9, 0.3), 1
-    likeness = likeness_of(sizes, contrary)
-    heard = performers_outputs(rules, likeness, np.ones(2), np.array([0.9, 0]))
-    np.testing.assert_allclose(heard, [[0.9, 0.1], [0.3, 0], [0, 0]])
-    silenced = performers_outputs(rules, likeness, np.zeros(2), np.array([0.9, 0]))
-    np.testing.assert_allclose(silenced, [[0.9, 0.1], [0.1, 0], [0, 0]])
-    alone = performers_outputs(rules, likeness, np.zeros(2), np.array([0.9, 0]), silencing=0.0)
+    given = classification(sizes, contrary)
+    found = combined_outputs(rules, given, np.ones(2), np.array([0.9, 0]))
+    np.testing.assert_allclose(found, [[0.9, 0.1], [0.3, 0], [0, 0]])
+    suppressed = combined_outputs(rules, given, np.zeros(2), np.array([0.9, 0]))
+    np.testing.assert_allclose(suppressed, [[0.9, 0.1], [0.1, 0], [0, 0]])
+    alone = combined_outputs(rules, given, np.zeros(2), np.array([0.9, 0]), suppression=0.0)
     np.testing.assert_allclose(alone, rules)
 
 
-def test_a_performer_who_shows_less_is_read_in_proportion_to_that() -> None:
+def test_a_performer_who_shows_less_is_scaled_up_in_proportion() -> None:
     course = np.linspace(0, 0.3, 7)[:, None]
-    likeness = likeness_of(course, np.zeros((7, 1)))
-    heard = performers_outputs(np.zeros((7, 1)), likeness, np.ones(1), np.array([0.3]))
-    np.testing.assert_allclose(heard[:, 0], np.linspace(0, 0.45, 7))
-    little = likeness_of(course / 10, np.zeros((7, 1)))
-    faint = performers_outputs(np.zeros((7, 1)), little, np.ones(1), np.array([0.03]))
+    given = classification(course, np.zeros((7, 1)))
+    found = combined_outputs(np.zeros((7, 1)), given, np.ones(1), np.array([0.3]))
+    np.testing.assert_allclose(found[:, 0], np.linspace(0, 0.45, 7))
+    little = classification(course / 10, np.zeros((7, 1)))
+    faint = combined_outputs(np.zeros((7, 1)), little, np.ones(1), np.array([0.03]))
     np.testing.assert_allclose(faint[:, 0], np.linspace(0, 0.06, 7))
 
 
-def test_a_doubtful_likeness_is_no_more_certain_for_a_weak_performer() -> None:
-    doubtful = likeness_of(np.full((3, 1), 0.9), np.zeros((3, 1)), certain=0.2)
-    heard = performers_outputs(np.zeros((3, 1)), doubtful, np.ones(1), doubtful.shown.max(axis=0))
-    np.testing.assert_allclose(heard, 0.2)
+def test_a_weak_performer_gets_no_more_confidence() -> None:
+    doubtful = classification(np.full((3, 1), 0.9), np.zeros((3, 1)), confidence=0.2)
+    found = combined_outputs(np.zeros((3, 1)), doubtful, np.ones(1), doubtful.detected.max(axis=0))
+    np.testing.assert_allclose(found, 0.2)
 
 
 @pytest.mark.parametrize("markers", [1, 9])
@@ -175,19 +183,19 @@ def test_markers_that_no_blend_shape_moves_show_no_emotion(face: BoundFace, mark
         "n",
     )
     motion = 0.005 * np.random.default_rng(0).standard_normal((4, markers, 3))
-    found = ExpressionLikeness(still, expressions_for(NAMES)[0]).of(motion)
-    assert not found.shown.any()
+    found = ExpressionClassifier(still, expressions_for(NAMES)[0]).classify(motion)
+    assert not found.detected.any()
 
 
 def test_the_order_of_the_blend_shapes_does_not_matter(
-    face: BoundFace, judge: ExpressionLikeness
+    face: BoundFace, classifier: ExpressionClassifier
 ) -> None:
     mesh = replace(face.mesh, shapes=face.mesh.shapes[::-1])
-    other = ExpressionLikeness(replace(face, mesh=mesh), expressions_for(NAMES)[0])
+    other = ExpressionClassifier(replace(face, mesh=mesh), expressions_for(NAMES)[0])
     poses = np.array([e.pose(NAMES) for e in expressions_for(NAMES)[0]])
     more = 0.4 * np.random.default_rng(0).random((60, len(NAMES)))
     motion = face.displacements(np.tile(poses, (10, 1)) + more)
-    for name in ("certain", "size", "contrary"):
-        expected = getattr(judge.of(motion), name)
-        np.testing.assert_allclose(getattr(other.of(motion), name), expected, atol=1e-9)
+    for name in ("confidence", "intensity", "contradiction"):
+        expected = getattr(classifier.classify(motion), name)
+        np.testing.assert_allclose(getattr(other.classify(motion), name), expected, atol=1e-9)
         assert expected.max() > 0.0

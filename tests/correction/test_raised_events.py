@@ -95,7 +95,7 @@ def test_the_correction_is_a_continuous_function_of_weights_and_outputs() -> Non
         assert np.abs(after - before).max() < 0.01
 
 
-def test_what_likeness_alone_detects_is_raised_as_far_as_its_output_says() -> None:
+def test_what_the_classifier_alone_detects_is_raised_as_far_as_its_output_says() -> None:
     weights = 0.3 * CURVE[:, None] * POSE
     arguments = (weights, weights, POSE, EVIDENCE, (0.15, 0.4), 1 / 60)
     rules, none = 0.5 * CURVE, np.zeros(len(CURVE))

@@ -64,7 +64,7 @@ def test_it_explains_what_process_writes(shot: Path, explained: Explanation) -> 
 
 
 def test_a_frame_adds_up(explained: Explanation) -> None:
-    """One rule for each emotion: the first that fires and that likeness leaves alone answers."""
+    """One rule for each emotion: the first that fires and is not suppressed answers."""
     facts = explained.frame(FRAME)
     fired = [rule for rule in facts["rules"] if rule["fires"] > 0]
     assert fired and fired == facts["rules"][: len(fired)]

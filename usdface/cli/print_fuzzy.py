@@ -90,8 +90,9 @@ def _print_emotions(console: Console, facts: dict[str, Any]) -> None:
     console.print(shown("  ".join(emotions)))
     for name, value in facts["emotions"].items():
         if abs(value - (rules := facts["by_rules"][name])) >= _LEAST_SHOWN:
-            like = "this emotion" if value > rules else "another one"
-            console.print(shown(f"{name} is {rules:.2f} by its rules; the face is like {like}"))
+            found = "it" if value > rules else "another emotion or none"
+            line = f"{name} is {rules:.2f} by its rules; the classifier of the face finds {found}"
+            console.print(shown(line))
     poses = [f"{name} {value:.2f}" for name, value in facts["poses_shown"].items() if value > 0]
     if poses:
         console.print(shown(f"intensity of the pose: {'  '.join(poses)}"))

@@ -21,10 +21,10 @@ __all__ = ["Evidence", "evidence_of"]
 # Shares of its weight in the expression up to which a blend shape takes no part, and from which on
 # it takes full part. Set by benchmarks/expression_takes.py.
 _TAKES_PART = (0.5, 0.7)
-# Margin below and above the likeness of a region at which it shows half the pose; it ends at 0 and
-# at 1. A steep ramp lets noise decide: other persons' expressions at half, with markers 4 mm off,
-# were corrected by up to 0.59 more with one noise than with another where it was 0.03 around a
-# likeness of 0.84 that discounts each shape by itself, now by 0.13; recorded motion is changed as
+# Margin below and above the similarity of a region at which it shows half the pose; it ends at 0
+# and at 1. A steep ramp lets noise decide: other persons' expressions at half, with markers 4 mm
+# off, were corrected by up to 0.59 more with one noise than with another where it was 0.03 around a
+# similarity of 0.84 that discounts each shape by itself, now by 0.13; recorded motion is changed as
 # little.
 _AROUND = 0.08
 # Error of a marker on another person's face [m]: the weight of a shape that moves the markers by
@@ -44,8 +44,8 @@ class Evidence:
     motion : (T, K) float64 [m]
         Displacements of the markers' coordinates by each blend shape, on a human face.
     least : float
-        Likeness of a region to that of a pose at which it shows half of it; 0 = any weights show
-        any pose.
+        Similarity of a region to that of a pose at which it shows half of it; 0 = any weights
+        show any pose.
     regions : mapping of str to (T,) bool
         The regions that an expression has to be shown in, if it has blend shapes there. The eyes
         are not among them: markers hardly determine lids.
@@ -73,15 +73,15 @@ class Evidence:
             return {region: np.ones(len(weights)) for region in self.regions}
         lowest, highest = max(self.least - _AROUND, 0.0), min(self.least + _AROUND, 1.0)
         return {
-            region: linear_ramp(self._likeness(weights, pose, region), lowest, highest)
+            region: linear_ramp(self._similarity(weights, pose, region), lowest, highest)
             for region in self.regions
         }
 
-    def _likeness(self, weights: FloatArray, pose: FloatArray, region: GainRegion) -> FloatArray:
-        """Return how alike weights (N, T) and a pose (T,) are in a region, 0 to 1: (N,).
+    def _similarity(self, weights: FloatArray, pose: FloatArray, region: GainRegion) -> FloatArray:
+        """Return the similarity of weights (N, T) and a pose (T,) in a region, 0 to 1: (N,).
 
         The cosine of their weights as far as they are determined, or its geometric mean with that
-        of the markers' motion where this is more alike. The weights differ where the solve took a
+        of the markers' motion where this is larger. The weights differ where the solve took a
         similar blend shape; in the motion alone an open jaw outweighs all else.
         """
         own = self.regions[region]
@@ -107,7 +107,7 @@ class Evidence:
         pose : (T,) float64
         size : (N,) float64
         by_rules : (N,) float64
-            The share of the output that is of the rules, not of likeness alone, 0 to 1.
+            The share of the output that is of the rules, not of the classifier alone, 0 to 1.
         """
         moved = pose > 0
         if self.least == 0:

@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.correction.contact import limit_correction
 from usdface.correction.evidence import evidence_of
-from usdface.correction.expression_classifier import Likeness, performers_outputs
+from usdface.correction.expression_classifier import Classification, combined_outputs
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.gaps import Gaps, gaps_of
@@ -41,7 +41,7 @@ class SideTrace:
     inputs : (F, I) float64
         Features, in units of `ExpressionTrace.unit`; columns as `ExpressionSystem.inputs`.
     evaluation : Evaluation
-        Emotions, of rules and likeness, firing strengths, and memberships if requested.
+        Emotions, of rules and classifier, firing strengths, and memberships if requested.
     shown : (F, E) float64
         The share of its pose that each emotion gets, without the gains of regions.
     missing : mapping of "brows", "mouth" to (F, E) bool
@@ -147,7 +147,7 @@ def express(
         side: evaluate(system.fuzzy, inputs, memberships=trace)
         for side, inputs in features.sides.items()
     }
-    evaluations = _with_likeness(system, features, by_rules, expressions)
+    evaluations = _with_classification(system, features, by_rules, expressions)
     gains = gains or Gains.constant(system.gain, expressions)
     evidence = evidence_of(face, names, system.evidence)
     blending = TakeBlending(system, poses, names, layout, gains, evidence, weights, times)
@@ -177,18 +177,18 @@ def express(
     return Correction(corrected, traced, check_rules(system) + findings)
 
 
-def _with_likeness(
+def _with_classification(
     system: ExpressionSystem,
     features: Features,
     by_rules: Mapping[Side, Evaluation],
     expressions: Sequence[Expression],
 ) -> dict[Side, Evaluation]:
-    """Return the evaluations with the likeness of the face to the expressions in their outputs.
+    """Return the evaluations with the classification of the whole face in their outputs.
 
-    A `system.likeness` up to 0.5 silences rules where the face is more like another emotion; above,
-    likeness is an output of its own, too, by the largest weight of the emotion's enabled rules.
+    A `system.likeness` up to 0.5 suppresses rules that the classification contradicts. Above, a
+    classified emotion is an output of its own, by the largest weight of its enabled rules.
     """
-    if not features.likeness:
+    if not features.classifications:
         return dict(by_rules)
     names = [expression.name for expression in expressions]
     columns = [names.index(name) if name in names else None for name in system.emotions]
@@ -202,18 +202,21 @@ def _with_likeness(
     )
     at = [column or 0 for column in columns]
     posed = np.array([column is not None for column in columns])
-    silencing = min(2.0 * system.likeness, 1.0)
-    likenesses = {
-        side: Likeness(found.certain[:, at], found.size[:, at], found.contrary[:, at] * posed)
-        for side, found in features.likeness.items()
+    suppression = min(2.0 * system.likeness, 1.0)
+    classifications = {
+        side: Classification(
+            found.confidence[:, at], found.intensity[:, at], found.contradiction[:, at] * posed
+        )
+        for side, found in features.classifications.items()
     }
-    whole = likenesses["both"]
-    rule_outputs = by_rules["both"].outputs * (1.0 - silencing * whole.contrary)
-    strength = np.maximum(whole.shown, rule_outputs).max(axis=0, initial=0.0)
+    whole = classifications["both"]
+    rule_outputs = by_rules["both"].outputs * (1.0 - suppression * whole.contradiction)
+    strength = np.maximum(whole.detected, rule_outputs).max(axis=0, initial=0.0)
     found = {}
     for side, evaluation in by_rules.items():
-        likeness = likenesses[side]
-        outputs = performers_outputs(evaluation.outputs, likeness, weights, strength, silencing)
+        outputs = combined_outputs(
+            evaluation.outputs, classifications[side], weights, strength, suppression
+        )
         found[side] = replace(evaluation, outputs=outputs)
     return found
 

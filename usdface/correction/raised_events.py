@@ -3,8 +3,8 @@
 In an event (`usdface.correction.events`) every blend shape is raised by the difference from its
 mean at the peak to the pose, times its part in the expression (`usdface.correction.evidence`) and
 the envelope of the event. So the correction rises, holds and falls with the performance, and a full
-expression gets none. An event that likeness alone detects is raised as far as its output says, in
-the blend shapes that the markers determine: that evidence is thinner.
+expression gets none. An event that the classifier alone detects is raised as far as its output
+says, in the blend shapes that the markers determine: that evidence is thinner.
 """
 
 from collections.abc import Mapping
@@ -105,7 +105,7 @@ def judged_events(
     ----------
     output : (F,) float64
     by_rules : (F,) float64
-        The output of the rules alone, without likeness.
+        The output of the rules alone, without the classifier.
     weights : (F, T) float64
         Solved weights of the face, or of a half mirrored to the other side.
     judged : (F, T) float64
@@ -143,8 +143,9 @@ def _at_peaks(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return mean and variance of each weight (F, T) at the peak of each frame's event: (N, T).
 
-    And the share (N,) of the output there that is `ruled` (F,), of the rules, not of likeness. The
-    variance excludes the part that is linear in the output: that is the performance.
+    And the share (N,) of the output there that is `ruled` (F,), of the rules, not of the
+    classifier. The variance excludes the part that is linear in the output: that is the
+    performance.
     """
     column = output[:, None]
     moments = [weights, weights**2, column * weights, column, column**2, ruled[:, None]]

@@ -88,7 +88,7 @@ class TakeBlending:
         return Blended(corrected, shown, {side: {} for side in outputs})
 
     def raise_up(self, outputs: Outputs, by_rules: Outputs) -> Blended:
-        """Raise weak expressions event by event; `by_rules` are the outputs without likeness."""
+        """Raise weak expressions event by event; `by_rules` are the outputs of the rules alone."""
         added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
         shown = {side: np.zeros(given.shape) for side, given in outputs.items()}
         missing = {

@@ -82,7 +82,7 @@ def _peaks(played: PlayedShot) -> TakePeaks | None:
     for emotion, curve in played.emotions.items():
         frames = events_of(curve, onset, step).frames
         events = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
-        # An output has a flat top where the likeness alone raises it.
+        # An output has a flat top where the classifier alone raises it.
         found += [(int(event[highest(curve[event])]), emotion) for event in events if len(event)]
     if not found or not len(played.feature_points):
         return None

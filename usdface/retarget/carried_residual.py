@@ -11,7 +11,7 @@ from usdface.takes import frame_step
 
 __all__ = ["carried_residual"]
 
-# Time [s] in which the residual of a marker loses its likeness to itself (by the factor e). Set by
+# Time [s] in which the autocorrelation of a marker's residual falls by the factor e. Set by
 # hand; gaps of 0.1 to 4 s in AnimFace's Jaw are as good with 3 s, at 0.3 s an open jaw sinks by a
 # tenth.
 _LASTS = 1.0
