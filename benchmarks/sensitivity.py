@@ -143,7 +143,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.correction.shown_motion", "_COUNTS _MOST", EXPRESSED),
         *rows("usdface.correction.feature_extraction", "_GAIN_WIDTH", EXPRESSED),
         *rows("usdface.correction.contact", "_ROUNDS _STEPS _HALVINGS", EXPRESSED),
-        *rows("usdface.correction.gaps", "_SLOPE", EXPRESSED),
+        *rows("usdface.correction.apertures", "_SLOPE", EXPRESSED),
     ],
     "retarget": [
         *rows("usdface.retarget.solver.regularisation", "_ALIKE", SOLVED),

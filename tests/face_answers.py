@@ -7,8 +7,8 @@ import numpy as np
 from faces import Face
 
 from usdface.arrays import FloatArray
+from usdface.correction.apertures import apertures_of
 from usdface.correction.contact import limit_correction
-from usdface.correction.gaps import gaps_of
 from usdface.face.driven_shapes import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.rule_design.movements import single_movements
@@ -163,7 +163,7 @@ def contact(face: Face) -> Contact:
     """Raise every expression whole over closed lips, closed lids and a pressed mouth.
 
     The gaps are those of each pair of vertices on the deformed mesh, averaged over the places of
-    `usdface.correction.gaps`.
+    `usdface.correction.apertures`.
     """
     names = face.mesh.shape_names
     closing = [
@@ -173,16 +173,20 @@ def contact(face: Face) -> Contact:
     ]
     solved = np.repeat(np.array(closing), len(face.poses), axis=0)
     wanted = np.maximum(solved, np.tile(face.poses, (len(closing), 1)))
-    gaps = gaps_of(face.bound, names, face.poses)
-    held, _, _ = limit_correction(solved, wanted, gaps)
-    before = gaps.at(solved)
-    shut = before < gaps.touch + gaps.tolerance
+    apertures = apertures_of(face.bound, names, face.poses)
+    held, _, _ = limit_correction(solved, wanted, apertures)
+    before = apertures.at(solved)
+    shut = before < apertures.touch + apertures.tolerance
     opened, crossed = {}, {}
     for seam in ("lips", "lids"):
-        own = shut & np.array([name.endswith(seam) for name in gaps.contact])
-        after = [gaps.at(weights) for weights in (wanted, held)]
-        most = [1000 * float((gap - np.maximum(before, gaps.touch))[own].max()) for gap in after]
-        deep = [1000 * float((np.minimum(before, gaps.floor) - gap)[own].max()) for gap in after]
+        own = shut & np.array([name.endswith(seam) for name in apertures.contact])
+        after = [apertures.at(weights) for weights in (wanted, held)]
+        most = [
+            1000 * float((gap - np.maximum(before, apertures.touch))[own].max()) for gap in after
+        ]
+        deep = [
+            1000 * float((np.minimum(before, apertures.floor) - gap)[own].max()) for gap in after
+        ]
         opened[seam], crossed[seam] = (most[0], most[1]), (max(deep[0], 0.0), max(deep[1], 0.0))
     return Contact(opened, crossed)
 

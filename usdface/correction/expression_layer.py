@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.correction.apertures import Apertures, apertures_of
 from usdface.correction.contact import limit_correction
 from usdface.correction.evidence import evidence_of
 from usdface.correction.expression_classifier import Classification, combined_outputs
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
-from usdface.correction.gaps import Gaps, gaps_of
 from usdface.correction.held_back import held_back_findings
 from usdface.correction.rule_check import check_rules
 from usdface.correction.take_blending import MissingRegions, TakeBlending
@@ -159,8 +159,10 @@ def express(
         blended = blending.add(outputs)
     else:
         blended = blending.raise_up(outputs, rules_alone)
-    gaps = gaps_of(face, names, poses)
-    corrected, new_findings = _keep_contact(weights, blended.weights, gaps, blending.frames, times)
+    apertures = apertures_of(face, names, poses)
+    corrected, new_findings = _keep_contact(
+        weights, blended.weights, apertures, blending.frames, times
+    )
     findings += new_findings
     findings += held_back_findings(system, outputs, blended.missing)
     sides = {
@@ -258,19 +260,19 @@ def expression_poses(
 def _keep_contact(
     weights: FloatArray,
     corrected: FloatArray,
-    gaps: Gaps,
+    apertures: Apertures,
     blend: int,
     times: FloatArray | None,
 ) -> tuple[FloatArray, list[Finding]]:
-    limited_weights, limited, excess = limit_correction(weights, corrected, gaps)
+    limited_weights, limited, excess = limit_correction(weights, corrected, apertures)
     if limited.any() and blend:
-        # Smaller corrections may still change a gap more, so the limit is applied again.
+        # Smaller corrections may still change an aperture more, so the limit is applied again.
         limited_weights = limit_correction(
-            weights, blend_out(weights, corrected, limited_weights, blend, times), gaps
+            weights, blend_out(weights, corrected, limited_weights, blend, times), apertures
         )[0]
     findings = []
-    for contact in dict.fromkeys(gaps.contact):
-        own = np.array([name == contact for name in gaps.contact])
+    for contact in dict.fromkeys(apertures.contact):
+        own = np.array([name == contact for name in apertures.contact])
         frames = np.flatnonzero(limited[:, own].any(axis=1))
         if len(frames):
             message = (

@@ -1,7 +1,7 @@
-"""Gaps of lips and lids, measured on the posed mesh.
+"""Apertures of lips and lids: how far open they are, measured on the posed mesh.
 
-The gap of a contact (`usdface.face.lip_lid_contacts`) is measured at a few places along it, each
-the mean of its pairs of vertices, across the contact.
+The aperture of a contact (`usdface.face.lip_lid_contacts`) is measured at a few places along it,
+each the mean of its pairs of vertices, across the contact.
 """
 
 from dataclasses import dataclass, replace
@@ -16,19 +16,19 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.eye_sides import is_left_lid
 from usdface.rigs import Mesh
 
-__all__ = ["Gaps", "gaps_of"]
+__all__ = ["Apertures", "apertures_of"]
 
 # Places along the lips, and along each eye: a corner of the mouth (a sixth) or of an eye can part
 # while the middle stays closed, as in a one-sided sneer.
 _PLACES = {"lips": 6, "lids": 4}
-# An open gap may open further by this much of its opening: an expression at a third of its strength
-# can still be raised to the whole (1 / 3 + 2 / 3).
+# An open aperture may open further by this much of its opening: an expression at a third of its
+# strength can still be raised to the whole (1 / 3 + 2 / 3).
 _SLOPE = 2.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Gaps:
-    """Gaps of lips and lids at K places, signed: negative where one is inside the other.
+class Apertures:
+    """Apertures of lips and lids at K places, signed: negative where one is inside the other.
 
     Attributes
     ----------
@@ -37,11 +37,12 @@ class Gaps:
     neutral : (K,) float64 [m]
         On the neutral face.
     evaluator : BlendShapeEvaluator
-        By how much T blend shapes change the gaps: N = K.
+        By how much T blend shapes change the apertures: N = K.
     touch : (K,) float64 [m]
-        Of contact: the neutral gap of lips, the gap of lids in the blend shape that closes them.
+        Of contact: the neutral aperture of lips, the aperture of lids in the blend shape that
+        closes them.
     floor : (K,) float64 [m]
-        Least gap after a correction: that of the rig's own expressions.
+        Least aperture after a correction: that of the rig's own expressions.
     tolerance : float [m]
     """
 
@@ -57,20 +58,20 @@ class Gaps:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def at(self, weights: FloatArray) -> FloatArray:
-        """Return the gaps at some weights (F, T): (F, K) [m].
+        """Return the apertures at some weights (F, T): (F, K) [m].
 
         Combination shapes follow their parents, whatever weight they are given.
         """
         return np.asarray(self.neutral + self._displacements(weights))
 
     def change(self, solved: FloatArray, corrected: FloatArray) -> FloatArray:
-        """Return by how much the gaps change from weights (F, T) to others: (F, K) [m]."""
+        """Return by how much the apertures change from weights (F, T) to others: (F, K) [m]."""
         if self.evaluator.linear:
             return np.asarray((corrected - solved) @ self.evaluator.offsets)
         return self._displacements(corrected) - self._displacements(solved)
 
     def slopes(self, solved: FloatArray, corrected: FloatArray) -> FloatArray:
-        """Return secant slopes: the change of each gap per change of a weight, (F, T, K) [m]."""
+        """Return secant slopes: the change of each aperture by each weight, (F, T, K) [m]."""
         evaluator = self.evaluator
         result = np.zeros((len(solved), *evaluator.offsets.shape))
         ends = (evaluator.combined(weights) for weights in (solved, corrected))
@@ -81,10 +82,10 @@ class Gaps:
         return self.evaluator.displacements(self.evaluator.combined(weights))
 
     def limits(self, solved: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the lower and upper limit of a gap's change by a correction: (F, K) each [m].
+        """Return the least and largest change of each aperture by a correction: (F, K) each [m].
 
-        A gap in contact may change by the tolerance, an open one close to contact and open further
-        in proportion, a pressed one open to contact.
+        An aperture in contact may change by the tolerance, an open one close to contact and open
+        further in proportion, a pressed one open to contact.
         """
         opening = np.maximum(solved - self.touch - self.tolerance, 0.0)
         pressed = np.maximum(self.touch - solved, 0.0)
@@ -92,8 +93,8 @@ class Gaps:
         return -self.tolerance - close, self.tolerance + pressed + _SLOPE * opening
 
 
-def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
-    """Measure the gaps along the contacts of a face.
+def apertures_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Apertures:
+    """Measure the apertures along the contacts of a face.
 
     Parameters
     ----------
@@ -118,27 +119,30 @@ def gaps_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> Gaps:
     means = [_mean(mesh, own, _PLACES[kind.split()[-1]]) for kind, own in contacts]
 
     def across(values: FloatArray) -> FloatArray:
-        """Return the gaps (..., K) of upper, then lower vertices (..., 2 P * 3)."""
+        """Return the apertures (..., K) of upper, then lower vertices (..., 2 P * 3)."""
         upper, lower = np.moveaxis(values.reshape(*values.shape[:-1], 2, len(pairs), 3), -3, 0)
-        gaps = [np.zeros((*values.shape[:-1], 0))]
+        apertures = [np.zeros((*values.shape[:-1], 0))]
         for (first, last), direction, mean in zip(pairwise(ends), directions, means, strict=True):
             apart = np.ascontiguousarray((upper - lower)[..., first:last, :])
-            gaps.append((apart @ direction) @ mean)
-        return np.concatenate(gaps, axis=-1)
+            apertures.append((apart @ direction) @ mean)
+        return np.concatenate(apertures, axis=-1)
 
     vertices = pairs.T.ravel()
     column = {name: place for place, name in enumerate(mesh.shape_names)}
     shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
     evaluator = evaluator_of(mesh, vertices)[0].mapped(across).reordered(shapes)
-    neutral_gaps = across(mesh.points[vertices].ravel())
+    neutral_apertures = across(mesh.points[vertices].ravel())
     contact = tuple(
         kind for (kind, _), mean in zip(contacts, means, strict=True) for _ in range(mean.shape[1])
     )
-    unlimited = Gaps(contact, neutral_gaps, evaluator, neutral_gaps, neutral_gaps, face.tolerance)
-    # Lid margins have a thickness: the gap in the blend shape that closes them counts as contact.
+    unlimited = Apertures(
+        contact, neutral_apertures, evaluator, neutral_apertures, neutral_apertures, face.tolerance
+    )
+    # Lid margins have a thickness: the aperture in the blend shape that closes them counts as
+    # contact.
     closed = unlimited.at(np.eye(len(names))).min(axis=0, initial=np.inf)
-    closed = np.clip(np.minimum(neutral_gaps, closed), 0.0, None)
-    touch = np.where(np.array(contact, dtype=str) == "lips", neutral_gaps, closed)
+    closed = np.clip(np.minimum(neutral_apertures, closed), 0.0, None)
+    touch = np.where(np.array(contact, dtype=str) == "lips", neutral_apertures, closed)
     pressed = unlimited.at(poses).min(axis=0, initial=np.inf)
     return replace(unlimited, touch=touch, floor=np.minimum(touch, pressed))
 
@@ -165,7 +169,7 @@ def _across(mesh: Mesh, pairs: IntArray) -> FloatArray:
 
 
 def _mean(mesh: Mesh, pairs: IntArray, places: int) -> FloatArray:
-    """Return the share of each pair in the gap at each place: (P, K)."""
+    """Return the share of each pair in the aperture at each place: (P, K)."""
     counts = _places(mesh.points[pairs, 0].mean(axis=1), places)
     return np.asarray(counts / counts.sum(axis=0))
 
@@ -173,7 +177,7 @@ def _mean(mesh: Mesh, pairs: IntArray, places: int) -> FloatArray:
 def _places(x: FloatArray, count: int) -> FloatArray:
     """Return the weight of each pair at each place along the contact: (P, K).
 
-    A pair between two places counts for both, so that the gap is continuous and symmetric.
+    A pair between two places counts for both, so that the aperture is continuous and symmetric.
     """
     step = (x.max() - x.min()) / count
     if not step > 0:
