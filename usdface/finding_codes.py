@@ -61,12 +61,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "MARKER_BESIDE": (
         "info",
         "nothing",
-        "markers sit beside the vertices that they are bound to, as rest and motion show",
+        "markers sit a few millimetres off their bound vertices, as their rest and motion show",
     ),
     "MARKER_INACCURATE": (
         "info",
         "place_markers",
-        "markers move unlike the face around them and count less",
+        "markers move unlike the face around them and get less weight",
     ),
     "MARKER_UNKNOWN": (
         "warning",
@@ -86,7 +86,8 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "LID_DISBELIEVED": (
         "warning",
         "look_at_frames",
-        "a lid's marker opens the eye further than a lid can, and moves as the other lid's instead",
+        "a lid's marker opens the eye further than a lid can; the motion of the other lid "
+        "replaces it",
     ),
     "MARKER_FILLED": ("info", "look_at_frames", "a gap of a marker was filled in"),
     "CLEANUP_SKIPPED": ("info", "nothing", "too few frames or markers to clean the take up"),
@@ -114,13 +115,13 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "WEIGHT_BRIDGED": (
         "warning",
         "check_recording",
-        "a weight is missing in a row with others; it is bridged from the rows around it",
+        "a weight is missing in a row with others; it is interpolated from the rows around it",
     ),
     "UNITS_ASSUMED": ("warning", "name_unit", "the file does not name its unit of length"),
     "TAKE_SIZE_UNUSUAL": (
         "warning",
         "name_unit",
-        "the markers lie as on no face or body: far apart, or near together",
+        "the markers are spread too far apart, or too close together, for a face or a body",
     ),
     "DEFAULT_PRIM_CHOSEN": ("info", "nothing", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "name_up_axis", "the file does not name its up axis"),
@@ -133,9 +134,9 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "RATE_CONTRADICTED": (
         "warning",
         "name_rate",
-        "the rate that the file names is not that of its times, which count",
+        "the frame rate that the file names contradicts its times; the times count",
     ),
-    "RATE_UNUSUAL": ("warning", "name_rate", "no face is recorded at such a frame rate"),
+    "RATE_UNUSUAL": ("warning", "name_rate", "the frame rate is unusual for a recording of a face"),
     "FRAMES_RENUMBERED": (
         "info",
         "nothing",
@@ -159,13 +160,9 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "VIEWS_OUT_OF_STEP": (
         "warning",
         "correct_settings",
-        "two cameras agree better some frames earlier or later",
+        "two cameras are out of sync: they agree better some frames earlier or later",
     ),
-    "VIEW_SINGLE": (
-        "info",
-        "nothing",
-        "a marker that one camera alone sees is taken as occluded",
-    ),
+    "VIEW_SINGLE": ("info", "nothing", "a marker that only one camera sees is taken as occluded"),
     "CONFIDENCE_LOW": (
         "info",
         "nothing",
@@ -184,17 +181,13 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "CHANNEL_IGNORED": ("info", "nothing", "a channel that usdface does not use was left out"),
     # films of painted dots
     "DOTS_FOUND": ("info", "nothing", "dots were found in the images, by their colour"),
-    "DOTS_IGNORED": (
-        "info",
-        "look_at_frames",
-        "spots that are seen for a short time are left out",
-    ),
+    "DOTS_IGNORED": ("info", "look_at_frames", "short-lived detections of dots are left out"),
     "DOTS_NAMED": (
         "info",
         "look_at_frames",
-        "dots were named by where the bound vertices of a character lie",
+        "dots were named by matching the bound vertices of a character",
     ),
-    "DOT_UNMATCHED": ("warning", "correct_labels", "a name or a correction is of no dot"),
+    "DOT_UNMATCHED": ("warning", "correct_labels", "a name or a correction matches no dot"),
     "IMAGE_UNREADABLE": (
         "warning",
         "check_recording",
@@ -208,9 +201,13 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "FOOTAGE_CUT": (
         "warning",
         "look_at_frames",
-        "the picture changes at once; names after it were found again by the layout",
+        "the footage has a cut; names after it were matched again by the layout of the dots",
     ),
-    "TRACK_DOUBTED": ("warning", "look_at_frames", "a marker may be that of another dot"),
+    "TRACK_DOUBTED": (
+        "warning",
+        "look_at_frames",
+        "the track of a marker may have switched to another dot",
+    ),
     # formats of other packages
     "PLUGIN_FAILED": (
         "warning",
@@ -225,12 +222,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "FRAMES_NOT_CARRIED": (
         "warning",
         "name_neutral",
-        "neutral and peak frames of a binding are of another take, and are looked for anew",
+        "neutral and peak frames of a binding belong to another take, and are detected again",
     ),
     "LAYER_KEPT": (
         "warning",
         "compare",
-        "a layer that shots share is kept, and differs from this shot's",
+        "a layer that shots share is kept, although it differs from this shot's",
     ),
     # sequences
     "PERFORMER_UNCALIBRATED": (
@@ -283,7 +280,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "FACS_SHAPE_DEAD": (
         "warning",
         "export_again",
-        "a blend shape moves nothing that could be seen on a face",
+        "a blend shape moves too little to be seen on a face",
     ),
     "FACS_SIDE_OTHER": (
         "warning",
@@ -349,11 +346,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "a point index is repeated; its offsets add up in UsdSkel",
     ),
     "POINT_INDICES_OUTSIDE": ("error", "export_again", "a point index is outside the mesh"),
-    "POINT_STRAY": (
-        "warning",
-        "export_again",
-        "a point lies or is moved far off from all others",
-    ),
+    "POINT_STRAY": ("warning", "export_again", "a point lies, or is moved, far from all others"),
     "OFFSETS_LENGTH_WRONG": (
         "error",
         "export_again",
@@ -500,15 +493,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "export_again",
         "more than four joints influence a point; some programs read four",
     ),
-    "GENERATION_MIXED": (
-        "error",
-        "process_again",
-        "files of a result are of several runs",
-    ),
+    "GENERATION_MIXED": ("error", "process_again", "files of a result come from different runs"),
     "GLTF_OUTDATED": (
         "info",
         "process_again",
-        "a glTF beside the result is of an earlier run; process --gltf writes it again",
+        "a glTF beside the result comes from an earlier run; process --gltf writes it again",
     ),
     "INFLUENCES_REDUCED": (
         "info",
@@ -518,7 +507,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "SKIN_WEIGHTS_NORMALISED": (
         "info",
         "nothing",
-        "skin weights that did not add up to 1 were brought to it, as glTF programs do",
+        "skin weights that did not add up to 1 were normalised, as glTF programs do",
     ),
     "POINTS_TO_SHAPES": (
         "info",
@@ -545,7 +534,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "PLACE_DOUBTED": (
         "warning",
         "place_markers",
-        "the given vertex of a marker does not fit the other markers",
+        "the given vertex of a marker contradicts the other markers",
     ),
     "PLACE_UNSURE": ("warning", "place_markers", "the proposed vertex of a marker may be wrong"),
     "PLACES_NOT_PROPOSED": (
@@ -556,23 +545,23 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NAME_CONTRADICTED": (
         "warning",
         "place_markers",
-        "a marker lies elsewhere on the face than its name tells",
+        "the position of a marker contradicts its name",
     ),
     "SIDES_EXCHANGED": (
         "warning",
         "correct_labels",
-        "the names of the markers tell left for right",
+        "the names of the markers have left and right exchanged",
     ),
     "NAMES_UNUSED": (
         "warning",
         "nothing",
-        "the names of the markers fit no face; places are found without",
+        "the names of the markers do not fit the face; places are proposed without them",
     ),
     "MARKER_OFF_FACE": ("warning", "nothing", "a marker is off the face and is left out"),
     "PLACE_UNKNOWN": (
         "info",
         "place_markers",
-        "the name of an image's marker tells no place on a face; it is left out",
+        "the name of an image's marker is no known place on a face; it is left out",
     ),
     "MARKER_DUPLICATE": (
         "warning",
@@ -592,19 +581,20 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NEUTRAL_KEPT": (
         "info",
         "name_neutral",
-        "a take of weights is not at rest where it shows least, and no neutral is taken off it",
+        "a take of weights does not rest in its least expressive frames, and no neutral is "
+        "subtracted",
     ),
     "NEUTRAL_REMOVED": (
         "info",
         "name_neutral",
-        "what a take of weights shows in the neutral frames is taken off the whole take",
+        "the weights of the neutral frames are subtracted from the whole take of weights",
     ),
     "NEUTRAL_FOUND": ("info", "look_at_frames", "neutral frames were detected"),
     # retarget
     "NEUTRAL_ASSUMED": (
         "warning",
         "name_neutral",
-        "no neutral frames are named nor found; the first frame that shows the markers is taken",
+        "neutral frames are neither named nor detected; the first frame with markers is taken",
     ),
     "NEUTRAL_MOVES": (
         "info",
@@ -614,12 +604,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NEUTRAL_SHOWS": (
         "info",
         "look_at_frames",
-        "the neutral frames show some blend shapes, which are taken off them",
+        "the neutral frames show some blend shapes, which are subtracted from the neutral",
     ),
     "NEUTRAL_AT_LIMIT": (
         "warning",
         "name_neutral",
-        "the neutral frames show an expression, more of it than is taken off",
+        "the neutral frames show an expression that is larger than what is subtracted",
     ),
     "NOSE_TIP_ASSUMED": (
         "warning",
@@ -634,7 +624,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "MESHES_LEFT_BEHIND": (
         "warning",
         "correct_stage",
-        "the head's motion leaves meshes of the face behind",
+        "meshes of the face do not follow the motion of the head",
     ),
     "HEAD_MARKERS_FEW": (
         "warning",
@@ -644,12 +634,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "GAZE_BY_JOINTS": (
         "info",
         "correct_settings",
-        "joints turn the character's eyes as they were recorded",
+        "the recorded gaze turns the eye joints of the character",
     ),
     "GAZE_RECORDED": (
         "info",
         "correct_settings",
-        "the eyes look where the take's recorder saw them look, from straight ahead in the neutral",
+        "the recorded gaze of the take is used, relative to the neutral frames",
     ),
     "GAZE_UNSHOWN": (
         "info",
@@ -659,7 +649,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "HEAD_LEFT_STILL": (
         "warning",
         "correct_settings",
-        "the recorded head is left still: no joint turns the head of this body alone",
+        "the recorded motion of the head is left out: no joint turns the head of this body alone",
     ),
     "HEAD_PIVOT_ASSUMED": (
         "info",
@@ -752,14 +742,13 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "GAIN_FOUND": (
         "info",
         "calibrate",
-        "movements go beyond the character's blend shapes and are taken to be larger in the whole "
-        "take",
+        "movements exceed the character's blend shapes; their gains are estimated from the take",
     ),
     "BROWS_RESTORED": (
         "info",
         "nothing",
-        "the solve shrank the brows, whose motion the blend shapes explain badly; they are larger "
-        "again",
+        "the solve made the brows too small, as the blend shapes explain their motion badly; they "
+        "were scaled up",
     ),
     "GAIN_UNSEEN": (
         "info",
@@ -785,12 +774,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "EXPRESSION_HELD_BACK": (
         "info",
         "look_at_frames",
-        "an emotion that is detected is not raised, as a region does not show its pose",
+        "a detected emotion is not raised, because a region does not show its pose",
     ),
     "EXPRESSION_SHARED": (
         "info",
         "nothing",
-        "the features of one expression also show a little in another",
+        "the features of one expression respond a little to another",
     ),
     "MARKERS_CANNOT_SEPARATE": (
         "warning",
@@ -812,7 +801,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "RESULT_HIDDEN": (
         "warning",
         "correct_stage",
-        "a stronger layer of the stage has values that hide those of the result",
+        "a stronger layer of the stage overrides values of the result",
     ),
     "SETTING_UNREAD": (
         "warning",
@@ -843,7 +832,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "BLINK_DOUBTED": (
         "info",
         "look_at_frames",
-        "pulses like blinks that do not close the eyes were left as solved",
+        "blink-like pulses that do not close the eyes were left as solved",
     ),
     "BLINK_GUESSED": (
         "warning",
@@ -853,7 +842,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "BLINK_RECORDED": (
         "info",
         "look_at_frames",
-        "blinks that the recording names, and its markers do not show, were closed",
+        "blinks that the recording names, but its markers do not show, were closed",
     ),
     "LIDS_UNSEEN": (
         "info",
@@ -863,13 +852,14 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "LIDS_GUESSED": (
         "info",
         "look_at_frames",
-        "the rig's closed lids move no marker; blinks are sought as another face shows them",
+        "the rig's closed lids move no marker; blinks are detected by the lid motion of another "
+        "face",
     ),
     "LIDS_CROSS": ("warning", "correct_pins", "pinned weights make the lids of an eye cross"),
     "EYE_OPENED": (
         "info",
         "look_at_frames",
-        "one eye was solved as narrowed, which its markers do not show, and was opened",
+        "the solve narrowed one eye more than its markers show; it was opened",
     ),
     "LIDS_PARTED": (
         "info",
@@ -885,7 +875,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "LIPS_UNSEEN": (
         "info",
         "add_markers",
-        "no markers show the touch of the lips; it is not completed",
+        "no markers show the contact of the lips; it is not completed",
     ),
     "EXPRESS_SKIPPED": (
         "warning",

@@ -108,7 +108,7 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     ]
     findings += _name_findings(proposal, source)
     if proposal.placeless:
-        message = "the names of {marker_count} markers tell no place on a face; left out"
+        message = "the names of {marker_count} markers are no known places on a face; left out"
         names = list(proposal.placeless)
         findings.append(finding("PLACE_UNKNOWN", source, message, len(names), markers=names))
     findings += proposal.failed
@@ -152,15 +152,15 @@ def _name_findings(proposal: Proposal, source: str) -> list[Finding]:
     ]
     if proposal.names_unused:
         message = (
-            "the places that the names tell fit no face: {contradicted_count} markers lie "
-            "elsewhere; places are found without names"
+            "the places of the names do not fit the face: {contradicted_count} markers lie "
+            "elsewhere; places are proposed without names"
         )
         findings.append(finding("NAMES_UNUSED", source, message, len(proposal.contradicted)))
     if proposal.exchanged:
         message = (
-            "{exchanged_count} markers are named left for right: from the camera's side, or "
-            "the take is mirrored; give the vertex of one of them in --bind bind.json, with "
-            "--propose for the others"
+            "left and right are exchanged in {exchanged_count} marker names: named from the "
+            "camera's side, or the take is mirrored; give the vertex of one of them in --bind "
+            "bind.json, with --propose for the others"
         )
         findings.append(finding("SIDES_EXCHANGED", source, message, len(proposal.exchanged)))
     return findings

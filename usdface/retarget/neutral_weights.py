@@ -196,9 +196,9 @@ def neutral_weight_findings(
     weights = setup.neutral_weights
     shown = sorted(weights, key=lambda name: -weights[name])
     message = (
-        "the neutral frames show {shape_count} blend shapes (most: {most}), which are taken off "
-        'them and stay there as weights; usdface:solve:neutral = "given" takes the frames as they '
-        "are"
+        "the neutral frames show {shape_count} blend shapes (most: {most}), which are subtracted "
+        "from the neutral and stay there as weights; "
+        'usdface:solve:neutral = "given" takes the frames as they are'
     )
     most = Prose(", ".join(f"{name} {weights[name]:.2f}" for name in shown[:_NAMED]))
     found = finding("NEUTRAL_SHOWS", source, message, len(shown), most, shapes=shown)
@@ -206,8 +206,8 @@ def neutral_weight_findings(
     if not cut:
         return [found]
     message = (
-        "the neutral frames show an expression ({shapes}), more of it than is taken off; name "
-        "frames in which the face rests"
+        "the neutral frames show an expression ({shapes}) that is larger than what is "
+        "subtracted; name frames in which the face rests"
     )
     return [found, finding("NEUTRAL_AT_LIMIT", source, message, [*cut[:_NAMED]])]
 

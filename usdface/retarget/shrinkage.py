@@ -165,7 +165,7 @@ def restored_findings(factors: FloatArray) -> list[Finding]:
     most = float(factors.max(initial=1.0))
     if most <= _REPORTED:
         return []
-    message = "the solve shrank them; they are up to {factor:.2f} times as large"
+    message = "the solve made them too small; scaled up by up to {factor:.2f}"
     return [finding("BROWS_RESTORED", "brows", message, most)]
 
 

@@ -101,8 +101,8 @@ def with_found_gains(
         return setup, []
     names = tuple(shape_names[shape] for shape in model.free)
     message = (
-        "movements go beyond the character's, {shape} {gain:.2f} times as far; they are taken to "
-        "be larger in the whole take: {shapes}"
+        "movements exceed the character's, {shape} by a gain of {gain:.2f}; the gains hold in the "
+        "whole take: {shapes}"
     )
     most = int(gains.argmax())
     shapes = [names[shape] for shape in beyond]

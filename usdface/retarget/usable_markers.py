@@ -156,8 +156,9 @@ def determined(
     known = take.dimension * basis.shape[1] - (6 if setup.head == "solve" else 0)
     if known < shapes:
         message = (
-            "{marker_count} markers say {known_count} numbers of the face for {shape_count} "
-            "blend shapes; undetermined weights stay as small as possible. Bind more markers"
+            "{marker_count} markers measure {known_count} coordinates of the face for "
+            "{shape_count} blend shapes; undetermined weights stay as small as possible. Bind "
+            "more markers"
         )
         findings.append(
             finding("MARKERS_FEW", take.source, message, basis.shape[1], max(known, 0), shapes)

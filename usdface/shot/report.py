@@ -27,7 +27,7 @@ from usdface.verdict.judge import Verdict, judge
 
 __all__ = ["ShotReport", "report_of"]
 
-# A region whose travel ratio is a smaller share of the size that was asked for is reported, with a
+# A region whose travel ratio is a smaller share of the requested size is reported, with a
 # factor on its weights between these: more would enlarge something else. Set by hand: they only
 # advise.
 _MUTED = 0.7
@@ -107,9 +107,10 @@ def _verdict(result: ShotResult, summary: dict[str, Any], details: dict[str, Any
     """Return the verdict on a result by its measures and those of its report."""
     travels = details.get("travel_by_part", {})
     ratios = {
-        part: t["ratio"] / asked
+        part: t["ratio"] / requested
         for part, t in travels.items()
-        if t["ratio"] is not None and (asked := _asked(result.shot.factors, part)) > 0.0
+        if t["ratio"] is not None
+        and (requested := _requested_size(result.shot.factors, part)) > 0.0
     }
     return judge(shot_measures(result, ratios, summary.get("weight_deviation_median", np.nan)))
 
@@ -201,7 +202,7 @@ def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> S
     muted = [
         _muted(region, travel, exaggeration)
         for region, travel in merged.items()
-        if travel.ratio < _MUTED * _asked(exaggeration, region)
+        if travel.ratio < _MUTED * _requested_size(exaggeration, region)
     ]
     return ShotReport({"travel_ratio_by_region": ratios}, details, (*failed, *muted))
 
@@ -222,27 +223,27 @@ def _travel_details(travel: Travel) -> dict[str, Any]:
     }
 
 
-def _asked(exaggeration: Exaggeration, region: str) -> float:
-    """Return the size that a region is to be played at, at most 1; 0 if it is held still.
+def _requested_size(exaggeration: Exaggeration, region: str) -> float:
+    """Return the factor that a region is to be played at, at most 1; 0 if it is held still.
 
-    A larger one is not asked of it: weights that end at 1 keep it from that, and nothing mutes it.
+    Factors above 1 count as 1: there weights are clipped at 1, and the region is not muted.
     """
     return min(exaggeration.mean_of("face") * exaggeration.mean_of(region), 1.0)
 
 
 def _muted(region: str, travel: Travel, exaggeration: Exaggeration) -> Finding:
-    """Return the finding on a region that moves less than was asked for, and the remedy.
+    """Return the finding on a region that moves less than requested, and the remedy.
 
-    The factor that is advised keeps the size that was asked for.
+    The advised factor keeps the requested size.
     """
-    asked = _asked(exaggeration, region)
+    requested = _requested_size(exaggeration, region)
     message = "the skin travels {travel_ratio:.2f} of the performer's markers"
     values = {"travel_ratio": travel.ratio}
-    if asked < 1.0:
-        message += ", {asked_ratio:.2f} was asked for"
-        values["asked_ratio"] = asked
+    if requested < 1.0:
+        message += ", {asked_ratio:.2f} was requested"
+        values["asked_ratio"] = requested
     (low, high), largest = _REMEDIES, EXAGGERATION_RANGE[1]
-    missing = asked * travel.best_factor
+    missing = requested * travel.best_factor
     factor = exaggeration.mean_of(region) * missing
     option = f"--exaggeration {_of_face(exaggeration)}{region}={factor:.1f}"
     check = (
@@ -257,7 +258,7 @@ def _muted(region: str, travel: Travel, exaggeration: Exaggeration) -> Finding:
     elif missing > high:
         message += f", only {option} would do: {check}"
     elif missing >= low:
-        message += f"; {option} comes nearest to {'that' if asked < 1.0 else 'them'}"
+        message += f"; {option} comes nearest to {'that' if requested < 1.0 else 'them'}"
     else:
         message += f", and hardly follows them: {check}"
     return finding(

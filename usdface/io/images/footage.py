@@ -219,7 +219,7 @@ def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
         message = "at frames {frames}"
         found.append(finding("FOOTAGE_CUT", where, message, list(tracks.cuts)))
     if tracks.left_out:
-        message = "{track_count} spots that are seen for a short time are left out"
+        message = "{track_count} short-lived detections are left out"
         found.append(finding("DOTS_IGNORED", where, message, tracks.left_out))
     if tracks.unmatched:
         message = "no dot is near: {markers}"

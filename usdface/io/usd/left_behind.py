@@ -40,7 +40,7 @@ def report_left_behind(stage: Usd.Stage, staged: StagedShot, result: ShotResult)
     if not behind:
         return []
     message = (
-        "the head leaves {meshes} behind, by up to {distance_mm:.0f} mm: only what is bound to "
+        "{meshes} do not follow the head, by up to {distance_mm:.0f} mm: only what is bound to "
         "{joint} moves with it"
     )
     furthest = max(behind.values()) * 1000
