@@ -206,10 +206,10 @@ def _of_weights(
     named: bool,
     options: BindOptions,
 ) -> ResolvedBinding:
-    """Return the binding of a take of weights, whose curves go by name, by unit or as told.
+    """Return the binding of a take of weights, whose curves are matched by map, name or unit.
 
-    Its neutral frames are looked for only where the options say so; where they are named or found,
-    the weights count from what they show.
+    Its neutral frames are detected only where the options say so. The weights of neutral frames
+    that are named or detected are subtracted.
     """
     found = options.neutral == "auto"
     if found:

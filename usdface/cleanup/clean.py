@@ -106,11 +106,11 @@ def clean_take(
     off = np.zeros_like(seen)
     if options.spikes:
         stabilised, off = _without_spikes(positions, seen, take.times, moving, stabilised)
-    believed = seen & ~off
+    valid = seen & ~off
     new = np.zeros_like(seen)
-    result = np.where(believed[..., None], positions, np.nan)
-    if options.gaps and not believed.all():
-        result, new = _filled(stabilised, believed, take.times, result)
+    result = np.where(valid[..., None], positions, np.nan)
+    if options.gaps and not valid.all():
+        result, new = _filled(stabilised, valid, take.times, result)
     whole = take.positions.copy()
     whole[:, ever] = result[..., : take.dimension]
     names = tuple(take.names[i] for i in ever)
@@ -122,7 +122,7 @@ def clean_take(
     if not repairs:
         return untouched, []
     measured = take.visible.copy()
-    measured[:, ever] = believed
+    measured[:, ever] = valid
     cleaned = Cleaned(replace(take, positions=whole), measured, repairs)
     return cleaned, repair_findings(repairs)
 
@@ -207,28 +207,28 @@ def _without_spikes(
 
 
 def _filled(
-    stabilised: StabilisedMarkers, believed: BoolArray, times: FloatArray, positions: FloatArray
+    stabilised: StabilisedMarkers, valid: BoolArray, times: FloatArray, positions: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Fill gaps in take space (F, M, 3); also return where."""
-    model, whole_face = fit_low_rank_model(stabilised.positions, believed, stabilised.filled, _LONG)
-    predicted = predict_from_others(model, whole_face, believed)
-    known = np.asarray(believed.mean(axis=1) > 0.5)
-    error = np.where(believed[..., None], stabilised.positions - predicted, np.nan)
+    model, whole_face = fit_low_rank_model(stabilised.positions, valid, stabilised.filled, _LONG)
+    predicted = predict_from_others(model, whole_face, valid)
+    known = np.asarray(valid.mean(axis=1) > 0.5)
+    error = np.where(valid[..., None], stabilised.positions - predicted, np.nan)
     noise = white_noise(error.reshape(len(predicted), -1))
     filled = fill_gaps(
-        stabilised.positions, believed, predicted, known=known, times=times, noise=noise
+        stabilised.positions, valid, predicted, known=known, times=times, noise=noise
     )
-    new = ~believed & _bridgeable(believed, known, times)
+    new = ~valid & _bridgeable(valid, known, times)
     return np.where(new[..., None], stabilised.pose.to_take(filled), positions), new
 
 
-def _bridgeable(believed: BoolArray, known: BoolArray, times: FloatArray) -> BoolArray:
+def _bridgeable(valid: BoolArray, known: BoolArray, times: FloatArray) -> BoolArray:
     """Return where a gap (F, M) can be filled: other markers are visible, or both ends near."""
-    before = last_visible(believed)
-    after = len(believed) - 1 - last_visible(believed[::-1])[::-1]
-    rows = np.arange(believed.shape[1])
-    ends = believed[before, rows] & believed[after, rows]
-    often = believed.sum(axis=0) >= _FEWEST_FRAMES
+    before = last_visible(valid)
+    after = len(valid) - 1 - last_visible(valid[::-1])[::-1]
+    rows = np.arange(valid.shape[1])
+    ends = valid[before, rows] & valid[after, rows]
+    often = valid.sum(axis=0) >= _FEWEST_FRAMES
     return np.asarray(often & (known[:, None] | (ends & (times[after] - times[before] <= _SHORT))))
 
 

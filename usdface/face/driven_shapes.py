@@ -1,4 +1,4 @@
-"""The blend shapes that the curves of a take of weights drive: as told, or by their names."""
+"""The blend shapes that the curves of a take of weights drive: as mapped, or by their names."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -16,16 +16,17 @@ from usdface.takes import WeightsTake
 
 __all__ = ["rename_weights", "undecided", "unknown_curves"]
 
-_Told = Mapping[str, Mapping[str, float]]
+# The blend shapes that each curve drives, with factors, as `RetargetSetup.curves` has them.
+CurveMap = Mapping[str, Mapping[str, float]]
 
 _ROUNDED = 1e-6  # of a weight
 _NAMED = 6  # names that a message lists
 
 
 def rename_weights(
-    take: WeightsTake, names: tuple[str, ...], curves: _Told | None = None
+    take: WeightsTake, names: tuple[str, ...], curves: CurveMap | None = None
 ) -> tuple[WeightsTake, list[Finding]]:
-    """Map a weights take to the blend shapes of another rig, by name or as told.
+    """Map a weights take to the blend shapes of another rig, by name or by a curve map.
 
     A column goes to the shape of the same name, else of the same name in another spelling;
     one unsided curve drives both sides, two sided curves drive an unsided shape by their
@@ -45,8 +46,8 @@ def rename_weights(
     WeightsTake
         Columns `names`; a blend shape without a curve is 0.
     list of Finding
-        CHANNEL_IGNORED for curves without a blend shape (but those of gaze, of which
-        `usdface.retarget.recorded_eyes` tells), CURVE_UNKNOWN for those of `curves` that
+        CHANNEL_IGNORED for curves without a blend shape (but those of gaze, which
+        `usdface.retarget.recorded_eyes` reports), CURVE_UNKNOWN for those of `curves` that
         the take lacks. WEIGHTS_CLIPPED, but not below 0 where a factor is negative: such a curve
         takes back what others drive.
 
@@ -56,13 +57,13 @@ def rename_weights(
         If no curve drives a blend shape, or `curves` names a curve twice, in two spellings, or a
         blend shape that the rig lacks.
     """
-    told = _told(take.names, names, curves or {})
-    factors = _factors(take.names, names, told)
+    mapped = _of_take(take.names, names, curves or {})
+    factors = _factors(take.names, names, mapped)
     if not factors.any():
         raise InputError(_nothing_driven(take, names, curves or {}), "SHAPE_UNKNOWN")
     findings = unknown_curves(take, curves or {}, take.source)
     idle = np.flatnonzero(~np.any(factors, axis=1)).tolist()
-    unused = [take.names[i] for i in idle if take.names[i] not in told]
+    unused = [take.names[i] for i in idle if take.names[i] not in mapped]
     unused = [name for name in unused if not is_gaze_curve(name)]  # they may turn joints
     if unused:
         message = "curves without a blend shape: {channels}"
@@ -79,10 +80,10 @@ def rename_weights(
 
 
 def undecided(
-    curves: tuple[str, ...], shapes: tuple[str, ...], told: _Told
+    curves: tuple[str, ...], shapes: tuple[str, ...], curve_map: CurveMap
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the curves and the blend shapes that are neither told nor go by their names."""
-    own = _told(curves, shapes, told)
+    """Return the curves and the blend shapes that are neither mapped nor match by name."""
+    own = _of_take(curves, shapes, curve_map)
     factors = _factors(curves, shapes, own)
     idle, still = (np.flatnonzero(~np.any(factors, axis=axis)).tolist() for axis in (1, 0))
     named = {name for each in own.values() for name in each}
@@ -92,7 +93,7 @@ def undecided(
     )
 
 
-def unknown_curves(take: WeightsTake, curves: _Told, source: str) -> list[Finding]:
+def unknown_curves(take: WeightsTake, curves: CurveMap, source: str) -> list[Finding]:
     """Report the curves of a binding that the take lacks; `source` names the binding's file."""
     known = {shape_key(name) for name in take.names}
     unknown = [curve for curve in curves if shape_key(curve) not in known]
@@ -104,14 +105,14 @@ def unknown_curves(take: WeightsTake, curves: _Told, source: str) -> list[Findin
     return [finding("CURVE_UNKNOWN", source, message, unknown, hint)]
 
 
-def _told(
-    curves: tuple[str, ...], shapes: tuple[str, ...], told: _Told
+def _of_take(
+    curves: tuple[str, ...], shapes: tuple[str, ...], curve_map: CurveMap
 ) -> dict[str, Mapping[str, float]]:
-    """Return the entries of `told` that the take has, by its own spelling of the curves."""
+    """Return the entries of a curve map that the take has, by its own spelling of the curves."""
     spelt = {shape_key(name): name for name in reversed(curves)}
     of_take, of_rig = set(curves), set(shapes)
     found: dict[str, tuple[str, Mapping[str, float]]] = {}
-    for curve, driven in told.items():
+    for curve, driven in curve_map.items():
         unknown = next((name for name in driven if name not in of_rig), None)
         if unknown is not None:
             raise InputError(
@@ -131,17 +132,17 @@ def _told(
     return {own: driven for own, (_, driven) in found.items()}
 
 
-def _factors(curves: tuple[str, ...], shapes: tuple[str, ...], told: _Told) -> FloatArray:
+def _factors(curves: tuple[str, ...], shapes: tuple[str, ...], curve_map: CurveMap) -> FloatArray:
     """Return the factor of each curve on each blend shape: (C, S)."""
     row = {name: i for i, name in enumerate(curves)}
     column = {name: i for i, name in enumerate(shapes)}
-    named = {name for driven in told.values() for name in driven}
+    named = {name for driven in curve_map.values() for name in driven}
     factors = np.zeros((len(curves), len(shapes)))
-    idle = [i for i, name in enumerate(curves) if name not in told]
+    idle = [i for i, name in enumerate(curves) if name not in curve_map]
     by_name = _by_name(curves, idle, [name for name in shapes if name not in named])
     for name, rows in by_name.items():
         factors[rows, column[name]] = 1.0 / len(rows)
-    for curve, driven in told.items():
+    for curve, driven in curve_map.items():
         for name, factor in driven.items():
             factors[row[curve], column[name]] = factor
     return factors
@@ -168,7 +169,7 @@ def _by_name(
     return found
 
 
-def _nothing_driven(take: WeightsTake, names: tuple[str, ...], curves: _Told) -> str:
+def _nothing_driven(take: WeightsTake, names: tuple[str, ...], curves: CurveMap) -> str:
     unknown = unknown_curves(take, curves, "")
     example = {"curves": {take.names[0]: {(*names, "a blend shape")[0]: 1.0}}}
     return (
