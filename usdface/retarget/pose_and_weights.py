@@ -22,7 +22,7 @@ from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solve_round import Recording, Round, measured, next_round
 from usdface.retarget.solver.bounds import Bounds
-from usdface.retarget.solver.noise import Unexplained, frames_apart
+from usdface.retarget.solver.noise import ResidualSpace, independent_lags
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import reach
 from usdface.retarget.take_rows import TakeRows
@@ -159,15 +159,15 @@ def _recording(
 ) -> Recording:
     """Return what is alike in all rounds; parameters as of `solve_pose_and_weights`."""
     seen = visible(positions)
-    unexplained = None
+    residual_space = None
     if is_measured:
-        coordinates, apart = np.repeat(seen, rows.axes, axis=1), frames_apart(times)
-        unexplained = Unexplained.beside_head(
-            rows.weighted.directions, rows.weighted_rigid, target, coordinates, apart
+        coordinates, lags = np.repeat(seen, rows.axes, axis=1), independent_lags(times)
+        residual_space = ResidualSpace.beside_head(
+            rows.weighted.directions, rows.weighted_rigid, target, coordinates, lags
         )
     fit_pose = rows.axes == 3 and rows.rigid.shape[1] > 0
     over = similarity_fit(space.centres, target)[0] if fit_pose else None
-    return Recording(times, on_plane(positions), seen, rows, over, unexplained, least_noise)
+    return Recording(times, on_plane(positions), seen, rows, over, residual_space, least_noise)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -239,7 +239,7 @@ def _alternated(
 
 def _learned(take: Recording, state: Round) -> Round:
     """Return the state with the covariance of its weights; itself where there is one, or none."""
-    if take.unexplained is None or state.regularisation.covariance is not None:
+    if take.residual_space is None or state.regularisation.covariance is not None:
         return state
     found = take.rows.learned(state.observed, take.times, state.regularisation, state.iterate)
     return state if found.covariance is None else replace(state, regularisation=found)

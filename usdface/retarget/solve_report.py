@@ -16,7 +16,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.solution import Solution
-from usdface.retarget.solver.noise import MOST
+from usdface.retarget.solver.noise import EXPRESSIVE_QUANTILE
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.rigs import Mesh
 from usdface.setup.retarget_setup import RetargetSetup
@@ -168,7 +168,7 @@ def _confidence(
 def usual_misfit(solution: Solution) -> float:
     """Return the misfit of a marker coordinate over all frames, not only expressive ones [m]."""
     squares = solution.residual**2
-    most = float(np.quantile(squares, MOST))
+    most = float(np.quantile(squares, EXPRESSIVE_QUANTILE))
     return solution.misfit * float(np.sqrt(min(1.0, squares.mean() / most))) if most else 0.0
 
 

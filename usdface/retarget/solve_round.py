@@ -15,7 +15,7 @@ from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit
 from usdface.retarget.carried_residual import carried_residual
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solver.noise import Unexplained
+from usdface.retarget.solver.noise import ResidualSpace
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
@@ -48,7 +48,7 @@ class Recording:
     over : (3, 3) float64 or None
         The similarity from the take to the character, without its offset, where the head's pose is
         solved; None where it is known.
-    unexplained : Unexplained or None
+    residual_space : ResidualSpace or None
         Noise and misfit of the typical marker are measured on it; None where they are known.
     least_noise : float [m]
     hidden : (F, M * axes) bool
@@ -60,7 +60,7 @@ class Recording:
     seen: BoolArray
     rows: TakeRows
     over: FloatArray | None
-    unexplained: Unexplained | None
+    residual_space: ResidualSpace | None
     least_noise: float
     hidden: BoolArray = field(init=False)
 
@@ -136,16 +136,16 @@ def measured(take: Recording, before: Round) -> Round:
     number = before.number + 1
     _, observed = before.displaced(take, before.iterate if number > _HELD else None)
     found = replace(before, number=number, observed=observed)
-    if take.unexplained is None:
+    if take.residual_space is None:
         return found
     noise, least_misfit = before.regularisation.noise, before.least_misfit
     weighted = observed / take.rows.errors
     if number <= _NOISE_ROUNDS:
-        own = take.unexplained.noise(weighted)
+        own = take.residual_space.noise(weighted)
         noise = max(own, take.least_noise)
-        least_misfit = take.unexplained.least_misfit(weighted, own)
+        least_misfit = take.residual_space.least_misfit(weighted, own)
     # An error of the pose in the first rounds resembles misfit.
-    misfit = max(take.unexplained.misfit(weighted, noise), least_misfit)
+    misfit = max(take.residual_space.misfit(weighted, noise), least_misfit)
     regularisation = replace(before.regularisation, noise=noise, misfit=misfit)
     return replace(found, regularisation=regularisation, least_misfit=least_misfit)
 
