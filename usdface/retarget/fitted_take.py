@@ -31,6 +31,7 @@ from usdface.retarget.neutral_weights import (
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.refined_fit import best_fit, refine_places
 from usdface.retarget.shrinkage import restored_findings, restoring_factors
+from usdface.retarget.solve_problem import SolveProblem
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.take_amplitudes import with_found_gains
 from usdface.retarget.take_estimates import TakeEstimates
@@ -150,17 +151,20 @@ class _TakeSolver:
     ) -> PoseAndWeights:
         model, space = as_performed(fit, self.shape_names, setup)
         pose = Pose(pose.rotations[frames], pose.translations[frames])
-        times, positions = self.times[frames], self.laid.positions[frames]
-        noise = self.laid.least_noise
+        problem = SolveProblem(
+            self.times[frames],
+            self.laid.positions[frames],
+            fit.points,
+            model,
+            space,
+            pose,
+            setup,
+            self.shape_names,
+            self.laid.least_noise,
+        )
         if self.views is not None:
-            return solve_projected_weights(
-                times, positions, fit.points, model, space, pose, setup, self.shape_names,
-                self.views.at(frames), least_noise=noise,
-            )  # fmt: skip
-        return solve_pose_and_weights(
-            times, positions, fit.points, model, space, pose, setup, self.shape_names,
-            errors=errors, least_noise=noise, **settings,
-        )  # fmt: skip
+            return solve_projected_weights(problem, self.views.at(frames))
+        return solve_pose_and_weights(problem, errors=errors, **settings)
 
 
 def fit_take(
