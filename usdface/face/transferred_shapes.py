@@ -31,7 +31,7 @@ def transferred_surface(
     placed : PlacedMarkers
         Where the markers sit on it.
     rest : (B, 3) float64 [m]
-        Where they rest on the other face, laid over the character.
+        Where they rest on the other face, aligned with the character.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Performer laid over character: the places of the markers and the space map between the two."""
+"""Fit of performer to character: the places of the markers and the space map between the two."""
 
 from dataclasses import dataclass, replace
 

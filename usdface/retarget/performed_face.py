@@ -1,4 +1,4 @@
-"""A performer's face in a take: learned from its solution, and laid over the character again."""
+"""A performer's face in a take: learned from its solution, and fitted to the character again."""
 
 from dataclasses import dataclass, replace
 

@@ -123,7 +123,7 @@ def brow_factors(
 def restoring_factors(
     setup: RetargetSetup,
     fit: FaceFit,
-    joint: PoseAndWeights,
+    solved: PoseAndWeights,
     shape_names: tuple[str, ...],
     take: MarkerTake,
     surface: MarkerSurface | None,
@@ -139,7 +139,7 @@ def restoring_factors(
         return np.ones(len(shape_names))
     model, _ = as_performed(fit, shape_names, setup)
     return brow_factors(
-        joint.weights, take.times, joint.displaced, fit.points, model, shape_names,
+        solved.weights, take.times, solved.displaced, fit.points, model, shape_names,
         moving_head=setup.head == "solve", size=human_size(surface.mesh) if surface else 1.0,
     )  # fmt: skip
 

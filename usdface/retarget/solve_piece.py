@@ -42,8 +42,8 @@ def solve_piece(
     setup : RetargetSetup
         Its neutral frames do not count.
     """
-    joint = _solved(take, estimates, shape_names, setup, exactly=True)
-    return solution_of(take, joint, estimates, shape_names, setup.pins)
+    solved = _solved(take, estimates, shape_names, setup, exactly=True)
+    return solution_of(take, solved, estimates, shape_names, setup.pins)
 
 
 def settled(
@@ -53,8 +53,8 @@ def settled(
     setup: RetargetSetup,
 ) -> TakeEstimates:
     """Return the estimates with the number of rounds after which these frames settle."""
-    joint = _solved(take, estimates, shape_names, setup, exactly=False)
-    return replace(estimates, rounds=joint.rounds)
+    solved = _solved(take, estimates, shape_names, setup, exactly=False)
+    return replace(estimates, rounds=solved.rounds)
 
 
 def _solved(

@@ -61,7 +61,7 @@ def take_amplitudes(peaks: FloatArray, deviations: FloatArray) -> FloatArray:
 def with_found_gains(
     setup: RetargetSetup,
     fit: FaceFit,
-    joint: PoseAndWeights,
+    solved: PoseAndWeights,
     shape_names: tuple[str, ...],
     take: MarkerTake,
     errors: FloatArray | None = None,
@@ -72,7 +72,7 @@ def with_found_gains(
     ----------
     setup : RetargetSetup
     fit : FaceFit
-    joint : PoseAndWeights
+    solved : PoseAndWeights
         The take solved without them.
     shape_names : tuple of str, length S
     take : MarkerTake
@@ -84,13 +84,13 @@ def with_found_gains(
     # Weights beyond 1 extrapolate linearly, which inbetweens and combinations do not.
     if not (wanted and model.linear and take.dimension == 3 and len(take.times) >= FEWEST_FRAMES):
         return setup, []
-    predicted = model.displacements(joint.weights).reshape(joint.displaced.shape)
+    predicted = model.displacements(solved.weights).reshape(solved.displaced.shape)
     weights, deviations = weights_in_wide_bounds(
-        np.where(np.isnan(joint.displaced), predicted, joint.displaced),
+        np.where(np.isnan(solved.displaced), predicted, solved.displaced),
         fit.points,
         model.offsets[model.free].reshape(-1, *fit.points.shape),
         take.times,
-        joint.regularisation,
+        solved.regularisation,
         moving_head=setup.head == "solve",
         within=(0.0, AMPLITUDE_RANGE[1]),
         errors=errors,

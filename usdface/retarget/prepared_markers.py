@@ -27,11 +27,11 @@ from usdface.retarget.usable_markers import determined, neutral_frames, usable_m
 from usdface.setup.retarget_setup import RetargetSetup, check_neutral_weights
 from usdface.takes import MarkerTake
 
-__all__ = ["LaidMarkers", "lay_markers"]
+__all__ = ["PreparedMarkers", "prepare_markers"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class LaidMarkers:
+class PreparedMarkers:
     """The usable markers of a take, and their state before a solve.
 
     Attributes
@@ -78,9 +78,9 @@ class LaidMarkers:
     def fits(
         self, setup: RetargetSetup, shape_names: tuple[str, ...], evidence: MotionEvidence
     ) -> tuple[FaceFit, ...]:
-        """Return the performer's face over the character's, before places are refined.
+        """Return fits of the performer's face to the character's, before places are refined.
 
-        A performer whose face is known is laid over it as known, and by the known places alone.
+        A performer whose face is known is fitted by all of it, and by the known places alone.
         """
         given = setup.map
         if self.matched is None:
@@ -94,7 +94,7 @@ class LaidMarkers:
         return known, fit_at_places(self.neutral, guess, given, evidence, self.surface)
 
 
-def lay_markers(
+def prepare_markers(
     take: MarkerTake,
     points: FloatArray,
     offsets: FloatArray,
@@ -102,7 +102,7 @@ def lay_markers(
     setup: RetargetSetup,
     model: BlendShapeEvaluator | None,
     surface: MarkerSurface | None,
-) -> tuple[LaidMarkers, RetargetSetup, list[Finding]]:
+) -> tuple[PreparedMarkers, RetargetSetup, list[Finding]]:
     """Return the usable markers, and the setup without head markers that determine no pose.
 
     Parameters, findings and errors are those of `usdface.retarget.solve_take.solve_take`.
@@ -134,11 +134,11 @@ def lay_markers(
         head_neutral = neutral_markers(take.select(setup.head_markers), setup.neutral or (0, 0))
     pose, posed = first_pose(take, positions, neutral, setup, head_neutral)
     positions = in_posed_frames(positions, posed)
-    laid = LaidMarkers(
+    prepared = PreparedMarkers(
         names, positions, neutral, frames, points, model, around, matched, pose, head_neutral,
         _least_noise(take, neutral, points),
     )  # fmt: skip
-    return laid, setup, findings + head_markers_few(posed, take.source)
+    return prepared, setup, findings + head_markers_few(posed, take.source)
 
 
 def _least_noise(take: MarkerTake, neutral: FloatArray, points: FloatArray) -> float:
