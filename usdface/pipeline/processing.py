@@ -168,16 +168,23 @@ def process(
         with progress.step("draw") if figure or sheet else nullcontext():
             outputs.draw(solved, reported)
         with progress.step("write"):
-            known = reported.verdict, _deviations(reported)
-            made = (*known, generation["generation"])
-            written = write_layers(path, stage, staged, solved, root, in_place, *made)
+            written = write_layers(
+                path,
+                stage,
+                staged,
+                solved,
+                root=root,
+                in_place=in_place,
+                verdict=reported.verdict,
+                deviations=_deviations(reported),
+                generation=generation["generation"],
+            )
     with progress.step("deliver") if deliver else nullcontext():
         lost += outputs.write_deliverable(written[0], staged, delivery)
-    reported = replace(reported, findings=(*reported.findings, *lost))
     written += [*(files_written(outputs.gltf, read) if outputs.gltf else ()), *outputs.beside]
-    older = outdated_gltf(written[0].parent, generation, written)
-    reported = replace(reported, findings=(*reported.findings, *older))
-    return replace(reported, written=tuple(written), seconds=progress.seconds)
+    lost += outdated_gltf(written[0].parent, generation, written)
+    found = (*reported.findings, *lost)
+    return replace(reported, written=tuple(written), findings=found, seconds=progress.seconds)
 
 
 @one_blas_thread()
