@@ -51,7 +51,7 @@ from attack.seeds import SECRET, Seed, make_seeds  # noqa: E402
 from usdface.cli import _in_one_line as line_of  # noqa: E402
 from usdface.cli import main as usdface  # noqa: E402
 from usdface.findings import Finding  # noqa: E402
-from usdface.io.usd import trial  # noqa: E402
+from usdface.io.usd import sandbox  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
 __all__ = ["Verdicts", "attack"]
@@ -193,7 +193,7 @@ def _try_all(seed: Seed, numbers: Sequence[int], folder: Path, log: Path) -> Non
     sys.argv[1:] = []
     _quiet_libraries()
     warnings.simplefilter("ignore")
-    trial.subprocess = WORKERS  # type: ignore[attr-defined]
+    sandbox.subprocess = WORKERS  # type: ignore[attr-defined]
     os.environ["XDG_CACHE_HOME"] = str(folder / "cache")
     pages = int(Path("/proc/self/statm").read_text().split()[5])
     base = pages * os.sysconf("SC_PAGESIZE")

@@ -1,7 +1,7 @@
 """The worker that opens USD files first, without the start of a process each time.
 
 A process that has loaded USD and nothing else forks for each file, and the fork does what the
-worker's script does, with its limits. `usdface.io.usd.trial` sees no difference.
+worker's script does, with its limits. `usdface.io.usd.sandbox` sees no difference.
 """
 
 import os
@@ -17,7 +17,7 @@ __all__ = ["Workers"]
 
 
 class Workers:
-    """Stands for the module `subprocess` in `usdface.io.usd.trial`."""
+    """Stands for the module `subprocess` in `usdface.io.usd.sandbox`."""
 
     DEVNULL, PIPE = subprocess.DEVNULL, subprocess.PIPE
     TimeoutExpired = subprocess.TimeoutExpired
@@ -59,7 +59,7 @@ class Workers:
 def _serve(asked: int, answers: int) -> None:
     from pxr import Sdf, Tf, Usd, UsdUtils  # noqa: F401
 
-    from usdface.io.usd import trial_worker
+    from usdface.io.usd import sandbox_worker
 
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
@@ -67,12 +67,12 @@ def _serve(asked: int, answers: int) -> None:
     with os.fdopen(asked, "rb") as questions:
         for line in questions:
             number, timeout, path = line[:-1].split(b" ", 2)
-            status, said = _opened(trial_worker, os.fsdecode(path), float(timeout))
+            status, said = _opened(sandbox_worker, os.fsdecode(path), float(timeout))
             os.write(answers, b"%s %s %s\n" % (number, status.encode(), said.hex().encode()))
     os._exit(0)
 
 
-def _opened(trial_worker: Any, path: str, timeout: float) -> tuple[str, bytes]:
+def _opened(sandbox_worker: Any, path: str, timeout: float) -> tuple[str, bytes]:
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
@@ -82,7 +82,7 @@ def _opened(trial_worker: Any, path: str, timeout: float) -> tuple[str, bytes]:
         sys.argv[1:] = [path]
         status = 1
         try:
-            trial_worker.main()
+            sandbox_worker.main()
             status = 0
         finally:
             os._exit(status)

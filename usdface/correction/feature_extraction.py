@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.expression_classifier import Classification, classifiers_of_sides
 from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
-from usdface.correction.shown_motion import motion_gains, motion_products
+from usdface.correction.motion_gain import motion_gains, motion_products
 from usdface.correction.take_classification import SidedMotion, classify_take, recorded_motion
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem

@@ -62,8 +62,8 @@ def facing(mesh: Mesh, bound: IntArray) -> float | None:
 def rig_to_front(rig: Rig) -> Rig:
     """Return a rig, turned for its face to look along +z: its meshes, their shapes and normals.
 
-    For a rig that nothing has placed; `usdface.io.usd.rig_ahead` knows the turn of a stage. The
-    joints stay.
+    For a rig that nothing has placed; `usdface.io.usd.front_facing_rig` knows the turn of a stage.
+    The joints stay.
     """
     looks = facing(rig.face(), _NO_MARKERS)
     degrees = 0.0 if looks is None else turn_to_front(looks, 0.0)

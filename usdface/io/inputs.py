@@ -153,10 +153,10 @@ def _files_of(path: Path, apart: Collection[Path] = ()) -> list[Path]:
 
         # A folder that is no rig is one of data, of which anything may be read.
         return folder_files(path) or [file for file in path.rglob("*") if file.is_file()]
-    from usdface.io.gltf.files_beside import files_beside, may_be_gltf
+    from usdface.io.gltf.external_files import external_files, may_be_gltf
 
     if may_be_gltf(path):
-        return [path, *files_beside(path)]
+        return [path, *external_files(path)]
     from usdface.io.usd.dependencies import dependencies
     from usdface.io.usd.stage import is_usd
 

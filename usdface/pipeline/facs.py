@@ -12,7 +12,7 @@ from usdface.face.expression_poses import expressions_for
 from usdface.facs.peaks import TakePeaks, judge_peaks
 from usdface.facs.report import FacsReport, facs_findings, judge_rig
 from usdface.findings import Finding, finding
-from usdface.io.gltf.files_beside import may_be_gltf
+from usdface.io.gltf.external_files import may_be_gltf
 from usdface.io.rigs.files import read_rig_file
 from usdface.numerics.local_maxima import highest
 from usdface.options import RESPONSE

@@ -9,10 +9,10 @@ from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.atomic import StrPath
 from usdface.io.generation import Generation
-from usdface.io.gltf.files_beside import check_gltf_name
+from usdface.io.gltf.external_files import check_gltf_name
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.layer_paths import layer_paths
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.animation import animation_path
 from usdface.io.usd.character_meshes import report_left_out
 from usdface.io.usd.own_motion import own_joints, report_unmoved

@@ -23,8 +23,8 @@ from usdface.io.usd.animation import (
     express_animation,
     solve_animation,
 )
+from usdface.io.usd.detached_meshes import report_detached
 from usdface.io.usd.layers import open_shot, write_layers
-from usdface.io.usd.left_behind import report_left_behind
 from usdface.io.usd.own_motion import report_replaced
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
@@ -315,7 +315,7 @@ def _retarget(
     lost = (
         *report_undriven(stage, staged),
         *report_replaced(stage, staged, solved),
-        *report_left_behind(stage, staged, solved),
+        *report_detached(stage, staged, solved),
     )
     found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)

@@ -14,7 +14,7 @@ from usdface.io.calibration_file import read_calibration_file
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.shared_layers import SharedLayers
 from usdface.io.usd.shot import read_character
 from usdface.io.usd.shot_write import write_shot

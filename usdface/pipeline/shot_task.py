@@ -10,7 +10,7 @@ import numpy as np
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.inputs import files_read
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.named_files import named_files
 from usdface.options import BindOptions, DeliverOptions, ProcessOptions
 from usdface.pipeline.processing import process

@@ -3,7 +3,7 @@
 The weights are solved with small head motions projected out of the problem (so that one normal
 matrix serves the whole take); the residual is then taken as the pose's error. Occluded markers are
 filled with the rig's prediction and the residual that they had before and have after
-(`usdface.retarget.carried_residual`).
+(`usdface.retarget.occluded_residual`).
 """
 
 from dataclasses import dataclass, field, replace
@@ -13,7 +13,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit
-from usdface.retarget.carried_residual import carried_residual
+from usdface.retarget.occluded_residual import occluded_residual
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solver.noise import ResidualSpace
 from usdface.retarget.solver.regularisation import Regularisation
@@ -161,7 +161,7 @@ def next_round(take: Recording, before: Round) -> Round:
     found = replace(begun, iterate=iterate, residual=residual, moved=moved)
     if take.hidden.any():
         noise, misfit = regularisation.noise, regularisation.misfit
-        carried = carried_residual(residual, take.hidden, take.times, noise=noise, misfit=misfit)
+        carried = occluded_residual(residual, take.hidden, take.times, noise=noise, misfit=misfit)
         found = replace(found, carried=carried)
     return found if take.over is None else _posed(take, found, take.over)
 

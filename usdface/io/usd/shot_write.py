@@ -9,10 +9,10 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding
 from usdface.io.usd.animation import editable_layer
-from usdface.io.usd.closed_layers import hold_specs
 from usdface.io.usd.face_layout import write_layout
 from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.fuzzy import write_fuzzy
+from usdface.io.usd.held_layers import hold_specs
 from usdface.io.usd.retarget_setup import write_expressions, write_setup
 from usdface.io.usd.shared_layers import SharedLayers, share
 from usdface.io.usd.stage import (

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from usdface.clips import Clip, JointsTake
-from usdface.io.gltf import fewer_influences as module
-from usdface.io.gltf.fewer_influences import fewer_influences
+from usdface.io.gltf import limit_influences as module
+from usdface.io.gltf.limit_influences import limit_influences
 from usdface.io.joint_poses import skinning_transforms
 from usdface.io.usd.rig_write import write_rig
 from usdface.options import ExportOptions
@@ -59,29 +59,29 @@ def posed(of: Mesh, clip: Clip) -> np.ndarray:
 
 def test_without_shapes_the_finding_is_the_largest_distance() -> None:
     given, clip = mesh(), turning()
-    fewer, (reduced,) = fewer_influences(given, skeleton(), [clip], 4)
+    fewer, (reduced,) = limit_influences(given, skeleton(), [clip], 4)
     assert fewer.skin is not None and fewer.skin.joints.shape[1] == 4
     np.testing.assert_allclose(fewer.skin.weights.sum(axis=1), 1)
     off = 1e3 * np.linalg.norm(posed(fewer, clip) - posed(given, clip), axis=2).max()
     assert reduced.code == "INFLUENCES_REDUCED"
     assert reduced.values["error_mm"] == pytest.approx(off, rel=1e-4)
-    same, (many,) = fewer_influences(given, skeleton(), [clip])
+    same, (many,) = limit_influences(given, skeleton(), [clip])
     assert same is given and many.code == "INFLUENCES_MANY"
     assert many.values["error_mm"] == reduced.values["error_mm"]
 
 
 def test_with_shapes_and_by_boxes_it_is_a_bound(monkeypatch: pytest.MonkeyPatch) -> None:
     given, clip = mesh(0.02), turning()
-    fewer, (computed,) = fewer_influences(given, skeleton(), [clip], 4)
+    fewer, (computed,) = limit_influences(given, skeleton(), [clip], 4)
     off = 1e3 * np.linalg.norm(posed(fewer, clip) - posed(given, clip), axis=2).max()
     monkeypatch.setattr(module, "_MOST", 0)
-    _, (boxed,) = fewer_influences(given, skeleton(), [clip], 4)
+    _, (boxed,) = limit_influences(given, skeleton(), [clip], 4)
     assert off <= computed.values["error_mm"] <= 1.5 * off
     assert computed.values["error_mm"] <= boxed.values["error_mm"]
 
 
 def test_at_rest_nothing_is_off() -> None:
-    _, (found,) = fewer_influences(mesh(), skeleton(), [], 4)
+    _, (found,) = limit_influences(mesh(), skeleton(), [], 4)
     assert found.values["error_mm"] < 1e-4  # rounding of weights to float32
 
 
@@ -90,7 +90,7 @@ def test_few_joints_say_nothing() -> None:
     assert given.skin is not None
     few = np.where(np.arange(JOINTS) < 4, given.skin.weights, 0)
     four = replace(given, skin=Skin(given.skin.joints, few / few.sum(axis=1, keepdims=True)))
-    assert fewer_influences(four, skeleton(), [turning()], 4) == (four, [])
+    assert limit_influences(four, skeleton(), [turning()], 4) == (four, [])
 
 
 def test_usdskel_and_the_gltf_player_are_as_far_apart_as_said(

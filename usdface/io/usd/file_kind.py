@@ -1,4 +1,4 @@
-"""What a USD file is of all that usdface writes: by its marks, else by its layout."""
+"""The kind of a USD file among those that usdface writes: by its marks, else by its layout."""
 
 from pathlib import Path
 

@@ -8,7 +8,7 @@ from worlds import make_world
 
 from usdface.cli import main
 from usdface.errors import OutputError
-from usdface.io.replaced import OutputKind, check_replaced
+from usdface.io.overwrite_protection import OutputKind, check_replaced
 from usdface.pipeline import calibrate, export_scene, make_markers, make_rig, make_shot, make_take
 
 

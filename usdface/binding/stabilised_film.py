@@ -1,7 +1,7 @@
 """Markers of a film without head motion, before a neutral is known, by the rig they are bound to.
 
 Poses before the camera, weights and the performer's face are solved alternately, as in
-`usdface.retarget.film.solved_film`; here weights have no bounds, since any pose may be the neutral.
+`usdface.retarget.film.solve_film`; here weights have no bounds, since any pose may be the neutral.
 """
 
 import numpy as np
@@ -15,7 +15,7 @@ from usdface.retarget.film.focal_length import usual_camera
 from usdface.retarget.film.one_camera import PinholeCamera, fit_pose, pose_columns, start_pose
 from usdface.takes import MarkerTake, visible
 
-__all__ = ["still_film"]
+__all__ = ["stabilised_film"]
 
 # Alternations: of 72 rests 64 are found with 4, 63 with 5 and 65 with 8.
 _ROUNDS = 5
@@ -28,7 +28,7 @@ _ASTRAY = 5.0
 _BLOCK = 256
 
 
-def still_film(take: MarkerTake, points: FloatArray, offsets: FloatArray) -> FloatArray:
+def stabilised_film(take: MarkerTake, points: FloatArray, offsets: FloatArray) -> FloatArray:
     """Return the markers of a take of an image without head motion: (F, M, 3) [m], in head space.
 
     NaN where occluded, and in frames of false detections, which the shapes are far from explaining.

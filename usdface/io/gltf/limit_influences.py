@@ -24,13 +24,13 @@ from usdface.io.gltf.write_skin import sorted_influences
 from usdface.io.joint_poses import skinning_transforms
 from usdface.rigs import Mesh, Skeleton, Skin
 
-__all__ = ["fewer_influences"]
+__all__ = ["limit_influences"]
 
 _READ = 4  # joints of a point that every program reads
 _MOST = 2**23  # products of a point, a joint and a frame that are computed; else the boxes
 
 
-def fewer_influences(
+def limit_influences(
     mesh: Mesh, skeleton: Skeleton, clips: Sequence[Clip], most: int = 0
 ) -> tuple[Mesh, list[Finding]]:
     """Return a mesh of which each point is held by its `most` strongest joints; 0 keeps all.

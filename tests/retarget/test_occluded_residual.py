@@ -10,7 +10,7 @@ from ict_face import ict_mesh
 from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
 from usdface.options import ProcessOptions
-from usdface.retarget.carried_residual import carried_residual
+from usdface.retarget.occluded_residual import occluded_residual
 from usdface.rigs import Rig
 from usdface.shot.assembly import assemble_shot
 from usdface.shot.retarget import retarget
@@ -24,7 +24,7 @@ MISFIT = {"noise": 0.0, "misfit": 1e-3}
 
 def test_it_goes_from_one_end_of_a_gap_to_the_other() -> None:
     residual = np.where(GAP, np.nan, np.stack([1e-3 + 2e-3 * TIMES, TIMES], axis=1))
-    carried = carried_residual(residual, GAP, TIMES, **MISFIT)
+    carried = occluded_residual(residual, GAP, TIMES, **MISFIT)
     assert not carried[~GAP].any()
     # Nearly a straight line over 0.3 s.
     np.testing.assert_allclose(carried[30:61, 0], 1e-3 + 2e-3 * TIMES[30:61], rtol=0.02)
@@ -32,8 +32,8 @@ def test_it_goes_from_one_end_of_a_gap_to_the_other() -> None:
 
 def test_constant_residuals_last_the_less_the_longer_the_gap() -> None:
     residual = np.where(GAP, np.nan, 1.0)
-    short = carried_residual(residual, GAP, TIMES, **MISFIT)[45, 0]
-    long = carried_residual(residual, GAP, 20.0 * TIMES, **MISFIT)[45, 0]
+    short = occluded_residual(residual, GAP, TIMES, **MISFIT)[45, 0]
+    long = occluded_residual(residual, GAP, 20.0 * TIMES, **MISFIT)[45, 0]
     # The mean of an Ornstein-Uhlenbeck process halfway between two ends: 1 / cosh.
     assert short == pytest.approx(1.0 / np.cosh(0.16))
     assert long == pytest.approx(1.0 / np.cosh(3.2))
@@ -42,26 +42,26 @@ def test_constant_residuals_last_the_less_the_longer_the_gap() -> None:
 def test_beyond_the_last_frame_that_shows_a_marker_it_decays() -> None:
     hidden = np.zeros((101, 1), dtype=bool)
     hidden[50:] = True
-    carried = carried_residual(np.where(hidden, np.nan, 1.0), hidden, TIMES, **MISFIT)
+    carried = occluded_residual(np.where(hidden, np.nan, 1.0), hidden, TIMES, **MISFIT)
     np.testing.assert_allclose(carried[50:, 0], np.exp(49 / 100.0 - TIMES[50:]))
 
 
 def test_the_mean_of_noise_is_carried() -> None:
     noise = np.random.default_rng(3).normal(size=(101, 1))
     hidden = GAP[:, :1]
-    carried = carried_residual(np.where(hidden, np.nan, noise), hidden, TIMES, noise=1.0, misfit=0)
+    carried = occluded_residual(np.where(hidden, np.nan, noise), hidden, TIMES, noise=1.0, misfit=0)
     before, after = noise[10:30].mean(), noise[61:81].mean()
     np.testing.assert_allclose(carried[45], (before + after) / 2 / np.cosh(0.16), rtol=1e-9)
     constant = np.where(GAP, np.nan, 1.0)
     np.testing.assert_allclose(
-        carried_residual(constant, GAP, TIMES, noise=1.0, misfit=0.0),
-        carried_residual(constant, GAP, TIMES, **MISFIT),
+        occluded_residual(constant, GAP, TIMES, noise=1.0, misfit=0.0),
+        occluded_residual(constant, GAP, TIMES, **MISFIT),
     )
 
 
 def test_nothing_is_carried_of_a_marker_that_is_never_shown() -> None:
     never = np.ones((101, 2), dtype=bool)
-    assert not carried_residual(np.zeros((101, 2)), never, TIMES, **MISFIT).any()
+    assert not occluded_residual(np.zeros((101, 2)), never, TIMES, **MISFIT).any()
 
 
 @pytest.mark.slow

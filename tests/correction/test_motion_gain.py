@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from usdface.correction.shown_motion import motion_gains, motion_products
+from usdface.correction.motion_gain import motion_gains, motion_products
 
 UPPER = np.array([True, True, False, False])
 ALL = np.ones(4, dtype=bool)

@@ -1,4 +1,4 @@
-"""Run as a script by `usdface.io.usd.trial`: opens a USD file as we do, and reads all of it.
+"""Run as a script by `usdface.io.usd.sandbox`: opens a USD file as we do, and reads all of it.
 
 Prints JSON: ``{"files": [...]}``, or ``{"refused": "..."}``. Also a file that USD itself refuses is
 not to be opened again: without limits that may take any memory.

@@ -1,8 +1,8 @@
-"""Shown motion: how far the performer's markers move, in the direction that the solve found.
+"""Motion gain: how much further the performer's markers move than the solved face.
 
-A solve shrinks motion that the rig's blend shapes do not explain well, as where markers sit a few
-millimetres off or another person's mouth opens otherwise. An expression then is detected too weak.
-So the direction of each half's motion is that of the solve, its size that of the markers.
+A solve shrinks motion that the rig's blend shapes do not explain well: markers sit a few
+millimetres off, or another person's mouth opens differently. An expression is then detected too
+weakly. So each half of the face moves in the direction of the solve, as far as its markers.
 """
 
 import numpy as np

@@ -10,8 +10,8 @@ __all__ = [
     "outside_meshes",
     "placed_meshes",
     "placed_roots",
+    "rendered_meshes",
     "report_unconverted",
-    "shown_meshes",
 ]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
@@ -20,7 +20,7 @@ _UNSEEN = (UsdGeom.Tokens.guide, UsdGeom.Tokens.proxy)  # purposes that a render
 _OURS = "UsdFace"  # prims of usdface: a take is no part of the picture
 
 
-def shown_meshes(
+def rendered_meshes(
     prims: Iterable[Usd.Prim], purposes: Collection[str] = ()
 ) -> tuple[list[Usd.Prim], list[Finding]]:
     """Return the meshes that a render shows at the first time, and those of `purposes`.

@@ -9,7 +9,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.takes import frame_step
 
-__all__ = ["carried_residual"]
+__all__ = ["occluded_residual"]
 
 # Time [s] in which the autocorrelation of a marker's residual falls by the factor e. Set by
 # hand; gaps of 0.1 to 4 s in AnimFace's Jaw are as good with 3 s, at 0.3 s an open jaw sinks by a
@@ -19,7 +19,7 @@ _LASTS = 1.0
 _STEADY = 0.2
 
 
-def carried_residual(
+def occluded_residual(
     residual: FloatArray, hidden: BoolArray, times: FloatArray, *, noise: float, misfit: float
 ) -> FloatArray:
     """Return the expected residual of coordinates where they are hidden, 0 elsewhere.

@@ -12,14 +12,14 @@ from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.rig import rig_of_stage, spaces_of_meshes
 from usdface.rigs import Rig
 
-__all__ = ["rig_ahead"]
+__all__ = ["front_facing_rig"]
 
 # A face that is turned aside by less [degrees] looks ahead: rounding of transforms.
 _AHEAD = 0.01
 _NO_MARKERS: IntArray = np.zeros(0, dtype=np.int64)
 
 
-def rig_ahead(
+def front_facing_rig(
     stage: Usd.Stage,
     root: str = "",
     *,

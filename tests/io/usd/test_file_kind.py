@@ -8,7 +8,7 @@ from processed import process, shoot
 from pxr import Sdf, Usd
 from worlds import make_world
 
-from usdface.io.usd.own_layers import kind_of_usd
+from usdface.io.usd.file_kind import kind_of_usd
 from usdface.io.usd.take import write_take
 from usdface.pipeline import convert_fuzzy
 from usdface.takes import WeightsTake

@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, Vt
 
 from usdface.cli import main
 from usdface.errors import InputError
-from usdface.io.usd import trial, trial_worker
+from usdface.io.usd import sandbox, sandbox_worker
 from usdface.io.usd.dependencies import dependencies
 from usdface.io.usd.stage import open_layer, open_stage
 
@@ -28,13 +28,13 @@ def from_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The files that a worker was asked about."""
     names: list[str] = []
-    ask = trial._ask
+    ask = sandbox._ask
 
     def listed(python: str, path: Path) -> dict[str, object]:
         names.append(path.name)
         return ask(python, path)
 
-    monkeypatch.setattr(trial, "_ask", listed)
+    monkeypatch.setattr(sandbox, "_ask", listed)
     return names
 
 
@@ -67,7 +67,7 @@ def test_references_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
         named = "".join(f'def "c{k}" (references = @{n + 1}.usda@</a>) {{}}\n' for k in range(10))
         text = f'#usda 1.0\n(defaultPrim = "a")\ndef "a" {{\n{named if n < 8 else ""}}}\n'
         (tmp_path / f"{n}.usda").write_text(text)
-    monkeypatch.setattr(trial, "_TIMEOUT", 1.0)
+    monkeypatch.setattr(sandbox, "_TIMEOUT", 1.0)
     with pytest.raises(InputError, match="does not open within 1 s"):
         open_stage(tmp_path / "0.usda")
 
@@ -127,7 +127,7 @@ def test_a_refused_file_is_not_tried_again_at_once(
     path.write_text(DEEP)
     with pytest.raises(InputError):
         open_stage(path)
-    monkeypatch.setattr(trial, "_REFUSED_FOR", 0.0)
+    monkeypatch.setattr(sandbox, "_REFUSED_FOR", 0.0)
     with pytest.raises(InputError):
         open_stage(path)
     assert asked == 4 * ["deep.usda"]
@@ -153,7 +153,7 @@ def test_a_folder_that_others_may_write_is_not_believed(tmp_path: Path, asked: l
 
 
 def test_the_worker_allows_for_large_files() -> None:
-    assert trial_worker._MEMORY_PER_BYTE >= 10  # text becomes several times its size
+    assert sandbox_worker._MEMORY_PER_BYTE >= 10  # text becomes several times its size
 
 
 @pytest.mark.slow
@@ -187,9 +187,9 @@ def test_the_worker_takes_the_usd_of_a_program_that_put_it_on_the_path_itself(
     (tmp_path / "a.usda").write_text("#usda 1.0\n")
 
     home = str(Path(pxr.__file__).parents[1])
-    assert trial._places().split(os.pathsep)[0] == home
+    assert sandbox._places().split(os.pathsep)[0] == home
     monkeypatch.setenv("PYTHONPATH", "/elsewhere")
-    assert trial._places().split(os.pathsep) == [home, "/elsewhere"]
+    assert sandbox._places().split(os.pathsep) == [home, "/elsewhere"]
     python = str(Path(sys.base_prefix, "bin", "python3"))  # which has no USD of its own
-    monkeypatch.setattr(trial, "_python", lambda: python)
-    trial.try_to_open(tmp_path / "a.usda")
+    monkeypatch.setattr(sandbox, "_python", lambda: python)
+    sandbox.try_to_open(tmp_path / "a.usda")

@@ -1,4 +1,4 @@
-"""Layers that leave nothing behind when they are closed.
+"""Handles of layers are held until the layer is closed, so that USD frees its memory.
 
 OpenUSD (26.11, also from C++) keeps 32 bytes for ever of each spec whose last handle goes before
 its layer does, and in Python two objects and 250 bytes of each layer that is first reached

@@ -2,13 +2,13 @@
 
 from collections.abc import Container
 
-__all__ = ["unused_name"]
+__all__ = ["unique_name"]
 
 
-def unused_name(name: str, taken: Container[str]) -> str:
+def unique_name(name: str, taken: Container[str]) -> str:
     """Return a name, or with the first number behind it that makes it none of those `taken`.
 
-    >>> unused_name("st", ()), unused_name("st", ("st", "st_1"))
+    >>> unique_name("st", ()), unique_name("st", ("st", "st_1"))
     ('st', 'st_2')
     """
     candidate, number = name, 0

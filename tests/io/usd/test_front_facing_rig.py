@@ -10,7 +10,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 from worlds import World, animation_of, make_world
 
 from usdface.face.facing import turn_about_up
-from usdface.io.usd.rig_ahead import rig_ahead
+from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.stage import open_stage
 from usdface.options import MarkerOptions
 from usdface.pipeline import fit_fuzzy, make_markers
@@ -56,7 +56,7 @@ def test_the_rig_is_turned_by_what_turned_it(world: World, tmp_path: Path, degre
     root = next(prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Root))
     UsdGeom.Xformable(root).AddRotateYOp().Set(degrees)
     stage.Save()
-    rig, turn, findings = rig_ahead(open_stage(tmp_path / "rig.usda"))
+    rig, turn, findings = front_facing_rig(open_stage(tmp_path / "rig.usda"))
     np.testing.assert_allclose(rig.meshes[0].points, world.rig.meshes[0].points, atol=1e-6)
     np.testing.assert_allclose(turn, turn_about_up(-degrees), atol=1e-6)
     assert [found.code for found in findings] == (["CHARACTER_TURNED"] if degrees else [])
@@ -65,7 +65,7 @@ def test_the_rig_is_turned_by_what_turned_it(world: World, tmp_path: Path, degre
 def test_a_rig_without_blend_shapes_is_left_as_it_is(world: World, tmp_path: Path) -> None:
     mesh = replace(modelled(world.rig.meshes[0], 90.0), shapes=())
     replace(world, rig=replace(world.rig, meshes=(mesh,))).write(tmp_path)
-    rig, turn, findings = rig_ahead(open_stage(tmp_path / "rig.usda"))
+    rig, turn, findings = front_facing_rig(open_stage(tmp_path / "rig.usda"))
     np.testing.assert_array_equal(turn, np.eye(4))
     assert not findings and not rig.meshes[0].shapes
 

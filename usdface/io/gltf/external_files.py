@@ -11,7 +11,7 @@ from urllib.parse import unquote
 
 from usdface.errors import OutputError
 
-__all__ = ["check_gltf_name", "files_beside", "generator_of", "may_be_gltf", "metadata_of"]
+__all__ = ["check_gltf_name", "external_files", "generator_of", "may_be_gltf", "metadata_of"]
 
 _HEADER = 20  # bytes: that of the file, and length and type of the first chunk
 _LARGEST = 2**32  # bytes
@@ -30,7 +30,7 @@ def may_be_gltf(path: Path) -> bool:
     return begin.startswith(b"glTF") or begin.removeprefix(b"\xef\xbb\xbf").lstrip()[:1] == b"{"
 
 
-def files_beside(path: Path) -> list[Path]:
+def external_files(path: Path) -> list[Path]:
     """Return the buffers and images that a .glb or .gltf refers to and that lie in its folder.
 
     An unreadable file names none; its reader reports the fault.

@@ -1,4 +1,4 @@
-"""USD files from outside are opened in a process of their own first.
+"""A sandbox for USD files from outside: they are opened in a process of their own first.
 
 A damaged file may end the process that opens it, or take any memory or time, within USD. So a
 worker with limits of both opens and reads it before this process does. A file that was opened once
@@ -23,7 +23,7 @@ from usdface.user_cache import user_cache_folder
 __all__ = ["RefusedError", "try_to_open"]
 
 _TRUSTED = "USDFACE_TRUSTED"  # of the environment: files are opened at once
-_WORKER = Path(__file__).with_name("trial_worker.py")
+_WORKER = Path(__file__).with_name("sandbox_worker.py")
 _TIMEOUT, _PER_BYTE = 60.0, 1 / 1e6  # s, for a file that waits for something; other limits: there
 _LONGEST = 300  # characters of a worker's output
 _MOST_KNOWN = 4096  # files of the folder that remembers

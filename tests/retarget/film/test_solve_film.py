@@ -3,7 +3,7 @@ from filmed import CAMERA, NEUTRAL, VERTICES, WORLD, filmed, true_weights
 
 from usdface.arrays import FloatArray
 from usdface.retarget.film.filmed_take import FilmedTake
-from usdface.retarget.film.solved_film import SolvedFilm, solve_film
+from usdface.retarget.film.solve_film import SolvedFilm, solve_film
 from usdface.retarget.film.views import Views
 from usdface.takes import MarkerTake
 

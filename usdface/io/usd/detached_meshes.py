@@ -1,4 +1,4 @@
-"""Meshes near a face that its head leaves behind: teeth or lashes that nothing binds to it."""
+"""Meshes near a face that do not follow its head: teeth or lashes that nothing binds to it."""
 
 import numpy as np
 from pxr import Sdf, Usd
@@ -11,7 +11,7 @@ from usdface.io.usd.shot import StagedShot
 from usdface.rigs import Mesh
 from usdface.shot.shot import ShotResult
 
-__all__ = ["report_left_behind"]
+__all__ = ["report_detached"]
 
 # Set by hand. The share of the face's size that its box is larger: eyes may be behind a mask.
 _MARGIN = 0.1
@@ -20,7 +20,7 @@ _INSIDE = _CARRIED = 0.5
 _SEEN = 0.001  # m
 
 
-def report_left_behind(stage: Usd.Stage, staged: StagedShot, result: ShotResult) -> list[Finding]:
+def report_detached(stage: Usd.Stage, staged: StagedShot, result: ShotResult) -> list[Finding]:
     """Return MESHES_LEFT_BEHIND for the meshes near the face that do not move with the head."""
     motion, carrier = result.head_motion, staged.prims.head
     if motion is None or carrier is None:

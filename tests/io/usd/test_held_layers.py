@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 from pxr import Sdf, Usd
 
-from usdface.io.usd import closed_layers
-from usdface.io.usd.closed_layers import hold_layers, hold_specs
+from usdface.io.usd import held_layers
+from usdface.io.usd.held_layers import hold_layers, hold_specs
 from usdface.io.usd.stage import open_stage, save_layer
 
 SPECS, ROUNDS, SERIES = 40, 60, 3
@@ -81,18 +81,18 @@ def test_usd_keeps_nothing_of_layers_that_python_has_owned(
 def test_a_written_layer_is_held_until_it_is_closed(tmp_path: Path) -> None:
     layer = authored()
     save_layer(layer, tmp_path / "a.usda")
-    assert len(closed_layers._held[layer.identifier]) == SPECS + 3
+    assert len(held_layers._held[layer.identifier]) == SPECS + 3
     del layer
     hold_specs(authored())
     hold_specs(authored())
-    roots = [specs[Sdf.Path.absoluteRootPath] for specs in closed_layers._held.values()]
+    roots = [specs[Sdf.Path.absoluteRootPath] for specs in held_layers._held.values()]
     assert sum(root.expired for root in roots) <= 1
 
 
 def test_an_open_stage_is_held_once(tmp_path: Path) -> None:
     stage = Usd.Stage.Open(str(two_layers(tmp_path)))
     hold_layers(stage)
-    held = len(closed_layers._held)
+    held = len(held_layers._held)
     hold_layers(stage)
     hold_specs(stage.GetRootLayer())
-    assert len(closed_layers._held) == held
+    assert len(held_layers._held) == held

@@ -5,9 +5,9 @@ from composed import GLTF, compose
 
 from usdface.errors import OutputError
 from usdface.io.gltf.document import save_document
-from usdface.io.gltf.files_beside import (
+from usdface.io.gltf.external_files import (
     check_gltf_name,
-    files_beside,
+    external_files,
     generator_of,
     may_be_gltf,
 )
@@ -16,7 +16,7 @@ from usdface.io.gltf.files_beside import (
 def test_buffers_and_images_in_the_folder_are_found(tmp_path: Path) -> None:
     compose(tmp_path)
     (tmp_path.parent / "outside.png").write_bytes(b"")
-    assert files_beside(tmp_path / "face.gltf") == [tmp_path / name for name in GLTF[1:]]
+    assert external_files(tmp_path / "face.gltf") == [tmp_path / name for name in GLTF[1:]]
 
 
 @pytest.mark.parametrize("name", ["a.glb", "a.vrm"])
@@ -28,7 +28,7 @@ def test_glb_has_its_json_in_the_first_chunk(tmp_path: Path, name: str) -> None:
     save_document(document, [b"1234"], {}, tmp_path / "a.glb")
     (tmp_path / "a.glb").rename(tmp_path / name)
     assert may_be_gltf(tmp_path / name)
-    assert files_beside(tmp_path / name) == [tmp_path / "my skin.png"]
+    assert external_files(tmp_path / name) == [tmp_path / "my skin.png"]
 
 
 @pytest.mark.parametrize(
@@ -44,14 +44,14 @@ def test_glb_has_its_json_in_the_first_chunk(tmp_path: Path, name: str) -> None:
 )
 def test_what_cannot_be_understood_names_nothing(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "a.gltf").write_bytes(content)
-    assert files_beside(tmp_path / "a.gltf") == []
+    assert external_files(tmp_path / "a.gltf") == []
     assert not may_be_gltf(tmp_path / "none.gltf") and not may_be_gltf(tmp_path)
 
 
 def test_entries_of_other_types_are_passed_by(tmp_path: Path) -> None:
     text = '{"buffers": 3, "images": [4, {"uri": 5}, {"uri": "a\\u0000b"}, {}, null]}'
     (tmp_path / "a.gltf").write_text(text)
-    assert files_beside(tmp_path / "a.gltf") == []
+    assert external_files(tmp_path / "a.gltf") == []
 
 
 def test_the_generator_is_named_or_is_none(tmp_path: Path) -> None:

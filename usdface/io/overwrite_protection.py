@@ -111,7 +111,7 @@ def _reason(place: Path, kind: str) -> str:
             return "is too large to look into"
         found, changed = _kind_of_json(place)
     else:
-        from usdface.io.usd.own_layers import kind_of_usd  # loads USD only here
+        from usdface.io.usd.file_kind import kind_of_usd  # loads USD only here
 
         found, edited = kind_of_usd(place)
         changed = _CHANGED[edited]
@@ -121,7 +121,7 @@ def _reason(place: Path, kind: str) -> str:
 
 
 def _kind_of_gltf(path: Path) -> str:
-    from usdface.io.gltf.files_beside import generator_of
+    from usdface.io.gltf.external_files import generator_of
 
     return "glTF" if generator_of(path).startswith("usdface") else ""
 
