@@ -152,7 +152,7 @@ class TakeReader(Reader):
     Raises
     ------
     InputError
-        If a suffix or an option is none.
+        If a suffix or an option is not valid.
 
     Examples
     --------
@@ -185,7 +185,7 @@ class RigReader(Reader):
     Raises
     ------
     InputError
-        If a suffix or an option is none.
+        If a suffix or an option is not valid.
 
     Examples
     --------
@@ -217,7 +217,7 @@ class ExportTarget(FileFormat):
     Raises
     ------
     InputError
-        If a suffix or an option is none.
+        If a suffix or an option is not valid.
 
     Examples
     --------

@@ -123,7 +123,7 @@ EXTREME_REACHED = 0.8
 # How many places for more markers are named.
 NEXT_MARKERS = 5
 # Noise of a marker coordinate where there is no take to measure it on [m]: the jitter of optical
-# markers. Features that move less tell nothing.
+# markers. Features that move less are uninformative.
 MARKER_NOISE = 3e-4
 
 # Within this time [s] of a pin a weight bends towards it.
@@ -544,7 +544,7 @@ class SolveOptions:
 
 
 def solve_settings() -> dict[str, Setting]:
-    """Return the settings of the solve that a shot says, by name: ``usdface:solve:<name>``."""
+    """Return the settings of the solve that a shot has, by name: ``usdface:solve:<name>``."""
     settings = {part.name: part.metadata["setting"] for part in fields(SolveOptions)}
     return {name: setting for name, setting in settings.items() if setting.doc}
 
@@ -566,7 +566,7 @@ class CorrectionOptions:
     Raises
     ------
     InputError
-        If a value is none of its choices or out of its range.
+        If a value is not one of its choices or out of its range.
 
     Examples
     --------

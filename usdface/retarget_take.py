@@ -75,7 +75,7 @@ def retarget(
 def clean(
     take: MarkerTake | WeightsTake, setup: RetargetSetup
 ) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
-    """Clean the markers of a take as its setup says; a take of weights stays as it is.
+    """Clean the markers of a take as its setup says; a take of weights is not changed.
 
     Returns
     -------

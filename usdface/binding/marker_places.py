@@ -182,9 +182,9 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
         human, places, bound=present, wanted=max(count, 0), noise=noise, room=free.room
     )
     if not 1 <= count <= len(shown.places):
-        # How many there is room for is known only where more were looked for.
+        # How many there is room for is known only where more were searched.
         expected = f"1 to {len(shown.places)}" if count > 0 else "1 or more"
-        raise InputError(f"{count} new markers are asked for; expected {expected}", "SETTING_WRONG")
+        raise InputError(f"{count} new markers are requested; expected {expected}", "SETTING_WRONG")
     vertices = places[shown.places]
     bound = np.concatenate([binding.points, vertices])
     unseen = [

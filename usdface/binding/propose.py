@@ -66,7 +66,7 @@ def propose(
     mesh : Mesh
     setup : RetargetSetup
         Its binding is kept, and helps to place the other markers; it names neutral frames, and
-        peak frames if they are not to be looked for.
+        peak frames if they are not to be detected.
     find_neutral : bool
         Look for neutral frames instead: a pose that the face holds and from which the rig
         explains the peak frames.

@@ -27,7 +27,7 @@ __all__ = [
 # without another source were set by hand; judge: `python benchmarks/binding.py`;
 # docs/constants.md lists them.
 
-# Standard deviations of a marker's place once the face is carried over and bent, and of its motion.
+# Standard deviations of a marker's place once the face is mapped and bent, and of its motion.
 SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
 # Factor on the error of motion where names give the places, as that of real performers on other
 # faces is larger; judge: `python benchmarks/binding.py named`.

@@ -64,7 +64,7 @@ class ResolvedBinding:
     unbound : tuple of str
         Markers of the take that the binding leaves out; a proposal may bind them.
     neutral_found : bool
-        The neutral frames were looked for.
+        The neutral frames were detected.
     other_take : str
         The take whose neutral and peak frames the binding names, if it is another; "" if not.
     by_unit : tuple of str
@@ -227,7 +227,7 @@ def _of_weights(
 
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
-    """Return the take with swapped labels put right, as the solve will have it."""
+    """Return the take with swapped labels corrected, as the solve will have it."""
     film = take.dimension == 2
     if not (setup.clean.spikes if film else setup.clean.swaps):
         return take

@@ -30,7 +30,7 @@ __all__ = ["Cleaned", "clean_take"]
 # Fewer markers do not predict one another, or the head pose; fewer frames show no two modes.
 _FEWEST_MARKERS = 6
 _FEWEST_FRAMES = 2 * FRAMES_PER_MODE
-# Rounds in which spikes are looked for, unless they stay the same before.
+# Rounds in which spikes are searched, unless they stay the same before.
 _ROUNDS = 4
 # Rounds of pose and model from a pose that is known already. This and the next: set by hand; judge:
 # `python benchmarks/cleanup.py`; docs/constants.md lists them.
@@ -52,7 +52,7 @@ class Cleaned:
     Attributes
     ----------
     take : MarkerTake
-        Labels put right, spikes and gaps filled in where other markers or both ends predict them.
+        Labels corrected, spikes and gaps filled in where other markers or both ends predict them.
     measured : (F, M) bool
         True where the position was recorded, not filled in.
     repairs : tuple of Repair

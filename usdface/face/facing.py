@@ -94,7 +94,7 @@ def turn_to_front(looks: float, yaw: float) -> float:
     looks : float [degrees]
         As `facing`: right but for the markers' distribution.
     yaw : float [degrees]
-        That the stage turns the character by: exact, but it may only put right the model's axes.
+        That the stage turns the character by: exact, but it may only correct the model's axes.
     """
     turned = yaw if abs(_wrapped(looks - yaw)) <= max(abs(looks), _SLIGHT) else 0.0
     if abs(_wrapped(looks - turned)) <= _UNEVEN:

@@ -44,7 +44,7 @@ def judge_file(path: Path, figure: Path | None = None) -> tuple[dict[str, Any], 
         return {}, [finding("FACS_NOT_JUDGED", str(path), "{error}", error)]
     findings = list(facs_findings(report))
     if not any(shape.claim for shape in report.shapes.verdicts):
-        message = "no name of its {shape_count} blend shapes tells an action unit"
+        message = "no name of its {shape_count} blend shapes is that of an action unit"
         findings.append(finding("FACS_NOT_JUDGED", str(path), message, len(report.shapes.verdicts)))
     if figure:
         from usdface.figures.facs import write_facs_figure

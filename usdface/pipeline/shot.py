@@ -65,11 +65,11 @@ def make_shot(
     calibration : path, optional
         Of the performer, as `calibrate` writes it.
     expressions : path, optional
-        Expression poses that go before the known ones, JSON or USD.
+        Expression poses that override the known ones, JSON or USD.
     fuzzy : path, optional
         A fuzzy system in place of one designed for the rig: USD, .fis, .fcl or .fll.
     correction : mapping, optional
-        Fields of `CorrectionOptions` that go before those of the system.
+        Fields of `CorrectionOptions` that override those of the system.
     write_bind : path, optional
         Also write the binding as it is used, and the places that are too unsure to be, JSON;
         also where most of them are, and no shot is written.

@@ -55,7 +55,7 @@ class Travel:
     ratio : float [1]
         Travel of the skin by that of the markers; NaN where the region rests: not determined.
     map_ratio : float [1]
-        Travel of the markers carried over by the space map, likewise by that of the performer's.
+        Travel of the markers mapped by the space map, likewise by that of the performer's.
     correlation : float [1]
         Of both travels: near 1 where the skin follows, however little it moves.
     """
@@ -123,7 +123,7 @@ def region_travel(
     )
 
 
-# From frames to displacements (3, B, M, D) [m]: the performer's, carried over, and the skin's.
+# From frames to displacements (3, B, M, D) [m]: the performer's, mapped, and the skin's.
 _Displaced = Callable[[slice], FloatArray]
 
 
@@ -164,7 +164,7 @@ class _Lines:
 
     `displaced` from the mean `middle` (3, M, D) [m], where `distances` (F, M) are seen; `products`
     (4, M) [m^2]: the sums over the take of a^2, a b, b^2 and a c, of the performer's displacements
-    a, the skin's b and those carried over c.
+    a, the skin's b and those mapped c.
     """
 
     displaced: _Displaced

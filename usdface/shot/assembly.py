@@ -55,13 +55,13 @@ def assemble_shot(
     calibration : Calibration, optional
         Of the performer.
     poses : mapping of str to Expression or ActionPose, optional
-        Expressions that go before those known for the rig's blend shape names.
+        Expressions that override those known for the rig's blend shape names.
     system : ExpressionSystem, optional
         In place of one designed for the rig.
     system_source : str
         Names it in errors.
     correction : mapping, optional
-        Fields of `CorrectionOptions` that go before those of the system.
+        Fields of `CorrectionOptions` that override those of the system.
 
     Returns
     -------

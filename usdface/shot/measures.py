@@ -111,8 +111,8 @@ def _of_motion(
 ) -> dict[str, Measured]:
     """Measure the motion that the shapes leave unexplained, and that no weights of them reach.
 
-    Motion beyond their reach counts against neither the solve nor the binding: it is taken off the
-    distances and off the motion.
+    Motion beyond their reach counts against neither the solve nor the binding: it is subtracted
+    from the distances and off the motion.
     """
     markers, shapes = solution.markers, face.mesh.offsets_at(face.vertices_of(solution.markers))
     errors = 1.0 if solution.errors is None else solution.errors

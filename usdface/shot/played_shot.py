@@ -38,7 +38,7 @@ class PlayedShot:
     markers : tuple of str, length M
         The solved markers.
     feature_points : (F, M, 3) float64 [m]
-        Markers carried over to the character.
+        Markers mapped to the character.
     distances : (F, M) float64 [m]
         Of each marker from the solved face; NaN where occluded.
     residual : (F,) float64 [m]

@@ -15,7 +15,7 @@ __all__ = ["check_gltf_name", "external_files", "generator_of", "may_be_gltf", "
 
 _HEADER = 20  # bytes: that of the file, and length and type of the first chunk
 _LARGEST = 2**32  # bytes
-_LARGEST_TEXT = 2**26  # bytes of a .gltf whose metadata are looked for
+_LARGEST_TEXT = 2**26  # bytes of a .gltf whose metadata are searched
 
 
 def may_be_gltf(path: Path) -> bool:

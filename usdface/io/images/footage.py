@@ -85,7 +85,7 @@ def read_image_take(path: Path, options: TakeOptions) -> tuple[MarkerTake, list[
     path : Path
         ``face.####.png``, ``face.%04d.png``, a folder, one image, a GIF or a movie.
     options : TakeOptions
-        Its `dots`, `names` and `fixes` are of images; `rate` goes before that of the headers.
+        Its `dots`, `names` and `fixes` are of images; `rate` overrides that of the headers.
 
     Raises
     ------

@@ -72,7 +72,8 @@ def take_times(
         )
     if override is not None and not _SLOWEST <= override <= _FASTEST:
         raise InputError(
-            f"{path}: a rate of {override} Hz is asked; expected 0.001 to 1000000", "SETTING_WRONG"
+            f"{path}: a rate of {override} Hz is requested; expected 0.001 to 1000000",
+            "SETTING_WRONG",
         )
     rate = rate if _SLOWEST <= rate <= _FASTEST else 0.0
     if seconds is not None:

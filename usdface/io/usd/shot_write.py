@@ -162,7 +162,7 @@ def _stage_of(rig: Metrics, take: Metrics) -> Usd.Stage:
     stage = new_stage(
         replace(take, meters_per_unit=rig.meters_per_unit, up_axis=rig.up_axis), "Shot"
     )
-    # The units of the take are put right on a parent, which every reader of USD understands.
+    # The units of the take are corrected on a parent, which every reader of USD understands.
     capture = UsdGeom.Xform.Define(stage, _CAPTURE)
     matrix = to_si(take) @ np.linalg.inv(to_si(rig))
     if not np.allclose(matrix, np.eye(4), rtol=0, atol=1e-12):

@@ -105,7 +105,7 @@ def film_head(
     refined : bool
         Markers may sit beside their vertices.
     weighted : bool
-        Markers that move unlike the face around them count less.
+        Markers that move unlike the face around them get less weight.
     shown : (M, 2) float64 [px], or 0
         Displacements of the M markers of the film in its neutral frames, by weights that they show.
 
