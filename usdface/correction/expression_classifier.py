@@ -29,7 +29,7 @@ from usdface.numerics.ramps import linear_ramp
 from usdface.rule_design.movements import single_movements
 from usdface.setup.expression import Expression
 
-__all__ = ["Classification", "ExpressionClassifier", "classifiers_of_sides", "combined_outputs"]
+__all__ = ["Classification", "ExpressionClassifier", "classifiers_of_sides"]
 
 # Tuned by hand on expressions that `benchmarks/drawn_expressions.py` shows, each judged without the
 # drawings of its own source; see docs/constants.md.
@@ -48,10 +48,6 @@ _SAME = 0.94
 _CLEAR = (0.6, 0.9)
 # Shrinkage of the discriminant: it is to hold on faces that move differently from the synthetic.
 _SHRINKAGE = 0.8
-# Largest output of the classifier alone.
-_MOST = 0.5
-# A performer whose strongest expression is less than this is scaled up to it, by so much at most.
-_USUAL_STRENGTH, _LARGEST_GAIN = 0.45, 2.0
 # RMS displacement of a coordinate on a human face [m] below which motion is noise, and below which
 # its direction decides less and less.
 _STILL, _SMALL = 0.00014, 0.0005
@@ -177,34 +173,6 @@ def classifiers_of_sides(
         else ExpressionClassifier(face, expressions, side)
         for side in sides
     }
-
-
-def combined_outputs(
-    outputs: FloatArray,
-    classification: Classification,
-    weights: FloatArray,
-    strength: FloatArray,
-    suppression: float = 1.0,
-) -> FloatArray:
-    """Return the outputs (F, E) of rules, combined with the classification of the face.
-
-    Parameters
-    ----------
-    outputs : (F, E) float64
-    classification : Classification
-    weights : (E,) float64
-        How far the classification counts for each emotion, 0 to 1.
-    strength : (E,) float64
-        The largest output or `Classification.detected` of each emotion over the take. Intensities
-        of a performer who shows less than about half of the character's pose are scaled up.
-    suppression : float
-        How far a contradiction suppresses a rule, 0 to 1.
-    """
-    gain = np.clip(_USUAL_STRENGTH / np.maximum(strength, 1e-12), 1.0, _LARGEST_GAIN)
-    intensity = np.minimum(gain * classification.intensity, 1.0)
-    detected = np.minimum(classification.confidence * intensity, _MOST)
-    remaining = outputs * (1.0 - suppression * classification.contradiction)
-    return np.maximum(remaining, weights * detected)
 
 
 def _lengths(rows: FloatArray) -> FloatArray:

@@ -1,15 +1,15 @@
 """The expression layer: the correction of solved weights, and its trace."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.correction.apertures import Apertures, apertures_of
+from usdface.correction.combined_outputs import with_classification
 from usdface.correction.contact import limit_correction
 from usdface.correction.evidence import evidence_of
-from usdface.correction.expression_classifier import Classification, combined_outputs
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
 from usdface.correction.held_back import held_back_findings
@@ -147,7 +147,7 @@ def express(
         side: evaluate(system.fuzzy, inputs, memberships=trace)
         for side, inputs in features.sides.items()
     }
-    evaluations = _with_classification(system, features, by_rules, expressions)
+    evaluations = with_classification(system, features.classifications, by_rules, expressions)
     gains = gains or Gains.constant(system.gain, expressions)
     evidence = evidence_of(face, names, system.evidence)
     blending = TakeBlending(system, poses, names, layout, gains, evidence, weights, times)
@@ -177,62 +177,6 @@ def express(
     }
     traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
     return Correction(corrected, traced, check_rules(system) + findings)
-
-
-def _with_classification(
-    system: ExpressionSystem,
-    features: Features,
-    by_rules: Mapping[Side, Evaluation],
-    expressions: Sequence[Expression],
-) -> dict[Side, Evaluation]:
-    """Return the evaluations with the classification of the whole face in their outputs.
-
-    A `system.likeness` up to 0.5 suppresses rules that the classification contradicts. Above, a
-    classified emotion is an output of its own, by the largest weight of its enabled rules.
-    """
-    if not features.classifications:
-        return dict(by_rules)
-    names = [expression.name for expression in expressions]
-    columns = [names.index(name) if name in names else None for name in system.emotions]
-    weights = np.array(
-        [
-            max(2.0 * system.likeness - 1.0, 0.0) * _rule_weight(system, name)
-            if column is not None
-            else 0.0
-            for name, column in zip(system.emotions, columns, strict=True)
-        ]
-    )
-    at = [column or 0 for column in columns]
-    posed = np.array([column is not None for column in columns])
-    suppression = min(2.0 * system.likeness, 1.0)
-    classifications = {
-        side: Classification(
-            found.confidence[:, at], found.intensity[:, at], found.contradiction[:, at] * posed
-        )
-        for side, found in features.classifications.items()
-    }
-    whole = classifications["both"]
-    rule_outputs = by_rules["both"].outputs * (1.0 - suppression * whole.contradiction)
-    strength = np.maximum(whole.detected, rule_outputs).max(axis=0, initial=0.0)
-    found = {}
-    for side, evaluation in by_rules.items():
-        outputs = combined_outputs(
-            evaluation.outputs, classifications[side], weights, strength, suppression
-        )
-        found[side] = replace(evaluation, outputs=outputs)
-    return found
-
-
-def _rule_weight(system: ExpressionSystem, emotion: str) -> float:
-    """Return the largest weight of an emotion's enabled rules."""
-    return max(
-        (
-            rule.weight
-            for rule in system.fuzzy.rules
-            if rule.enabled and any(name == emotion for name, _ in rule.consequents)
-        ),
-        default=0.0,
-    )
 
 
 def expression_poses(

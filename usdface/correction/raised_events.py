@@ -18,7 +18,7 @@ from usdface.correction.evidence import Evidence
 from usdface.correction.pose_blend import respond
 from usdface.face.regions import GainRegion
 
-__all__ = ["JudgedEvents", "judged_events"]
+__all__ = ["RaisedEvents", "raised_events"]
 
 # A region shows an expression from this share of the evidence on, in the trace.
 _SHOWN = 0.5
@@ -28,7 +28,7 @@ _HEADROOM = 1.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JudgedEvents:
+class RaisedEvents:
     """The events of an emotion, and how far the face shows its pose in each of their frames.
 
     Attributes
@@ -89,16 +89,17 @@ class JudgedEvents:
         return missing
 
 
-def judged_events(
+def raised_events(
     output: FloatArray,
     by_rules: FloatArray,
+    *,
     weights: FloatArray,
     judged: FloatArray,
     pose: FloatArray,
     evidence: Evidence,
     response: tuple[float, float],
     step: float | None,
-) -> JudgedEvents:
+) -> RaisedEvents:
     """Return the events of an emotion with their evidence.
 
     Parameters
@@ -109,7 +110,7 @@ def judged_events(
     weights : (F, T) float64
         Solved weights of the face, or of a half mirrored to the other side.
     judged : (F, T) float64
-        Those that are the evidence.
+        The weights that are judged: `weights`, or a mixture of both halves of the face.
     pose : (T,) float64
     evidence : Evidence
     response : (onset, full)
@@ -135,7 +136,7 @@ def judged_events(
         respond(confirmed * events.size, response),
         np.minimum(respond(events.size, response), events.size),
     )
-    return JudgedEvents(events, level, mean, most, regions, taking)
+    return RaisedEvents(events, level, mean, most, regions, taking)
 
 
 def _at_peaks(

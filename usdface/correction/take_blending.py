@@ -10,7 +10,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.evidence import Evidence
 from usdface.correction.gains import Gains
 from usdface.correction.pose_blend import correct, ease_antagonists, pose_shares
-from usdface.correction.raised_events import JudgedEvents, judged_events
+from usdface.correction.raised_events import RaisedEvents, raised_events
 from usdface.correction.temporal_blend import blend_frames, blended
 from usdface.expression_system import ExpressionSystem
 from usdface.face.layout import FaceLayout, split_poses
@@ -96,24 +96,24 @@ class TakeBlending:
             for side, given in outputs.items()
         }
 
-        def record(judged: JudgedEvents, row: int, side: Side) -> None:
-            shown[side][:, row] = judged.shown(self._gain(row, None))
+        def record(events: RaisedEvents, row: int, side: Side) -> None:
+            shown[side][:, row] = events.shown(self._gain(row, None))
             for region, absent in missing[side].items():
-                absent[:, row] = judged.missing(region, len(absent))
+                absent[:, row] = events.missing(region, len(absent))
 
         drives, ruled = _driving(outputs), _driving(by_rules)
         unrecorded = [(row, side) for side in outputs for row in range(len(self.poses))]
         # The events of one emotion and side at a time: those of a long take are many.
         parts = sorted(self._parts(), key=_row_and_side)
         for (row, side), own in groupby(parts, _row_and_side):
-            judged = self._judged(drives, ruled, row, side)
+            events = self._events(drives, ruled, row, side)
             for *_, region, part in own:
-                judged.raise_part(part, self._gain(row, region), added, reached)
+                events.raise_part(part, self._gain(row, region), added, reached)
             if drives[side] is outputs.get(side):
-                record(judged, row, side)
+                record(events, row, side)
                 unrecorded.remove((row, side))
         for row, side in unrecorded:
-            record(self._judged(outputs, by_rules, row, side), row, side)
+            record(self._events(outputs, by_rules, row, side), row, side)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames, self.times), 0.0, 1.0)
         return Blended(corrected, shown, missing)
@@ -121,7 +121,7 @@ class TakeBlending:
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
         return split_poses(self.poses, self.names, self.layout)
 
-    def _judged(self, outputs: Outputs, by_rules: Outputs, row: int, side: Side) -> JudgedEvents:
+    def _events(self, outputs: Outputs, by_rules: Outputs, row: int, side: Side) -> RaisedEvents:
         """Return an emotion's events on a side, of weights and pose mirrored to the other side.
 
         As far as both halves have the emotion, the mean of the two is the evidence: what is shown
@@ -140,8 +140,15 @@ class TakeBlending:
             mixed = 0.5 * linear_ramp(shared, *_ALIKE)
             judged = weights + mixed[:, None] * (across - weights)
         step = None if self.times is None else frame_step(self.times)
-        return judged_events(
-            output, ruled, weights, judged, pose, self.evidence, self.system.response, step
+        return raised_events(
+            output,
+            ruled,
+            weights=weights,
+            judged=judged,
+            pose=pose,
+            evidence=self.evidence,
+            response=self.system.response,
+            step=step,
         )
 
     def _gain(self, row: int, region: GainRegion | None) -> FloatArray:
