@@ -38,12 +38,12 @@ def loudest_alone(face: Face) -> dict[str, dict[str, float]]:
     """Return which emotions above 0.1 each blend shape alone, or with its twin, is taken for."""
     names = face.mesh.shape_names
     moves = single_movements(names)
-    heard = {}
+    detected = {}
     for row, outputs in zip(moves, face.hear(moves), strict=True):
         loud = {e.name: float(o) for e, o in zip(face.expressions, outputs, strict=True) if o > 0.1}
         if loud:
-            heard[" + ".join(n for n, w in zip(names, row, strict=True) if w)] = loud
-    return heard
+            detected[" + ".join(n for n, w in zip(names, row, strict=True) if w)] = loud
+    return detected
 
 
 def others_heard(face: Face) -> FloatArray:
@@ -51,8 +51,8 @@ def others_heard(face: Face) -> FloatArray:
     moves = single_movements(face.mesh.shape_names)
     found = []
     for i, pose in enumerate(face.poses):
-        heard = face.hear(np.clip(pose + moves, 0.0, 1.0))
-        found.append(np.delete(heard, i, axis=1).max(axis=1))
+        detected = face.hear(np.clip(pose + moves, 0.0, 1.0))
+        found.append(np.delete(detected, i, axis=1).max(axis=1))
     return np.concatenate(found)
 
 
@@ -82,10 +82,10 @@ def sweep(face: Face) -> dict[str, Sweep]:
     """Raise each expression pose from 0 to 1 in 400 frames, and let it go."""
     rise = np.linspace(0, 1, 401)  # every 20th frame is a step of 5 %
     level = np.concatenate([rise, np.ones(30), np.linspace(1, 0, 60), np.zeros(90)])
-    heard = face.play(np.concatenate([level[:, None] * pose for pose in face.poses])).emotions
+    detected = face.play(np.concatenate([level[:, None] * pose for pose in face.poses])).emotions
     answer = {}
     for i, expression in enumerate(face.expressions):
-        part = heard[i * len(level) : (i + 1) * len(level)]
+        part = detected[i * len(level) : (i + 1) * len(level)]
         own = part[:401, i]
         strongest = part[:401].argmax(axis=1) == i
         answer[expression.name] = Sweep(

@@ -39,12 +39,14 @@ class Workers:
         path, number = command[-1], time.monotonic_ns()
         os.write(self._ask, f"{number} {timeout} {path}\n".encode("utf-8", "surrogateescape"))
         while True:
-            answered, status, said = self._line().split(b" ", 2)
+            answered, status, result = self._line().split(b" ", 2)
             if int(answered) == number:  # else: of one that was killed before it was answered
                 break
         if status == b"late":
             raise subprocess.TimeoutExpired(command, timeout)
-        return subprocess.CompletedProcess(command, int(status), bytes.fromhex(said.decode()), b"")
+        return subprocess.CompletedProcess(
+            command, int(status), bytes.fromhex(result.decode()), b""
+        )
 
     def _line(self) -> bytes:
         line = b""
@@ -67,8 +69,8 @@ def _serve(asked: int, answers: int) -> None:
     with os.fdopen(asked, "rb") as questions:
         for line in questions:
             number, timeout, path = line[:-1].split(b" ", 2)
-            status, said = _opened(sandbox_worker, os.fsdecode(path), float(timeout))
-            os.write(answers, b"%s %s %s\n" % (number, status.encode(), said.hex().encode()))
+            status, result = _opened(sandbox_worker, os.fsdecode(path), float(timeout))
+            os.write(answers, b"%s %s %s\n" % (number, status.encode(), result.hex().encode()))
     os._exit(0)
 
 
@@ -87,7 +89,7 @@ def _opened(sandbox_worker: Any, path: str, timeout: float) -> tuple[str, bytes]
         finally:
             os._exit(status)
     os.close(write)
-    said, end = b"", time.monotonic() + timeout
+    result, end = b"", time.monotonic() + timeout
     late = False
     while True:
         if not select.select([read], [], [], max(0.0, end - time.monotonic()))[0]:
@@ -97,10 +99,10 @@ def _opened(sandbox_worker: Any, path: str, timeout: float) -> tuple[str, bytes]
         part = os.read(read, 65536)
         if not part:
             break
-        said += part
+        result += part
     os.close(read)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    return ("late" if late else str(status)), said
+    return ("late" if late else str(status)), result
 
 
 def without_memory(cache: Path) -> None:

@@ -31,9 +31,9 @@ def test_expressions_stay_and_move_no_head(degrees: float) -> None:
     """An open jaw turns and shrinks a head that is fitted without the shapes."""
     take, _ = filmed(WORLD, degrees)
     still = stabilised_film(take, FACE, OFFSETS)
-    told = stabilised_film(replace(take, focal_length=FOCAL), FACE, OFFSETS)
+    named = stabilised_film(replace(take, focal_length=FOCAL), FACE, OFFSETS)
     rigid = stabilised_film(take, FACE, np.zeros((0, *FACE.shape)))
-    assert max(spread(each[..., :2] - TRUE) for each in (still, told)) < 2e-4
+    assert max(spread(each[..., :2] - TRUE) for each in (still, named)) < 2e-4
     assert spread(rigid[..., :2] - TRUE) > 8e-4
     np.testing.assert_array_equal(still[..., 2], np.broadcast_to(FACE[:, 2], still.shape[:2]))
 

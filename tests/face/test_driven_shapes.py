@@ -60,9 +60,9 @@ def test_names_that_match_nothing_are_refused() -> None:
 
 def test_curves_that_are_told_go_where_they_are_told() -> None:
     source = take(jawOpen=0.4, mouthClose=0.1, smile=0.6, Blink_L=0.5)
-    told = {"jawOpen": {"mouth": 1.5, "chin": 0.5}, "mouthClose": {"mouth": -1.0}, "smile": {}}
+    named = {"jawOpen": {"mouth": 1.5, "chin": 0.5}, "mouthClose": {"mouth": -1.0}, "smile": {}}
     names = ("chin", "mouth", "jawOpen", "smile", "blinkLeft")
-    renamed, findings = rename_weights(source, names, told)
+    renamed, findings = rename_weights(source, names, named)
     np.testing.assert_allclose(renamed.weights, [[0.2, 0.5, 0.0, 0.0, 0.5]])
     assert findings == []  # a curve that drives nothing was told to
 
@@ -76,10 +76,10 @@ def test_a_shape_that_is_told_is_driven_by_nothing_else() -> None:
 
 def test_a_curve_may_be_told_in_another_spelling() -> None:
     source = take(EyeBlinkLeft=0.5, eyeBlink_L=0.25)
-    told = {"eyeBlinkLeft": {"lid": 1.0}}
-    assert rename_weights(source, ("lid",), told)[0].weights[0, 0] == 0.5
-    told = {"eyeBlink_L": {"lid": 1.0}}
-    assert rename_weights(source, ("lid",), told)[0].weights[0, 0] == 0.25
+    named = {"eyeBlinkLeft": {"lid": 1.0}}
+    assert rename_weights(source, ("lid",), named)[0].weights[0, 0] == 0.5
+    named = {"eyeBlink_L": {"lid": 1.0}}
+    assert rename_weights(source, ("lid",), named)[0].weights[0, 0] == 0.25
 
 
 def test_a_curve_that_the_take_lacks_is_a_finding_and_a_shape_that_the_rig_lacks_an_error() -> None:
@@ -92,10 +92,10 @@ def test_a_curve_that_the_take_lacks_is_a_finding_and_a_shape_that_the_rig_lacks
 
 
 def test_a_curve_that_takes_back_more_than_there_is_leaves_0() -> None:
-    told = {"jawOpen": {"jaw": 1.5}, "mouthClose": {"jaw": -1.0}}
-    renamed, findings = rename_weights(take(jawOpen=0.1, mouthClose=0.3), ("jaw",), told)
+    named = {"jawOpen": {"jaw": 1.5}, "mouthClose": {"jaw": -1.0}}
+    renamed, findings = rename_weights(take(jawOpen=0.1, mouthClose=0.3), ("jaw",), named)
     assert renamed.weights[0, 0] == 0.0 and findings == []
-    _, findings = rename_weights(take(jawOpen=1.0, mouthClose=0.3), ("jaw",), told)
+    _, findings = rename_weights(take(jawOpen=1.0, mouthClose=0.3), ("jaw",), named)
     assert "by 0.2 at most: jaw" in findings[0].message
     _, findings = rename_weights(take(jaw=-0.2), ("jaw",))
     assert [found.code for found in findings] == ["WEIGHTS_CLIPPED"]
@@ -108,22 +108,22 @@ def test_undecided_is_what_is_neither_told_nor_named() -> None:
         ("TongueOut", "mouthLeft", "smile"),
         ("mouth", "grin", "frown"),
     )
-    told = {"smile": {"grin": 1.0}, "tongueOut": {}, "gone": {"frown": 1.0}}
-    assert undecided(curves, shapes, told) == (("mouthLeft",), ("mouth", "frown"))
+    named = {"smile": {"grin": 1.0}, "tongueOut": {}, "gone": {"frown": 1.0}}
+    assert undecided(curves, shapes, named) == (("mouthLeft",), ("mouth", "frown"))
 
 
 def test_a_curve_that_is_told_twice_is_refused() -> None:
-    told = {"EyeBlinkLeft": {"lid": 1.0}, "eyeBlink_L": {"brow": 1.0}}
+    named = {"EyeBlinkLeft": {"lid": 1.0}, "eyeBlink_L": {"brow": 1.0}}
     with pytest.raises(InputError, match="'eyeBlinkLeft' is named twice, as 'EyeBlinkLeft' and"):
-        rename_weights(take(eyeBlinkLeft=0.5), ("lid", "brow"), told)
+        rename_weights(take(eyeBlinkLeft=0.5), ("lid", "brow"), named)
 
 
 def test_curves_that_drive_nothing_are_refused_with_the_reason() -> None:
-    for told, reason in (
+    for named, reason in (
         ({"jawOpn": {"jaw": 1.0}}, "no curves of the names jawOpn; did you mean jawOpen?; curves"),
         ({"jawOpen": {}}, "drives a blend shape of the rig: curves: jawOpen"),
         ({}, "none has the name of one"),
     ):
         with pytest.raises(InputError) as raised:
-            rename_weights(take(jawOpen=0.5), ("jaw",), told)
+            rename_weights(take(jawOpen=0.5), ("jaw",), named)
         assert reason in str(raised.value)

@@ -80,9 +80,9 @@ def test_directions_lead_where_they_say_and_narrow() -> None:
         for word, axis, sign in (
             *(("upper", 1, 1), ("lower", 1, -1), ("inner", 0, -1), ("outer", 0, 1)),
         ):
-            told = named_place(f"left {part} {word}")
-            assert told is not None and told.spread < plain.spread
-            assert sign * (told.places[0][axis] - (x, y)[axis]) > 0
+            named = named_place(f"left {part} {word}")
+            assert named is not None and named.spread < plain.spread
+            assert sign * (named.places[0][axis] - (x, y)[axis]) > 0
 
 
 def test_every_part_is_found_by_each_of_its_words() -> None:
@@ -104,12 +104,12 @@ def test_names_without_a_side_are_in_the_middle_where_others_have_one() -> None:
 def test_other_marker_sets_say_the_same() -> None:
     times = np.arange(2.0)
     take = MarkerTake(ANIMFACE, times, np.zeros((2, len(ANIMFACE), 3)), 60.0)
-    said = dict(zip(ANIMFACE, named_places(ANIMFACE), strict=True))
+    result = dict(zip(ANIMFACE, named_places(ANIMFACE), strict=True))
     for marker_set in sorted(set(MARKER_SETS) - {"anonymous", "exchanged"}):
         for name, place in zip(
             ANIMFACE, named_places(renamed(take, marker_set).names), strict=True
         ):
-            own = said[name]
+            own = result[name]
             assert place is not None and own is not None
             apart = np.linalg.norm(np.subtract(place.places, own.places[0]), axis=1).min()
             assert apart < 3 * max(place.spread, own.spread), (marker_set, name)

@@ -17,7 +17,7 @@ def test_every_word_tells_something_and_one_part_at_most() -> None:
 
 def test_a_word_is_on_one_side_and_in_one_direction() -> None:
     for one, other in (("left", "right"), ("upper", "lower"), ("inner", "outer")):
-        assert not [word for word, told in WORDS.items() if {one, other} <= set(told)]
+        assert not [word for word, named in WORDS.items() if {one, other} <= set(named)]
 
 
 def test_words_that_tell_no_place_tell_none() -> None:

@@ -198,10 +198,10 @@ def test_the_help_says_whether_an_edit_shows(
 ) -> None:
     with pytest.raises(SystemExit):
         main([*command.split(), "--help"])
-    said = " ".join(capsys.readouterr().out.split())
-    said = said[said.index("replace outputs also where") :][:180]
-    assert ("they were edited since usdface wrote them" in said) == shows
-    assert shows or "does not show)" in said
+    printed = " ".join(capsys.readouterr().out.split())
+    printed = printed[printed.index("replace outputs also where") :][:180]
+    assert ("they were edited since usdface wrote them" in printed) == shows
+    assert shows or "does not show)" in printed
 
 
 def test_a_buffer_beside_a_gltf_is_kept(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:

@@ -73,7 +73,7 @@ def test_what_cannot_be_kept_fails_a_piece(
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert status == 1
-    assert "cannot write" in (said := capsys.readouterr().err) and "File too large" in said
+    assert "cannot write" in (printed := capsys.readouterr().err) and "File too large" in printed
     assert run(shot, "--piece", piece)["computed"] == 1
 
 

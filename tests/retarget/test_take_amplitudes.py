@@ -72,10 +72,10 @@ def test_a_movement_beyond_the_characters_is_not_cut_off() -> None:
     take, truth = played(1.3)
     own, codes = error(take, truth, SETUP)
     cut, plain = error(take, truth, replace(SETUP, solve=GIVEN))
-    told, _ = error(
+    named, _ = error(
         take, truth, replace(SETUP, calibration=Calibration(("jawOpen",), [1.3], [0.0]))
     )
-    assert own < 0.5 * cut and own < 1.5 * told
+    assert own < 0.5 * cut and own < 1.5 * named
     assert codes.count("GAIN_FOUND") == 1 and "GAIN_FOUND" not in plain
 
 

@@ -69,10 +69,10 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
     fired = [rule for rule in facts["rules"] if rule["fires"] > 0]
     assert fired and fired == facts["rules"][: len(fired)]
     strongest = max(facts["emotions"], key=facts["emotions"].get)
-    heard, by_rules = facts["emotions"], facts["by_rules"]
+    detected, by_rules = facts["emotions"], facts["by_rules"]
     asked = [rule["rule"].rsplit("THEN ", 1)[1].split()[0] for rule in fired]
     assert asked[0] == max(by_rules, key=by_rules.get)
-    assert strongest == next(emotion for emotion in asked if heard[emotion] >= by_rules[emotion])
+    assert strongest == next(emotion for emotion in asked if detected[emotion] >= by_rules[emotion])
     names = [feature["name"] for feature in facts["features"]]
     assert names == [variable.name for variable in explained.system.fuzzy.inputs]
     for change in facts["weights"].values():
@@ -97,8 +97,8 @@ def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Expl
             )
         assert weight["solved"] < weight["corrected"], "blended in, it is on its way there"
     loudest = max(facts["emotions"], key=facts["emotions"].get)
-    heard, (onset, full) = explained.trace.emotions[loudest].max(), explained.system.response
-    x = min((heard - onset) / (full - onset), 1.0)
+    detected, (onset, full) = explained.trace.emotions[loudest].max(), explained.system.response
+    x = min((detected - onset) / (full - onset), 1.0)
     assert facts["poses_shown"][loudest] == pytest.approx(x * x * (3 - 2 * x), abs=1e-3)
     assert set(explained.frame(0)["poses_shown"].values()) == {0.0}
 
