@@ -30,7 +30,7 @@ from usdface.closure.lip_contact import lip_gaps_of
 from usdface.closure.lip_signal import lip_distances
 from usdface.closure.rims import rim_pairs
 from usdface.face.bound_face import BoundFace
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.face.layout import find_layout
 from usdface.io.takes.files import read_take
 from usdface.options import ProcessOptions

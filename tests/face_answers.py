@@ -9,7 +9,7 @@ from faces import Face
 from usdface.arrays import FloatArray
 from usdface.correction.apertures import apertures_of
 from usdface.correction.contact import limit_correction
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.rule_design.movements import single_movements
 

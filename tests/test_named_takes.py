@@ -16,7 +16,7 @@ from marker_sets import renamed
 from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import find_landmarks
 from usdface.binding.propose import propose
-from usdface.face.named_places import LANDMARKS
+from usdface.face.marker_name_places import LANDMARKS
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take

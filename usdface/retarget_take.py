@@ -10,8 +10,8 @@ from usdface.blend_shape_evaluator import with_combinations
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
+from usdface.face.curve_mapping import rename_weights
 from usdface.face.dot_skin import DotSkin
-from usdface.face.driven_shapes import rename_weights
 from usdface.face.fitted_setup import fit_setup
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.weights_from_neutral import weights_from_neutral

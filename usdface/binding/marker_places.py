@@ -9,7 +9,7 @@ from usdface.arrays import BoolArray, IntArray, frozen
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.face.place_names import place_names
+from usdface.face.place_descriptions import place_descriptions
 from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
@@ -192,7 +192,7 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
         for k in range(count + 1)
     ]
     named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
-    where = place_names(face, vertices)
+    where = place_descriptions(face, vertices)
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 
 

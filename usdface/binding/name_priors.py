@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.binding.landmarks import FaceLandmarks
-from usdface.face.named_places import named_places
+from usdface.face.marker_name_places import named_places
 from usdface.geometry.rigid_fit import similarity_fit
 
 __all__ = [

@@ -30,8 +30,8 @@ from usdface.binding.stabilised_take import (
 )
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.face.named_places import named_places
-from usdface.face.place_names import place_names
+from usdface.face.marker_name_places import named_places
+from usdface.face.place_descriptions import place_descriptions
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
@@ -208,7 +208,7 @@ def _contradicted_names(
     named = named_places(names)
     return tuple(
         ContradictedName(names[i], place.description if (place := named[i]) else "", found)
-        for i, found in zip(some.tolist(), place_names(nobody, vertices[some]), strict=True)
+        for i, found in zip(some.tolist(), place_descriptions(nobody, vertices[some]), strict=True)
     )
 
 

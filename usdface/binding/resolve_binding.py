@@ -18,8 +18,8 @@ from usdface.binding.propose_film import propose_film
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
+from usdface.face.curve_mapping import rename_weights, undecided, unknown_curves
 from usdface.face.curves_by_unit import curves_by_unit
-from usdface.face.driven_shapes import rename_weights, undecided, unknown_curves
 from usdface.face.fitted_setup import check_vertices
 from usdface.face.weights_from_neutral import rest_kept, resting_frames
 from usdface.findings import Finding, finding, timed

@@ -19,10 +19,10 @@ from usdface.correction.discriminant import (
     with_room_for_wider_classes,
 )
 from usdface.correction.synthetic_faces import synthetic_faces, weights_without_emotion
-from usdface.face.both_halves import shown_by_both_halves
 from usdface.face.bound_face import BoundFace
 from usdface.face.drawn_expressions import DRAWN
 from usdface.face.expression_poses import EMOTIONS
+from usdface.face.full_face_expressions import moves_brows_and_mouth
 from usdface.face.mirror import Side, half_weights
 from usdface.face.symmetry import symmetric_pairs
 from usdface.numerics.ramps import linear_ramp
@@ -117,7 +117,7 @@ class ExpressionClassifier:
         single = single[_lengths(single) > _still(single.shape[1])]
         self._single_movements = (single / _lengths(single)[:, None]).T
         self._rivals = poses / _lengths(poses)[:, None] @ self._single_movements < _SAME
-        self._rivals |= [[shown_by_both_halves(face, e)] for e in expressions]
+        self._rivals |= [[moves_brows_and_mouth(face, e)] for e in expressions]
         synthetic = synthetic_faces(face, expressions, motion, drawn=drawn, rigs=rigs)
         faces = [_directions(each) for each in synthetic]
         own = _directions(poses)

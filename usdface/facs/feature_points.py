@@ -19,14 +19,14 @@ from usdface.binding.landmarks import FaceLandmarks, find_landmarks
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
-from usdface.face.named_places import LANDMARKS
+from usdface.face.marker_name_places import LANDMARKS
 from usdface.face.surface_graph import surface_graph
 from usdface.facs.movements import POINTS
 from usdface.rigs import Mesh, Rig
 
 __all__ = ["FeaturePoints", "find_feature_points"]
 
-# On the average face [mm], as `usdface.face.named_places`; x of the left half.
+# On the average face [mm], as `usdface.face.marker_name_places`; x of the left half.
 _SIDED = {
     "inner brow": (16, 24),
     "middle brow": (34, 25),

@@ -13,7 +13,7 @@ from usdface.arrays import FloatArray, frozen
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.findings import Finding
 from usdface.numerics.solve_errors import solve_errors
 from usdface.options import MapOptions

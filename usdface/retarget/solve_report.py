@@ -9,7 +9,7 @@ from usdface.advice import advice
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.place import Place
-from usdface.face.place_names import places_of
+from usdface.face.place_descriptions import places_of
 from usdface.face.region_residuals import region_errors
 from usdface.finding_values import Prose
 from usdface.findings import Finding, finding

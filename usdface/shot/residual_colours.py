@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.face.marker_heat import heat_of_markers
+from usdface.face.residual_heat import heat_of_markers
 from usdface.shot.shot import ShotResult
 
 __all__ = ["residual_colours"]

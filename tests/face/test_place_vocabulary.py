@@ -1,6 +1,14 @@
 from collections import Counter
 
-from usdface.face.place_words import AMBIGUOUS, IGNORED, IMPLIED, LETTERS, PARTS, TWOFOLD, WORDS
+from usdface.face.place_vocabulary import (
+    AMBIGUOUS,
+    IGNORED,
+    IMPLIED,
+    LETTERS,
+    PARTS,
+    TWOFOLD,
+    WORDS,
+)
 
 
 def test_words_are_lower_case_without_accents() -> None:

@@ -8,14 +8,14 @@ from usdface.face.mirror import sides_of
 from usdface.face.place import Place
 from usdface.face.regions import regions_of
 
-__all__ = ["place_names", "places_of"]
+__all__ = ["place_descriptions", "places_of"]
 
 _SIDES = {1: "left", -1: "right"}
 # Half the width of the middle, as a share of the face's width.
 _MIDDLE = 0.06
 
 
-def place_names(face: BoundFace, vertices: IntArray) -> tuple[str, ...]:
+def place_descriptions(face: BoundFace, vertices: IntArray) -> tuple[str, ...]:
     """Return descriptions of vertices: region, side, and the nearest bound marker."""
     return tuple(map(str, places_of(face, vertices)))
 

@@ -1,4 +1,4 @@
-"""Expressions that need both brows and mouth: neither half of the face shows them alone."""
+"""Full-face expressions: those that move both brows and mouth, so neither half shows them alone."""
 
 import numpy as np
 
@@ -6,17 +6,17 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.regions import named_regions
 from usdface.setup.expression import Expression
 
-__all__ = ["shown_by_both_halves"]
+__all__ = ["moves_brows_and_mouth"]
 
-# Where no blend shape's name tells its region: a half that moves by more than this share of the
+# Where no blend shape's name has a region: a half that moves by more than this share of the
 # other is needed, too. Chosen by hand.
 _BOTH_HALVES = 0.5
 
 
-def shown_by_both_halves(face: BoundFace, expression: Expression) -> bool:
+def moves_brows_and_mouth(face: BoundFace, expression: Expression) -> bool:
     """Whether an expression moves both the brows and the mouth.
 
-    By the names of its blend shapes; where these tell no region, by how far the markers above and
+    By the names of its blend shapes; where these name no region, by how far the markers above and
     below the nose tip move relative to it.
     """
     regions = named_regions(face.shape_names)

@@ -2,7 +2,7 @@
 
 An affine map through the corners of eyes and mouth and the nose tip gives a point of any face, seen
 from the front, coordinates: x from the midline to the left, y from the line of the eyes upwards,
-the mouth at y = -1. Lips, and lids, that touch are near each other on the map but move otherwise:
+the mouth at y = -1. Lips, and lids, that touch are near each other on the map but move differently:
 each point has the side of the slit that it is on.
 """
 
@@ -13,9 +13,10 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.face.bound_face import BoundFace
 
-__all__ = ["FacePlaces", "places_on"]
+__all__ = ["FaceCoordinates", "coordinates_on"]
 
-# On the average face (`usdface.face.named_places.LANDMARKS`), by the height from mouth to eyes.
+# On the average face (`usdface.face.marker_name_places.LANDMARKS`), by the height from mouth to
+# eyes.
 _EYE_INNER, _EYE_OUTER = (0.24, 0.0), (0.68, 0.0)
 _MOUTH, _NOSE = (0.37, -1.0), (0.0, -0.53)
 # A point is of a lip or lid up to so far from the slit, by the same height, and so far beyond its
@@ -25,7 +26,7 @@ _BEYOND = 0.05
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class FacePlaces:
+class FaceCoordinates:
     """Where points are on a face.
 
     Attributes
@@ -47,7 +48,7 @@ class FacePlaces:
         object.__setattr__(self, "slits", frozen(self.slits, np.int64))
 
 
-def places_on(face: BoundFace, points: FloatArray) -> FacePlaces | None:
+def coordinates_on(face: BoundFace, points: FloatArray) -> FaceCoordinates | None:
     """Return where points (N, 3) [m] are on a face.
 
     None where its lips, lids or nose tip are not known.
@@ -75,7 +76,7 @@ def places_on(face: BoundFace, points: FloatArray) -> FacePlaces | None:
     slits = np.zeros((len(points), 2), dtype=np.int64)
     slits[:, 0] = _beside(points, lips, _NEAR["lips"] * unit)
     slits[:, 1] = sum(_beside(points, eye, _NEAR["lids"] * unit) for eye in eyes)
-    return FacePlaces(np.c_[points[:, :2], np.ones(len(points))] @ affine, slits, unit)
+    return FaceCoordinates(np.c_[points[:, :2], np.ones(len(points))] @ affine, slits, unit)
 
 
 def _beside(points: FloatArray, slit: FloatArray, near: float) -> IntArray:

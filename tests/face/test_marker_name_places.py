@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from marker_sets import MARKER_SETS, renamed
 
-from usdface.face.named_places import NamedPlace, named_places
-from usdface.face.place_words import PARTS, WORDS
+from usdface.face.marker_name_places import NamedPlace, named_places
+from usdface.face.place_vocabulary import PARTS, WORDS
 from usdface.takes import MarkerTake
 
 ANIMFACE = (

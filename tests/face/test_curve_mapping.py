@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.face.driven_shapes import rename_weights, undecided
+from usdface.face.curve_mapping import rename_weights, undecided
 from usdface.takes import WeightsTake
 
 

@@ -8,7 +8,7 @@ import pytest
 from faces import make_face
 
 from usdface.face.bound_face import BoundFace
-from usdface.face.face_places import places_on
+from usdface.face.face_coordinates import coordinates_on
 from usdface.face.layout import FaceLayout
 
 
@@ -18,7 +18,7 @@ def face() -> BoundFace:
 
 
 def test_eyes_are_above_the_mouth_and_left_is_positive(face: BoundFace) -> None:
-    on = places_on(face, face.neutral)
+    on = coordinates_on(face, face.neutral)
     assert on is not None
     at = dict(zip(face.markers, on.places, strict=True))
     assert at["lip_corner_left"][0] > 0.2 and abs(at["lip_corner_left"][1] + 1.0) < 0.1
@@ -30,10 +30,10 @@ def test_eyes_are_above_the_mouth_and_left_is_positive(face: BoundFace) -> None:
 
 
 def test_they_do_not_depend_on_size_or_place(face: BoundFace) -> None:
-    on = places_on(face, face.neutral)
+    on = coordinates_on(face, face.neutral)
     mesh = replace(face.mesh, points=3.0 * face.mesh.points + [0.0, 0.2, 0.1], normals=None)
     moved = replace(face, mesh=mesh)
-    there = places_on(moved, moved.neutral)
+    there = coordinates_on(moved, moved.neutral)
     assert on is not None and there is not None
     np.testing.assert_allclose(there.places, on.places, atol=1e-9)
     np.testing.assert_array_equal(there.slits, on.slits)
@@ -41,8 +41,8 @@ def test_they_do_not_depend_on_size_or_place(face: BoundFace) -> None:
 
 
 def test_a_face_without_known_lips_and_lids_has_none(face: BoundFace) -> None:
-    assert places_on(replace(face, layout=FaceLayout()), face.neutral) is None
+    assert coordinates_on(replace(face, layout=FaceLayout()), face.neutral) is None
 
 
 def test_without_a_nose_tip_there_are_none(face: BoundFace) -> None:
-    assert places_on(replace(face, nose_tip=""), face.neutral) is None
+    assert coordinates_on(replace(face, nose_tip=""), face.neutral) is None

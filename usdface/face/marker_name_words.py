@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from usdface.face.place_words import (
+from usdface.face.place_vocabulary import (
     AMBIGUOUS,
     IGNORED,
     IMPLIED,
@@ -41,7 +41,7 @@ def other_side(name: str) -> str | None:
 
 @cache
 def words_of(name: str, *, sided: bool = False) -> frozenset[str]:
-    """Return the concepts of `usdface.face.place_words` in the name of a marker.
+    """Return the concepts of `usdface.face.place_vocabulary` in the name of a marker.
 
     `sided`: its first letter, L or R, is a side.
 

@@ -1,6 +1,6 @@
 import pytest
 
-from usdface.face.name_words import other_side, words_of
+from usdface.face.marker_name_words import other_side, words_of
 
 
 @pytest.mark.parametrize(

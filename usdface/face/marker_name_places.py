@@ -8,8 +8,8 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.face.landmark_sets import landmark_places
-from usdface.face.name_words import SIDES, label_of, other_side, words_of
-from usdface.face.place_words import PARTS
+from usdface.face.marker_name_words import SIDES, label_of, other_side, words_of
+from usdface.face.place_vocabulary import PARTS
 
 __all__ = [
     "LANDMARKS",
@@ -139,7 +139,7 @@ class NamedPlace:
     Attributes
     ----------
     part : str
-        One of `usdface.face.place_words.PARTS`.
+        One of `usdface.face.place_vocabulary.PARTS`.
     side : int
         1 = left, -1 = right, 0 = not named, or the middle.
     places : tuple of (float, float)

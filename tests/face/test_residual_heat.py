@@ -3,7 +3,7 @@ import pytest
 from worlds import make_world
 
 from usdface.face.bound_face import bound_face
-from usdface.face.marker_heat import heat_of_markers
+from usdface.face.residual_heat import heat_of_markers
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 
@@ -31,7 +31,7 @@ def test_heat_is_whole_at_a_marker_and_fades_far_from_all() -> None:
 def test_heat_is_the_same_in_pieces(monkeypatch: pytest.MonkeyPatch) -> None:
     _, face = bound(make_world())
     whole = heat_of_markers(face.mesh, face.vertices)
-    monkeypatch.setattr("usdface.face.marker_heat._DISTANCES", 3 * len(face.mesh.points))
+    monkeypatch.setattr("usdface.face.residual_heat._DISTANCES", 3 * len(face.mesh.points))
     pieces = heat_of_markers(face.mesh, face.vertices)
     np.testing.assert_allclose(pieces[1], whole[1], atol=1e-12)
     np.testing.assert_array_equal(pieces[0][whole[1] > 0], whole[0][whole[1] > 0])
