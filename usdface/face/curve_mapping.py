@@ -10,8 +10,8 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError, did_you_mean
 from usdface.face.gaze_curves import is_gaze_curve
 from usdface.face.shape_names import DIRECTIONS, shape_key
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.takes import WeightsTake
 
 __all__ = ["rename_weights", "undecided", "unknown_curves"]

@@ -12,8 +12,8 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import motion_basis

@@ -11,8 +11,8 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.place import Place
 from usdface.face.place_descriptions import places_of
 from usdface.face.region_residuals import region_errors
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.solution import Solution

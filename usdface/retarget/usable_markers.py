@@ -7,8 +7,8 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError, did_you_mean
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.geometry.rigid_fit import IN_LINE
 from usdface.retarget.neutral import neutral_markers, on_plane, resting_frames
 from usdface.setup.retarget_setup import RetargetSetup

@@ -12,8 +12,8 @@ import numpy as np
 from pxr import Ar, Sdf, Usd, UsdShade
 
 from usdface.errors import InputError
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.io.asset_folder import OUTSIDE, is_inside
 from usdface.io.udim import udim_tiles
 from usdface.io.usd.assets import folders_of, outer_file, read_asset

@@ -1,16 +1,12 @@
-"""Findings: losses, guesses, approximations and faults, each with a stable code.
-
-An error stops the run (`usdface.errors`); a finding lets it go on and is shown on screen
-and in the report. The codes are in `usdface.finding_codes`.
-"""
+"""A finding: its code, place, message and values."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
 
-from usdface.finding_codes import CODES, Action, Severity
-from usdface.finding_values import filled_in, plain_values
+from usdface.findings.codes import CODES, Action, Severity
+from usdface.findings.values import filled_in, plain_values
 from usdface.plain_text import plain
 
 __all__ = ["Finding", "finding", "severest", "timed"]

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from documented_findings import documented_keys
 
-from usdface import findings
+import usdface
 from usdface.errors import InputError
-from usdface.finding_codes import CODES, Action, Severity
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding, severest, timed
+from usdface.findings.codes import CODES, Action, Severity
+from usdface.findings.values import Prose
 
-PACKAGE = Path(findings.__file__).parent
-SOURCES = [path for path in PACKAGE.rglob("*.py") if path != Path(findings.__file__)]
+PACKAGE = Path(usdface.__file__).parent
+SOURCES = [path for path in PACKAGE.rglob("*.py") if path.name != "finding.py"]
 # Keys of words that only the message has (`Prose`)
 PROSE = {"hint", "message", "more", "most", "place", "when", "why"}
 TEXT = "\n".join(path.read_text(encoding="utf-8") for path in SOURCES)
