@@ -36,16 +36,16 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = [
     "calibrate",
     "clean",
+    "clean_and_solve",
     "clean_inputs",
     "recorded_weights",
-    "retarget",
     "solve",
     "solver_input",
 ]
 
 
 @one_blas_thread()
-def retarget(
+def clean_and_solve(
     take: MarkerTake | WeightsTake, face: BoundFace, setup: RetargetSetup
 ) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
     """Clean a take and solve its weights on the bound mesh.
