@@ -34,7 +34,7 @@ from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget_take import clean, solver_input
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot.shot import Shot, SolvedShot
-from usdface.shot.solve import Solved, TakeSolver, believed_solve, judged_lids
+from usdface.shot.solve import Solved, TakeSolver, checked_lids, solve_with_replaced_lids
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["EstimatedTake", "PieceCuts", "ReadFrames", "estimate_shot", "solve_cut"]
@@ -208,7 +208,7 @@ def _estimated(sample: MarkerTake, face: BoundFace, setup: RetargetSetup) -> Est
 
     estimates, found = estimated(sample)
     overlap = overlap_frames(sample, estimates, names, setup)
-    gaps, judged, tracked = judged_lids(face, setup), 0, None
+    gaps, judged, tracked = checked_lids(face, setup), 0, None
     if gaps is not None and len(gaps) == 2:
         solution = solve_piece(sample, estimates, names, given)
         contacts = face.with_contacts()
@@ -283,8 +283,10 @@ def _solved(
         return solved
 
     tracked = solve_by(known.tracked or known.estimates)
-    believed = solve_by(known.estimates) if known.tracked is not None else None
-    (_, solution, _), lids = believed_solve(take, face, known.lids, known.judged, tracked, believed)
+    corrected = solve_by(known.estimates) if known.tracked is not None else None
+    (_, solution, _), lids = solve_with_replaced_lids(
+        take, face, known.lids, known.judged, tracked, corrected
+    )
     assert solution is not None
     return solution, lids
 

@@ -1,4 +1,4 @@
-"""The solve of a shot: its markers cleaned, its weights solved, mistracked lids not believed."""
+"""The solve of a shot: its markers cleaned, its weights solved, mistracked lids replaced."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -29,9 +29,9 @@ __all__ = [
     "Stages",
     "TakeSolver",
     "Uncached",
-    "believed_solve",
-    "judged_lids",
+    "checked_lids",
     "solve_shot",
+    "solve_with_replaced_lids",
 ]
 
 ValueT = TypeVar("ValueT")
@@ -92,9 +92,9 @@ def solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress, stages: St
     gaps = None
     with progress.step("solve"):
         if isinstance(take, MarkerTake):
-            gaps = judged_lids(face, setup)
+            gaps = checked_lids(face, setup)
             reach = lid_reach(take.times)
-            answer, lids = believed_solve(take, face, gaps, reach, solved)
+            answer, lids = solve_with_replaced_lids(take, face, gaps, reach, solved)
             take = with_replaced_lids(take, lids)
         else:
             answer = solved(take)
@@ -104,20 +104,20 @@ def solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress, stages: St
     return SolvedShot(take, weights, solution, repairs, tuple(findings), gaps, lids, recorded)
 
 
-def judged_lids(face: BoundFace, setup: RetargetSetup) -> Mapping[Eye, LidGaps] | None:
-    """Return the lids by which markers are judged; None where the take stays as it was tracked."""
+def checked_lids(face: BoundFace, setup: RetargetSetup) -> Mapping[Eye, LidGaps] | None:
+    """Return the lids whose markers are checked; None where the take stays as it was tracked."""
     return lid_gaps_of(face.with_contacts(), face.shape_names) if setup.clean.spikes else None
 
 
-def believed_solve(
+def solve_with_replaced_lids(
     take: MarkerTake,
     face: BoundFace,
     gaps: Mapping[Eye, LidGaps] | None,
     reach: int,
     tracked: TakeSolver,
-    believed: TakeSolver | None = None,
+    corrected: TakeSolver | None = None,
 ) -> tuple[Solved, tuple[MistrackedLid, ...]]:
-    """Solve a take, find the mistracked lids in that, and solve it again without them.
+    """Solve a take, find mistracked lids by that solution, and solve it again with these replaced.
 
     Parameters
     ----------
@@ -125,20 +125,20 @@ def believed_solve(
         A whole one, or a piece.
     face : BoundFace
     gaps : mapping of "left", "right" to LidGaps, or None
-        As `judged_lids` returns them.
+        As `checked_lids` returns them.
     reach : int
         `lid_reach` of the whole take.
     tracked : callable
         Solves the take as it was tracked.
-    believed : callable, optional
-        Solves it without mistracked lids, also where it has none; `tracked`, if left out.
+    corrected : callable, optional
+        Solves it with replaced lids, also where none are; `tracked`, if left out.
     """
     answer = tracked(take)
     lids: tuple[MistrackedLid, ...] = ()
     if gaps is not None and answer[1] is not None:
         lids = mistracked_lids(take, face.with_contacts(), answer[1], gaps, reach)
-    if lids or believed is not None:
-        answer = (believed or tracked)(with_replaced_lids(take, lids))
+    if lids or corrected is not None:
+        answer = (corrected or tracked)(with_replaced_lids(take, lids))
     return answer, lids
 
 
