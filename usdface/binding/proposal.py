@@ -78,7 +78,19 @@ class Proposal:
 
 def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     """Report a proposal for the take `source`."""
-    unsure, count = proposal.setup.unsure, len(proposal.placed)
+    findings = [*_left_out_findings(proposal), *_name_findings(proposal, source)]
+    if proposal.placeless:
+        message = "the names of {marker_count} markers are no known places on a face; left out"
+        names = list(proposal.placeless)
+        findings.append(finding("PLACE_UNKNOWN", source, message, len(names), markers=names))
+    findings += proposal.failed
+    message = "the vertices of {marker_count} markers are proposed; check them before use"
+    findings.append(finding("BIND_PROPOSED", source, message, len(proposal.placed)))
+    return findings + _unsure_findings(proposal, source)
+
+
+def _left_out_findings(proposal: Proposal) -> list[Finding]:
+    """Report markers that take no part in the proposal."""
     findings = [finding("MARKER_NEVER_SEEN", name) for name in proposal.never_seen]
     findings += [
         finding(
@@ -106,16 +118,14 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
         finding("MARKER_OFF_FACE", name, "it is off the face and is left out")
         for name in proposal.off_face
     ]
-    findings += _name_findings(proposal, source)
-    if proposal.placeless:
-        message = "the names of {marker_count} markers are no known places on a face; left out"
-        names = list(proposal.placeless)
-        findings.append(finding("PLACE_UNKNOWN", source, message, len(names), markers=names))
-    findings += proposal.failed
-    message = "the vertices of {marker_count} markers are proposed; check them before use"
-    findings.append(finding("BIND_PROPOSED", source, message, count))
+    return findings
+
+
+def _unsure_findings(proposal: Proposal, source: str) -> list[Finding]:
+    """Report vertices of low confidence, and whether they are most."""
+    unsure, count = proposal.setup.unsure, len(proposal.placed)
     assert unsure.confidence is not None
-    findings += [
+    findings = [
         finding(
             "PLACE_UNSURE",
             name,
