@@ -24,10 +24,10 @@ MISFIT = {"noise": 0.0, "misfit": 1e-3}
 
 def test_it_goes_from_one_end_of_a_gap_to_the_other() -> None:
     residual = np.where(GAP, np.nan, np.stack([1e-3 + 2e-3 * TIMES, TIMES], axis=1))
-    carried = occluded_residual(residual, GAP, TIMES, **MISFIT)
-    assert not carried[~GAP].any()
+    found = occluded_residual(residual, GAP, TIMES, **MISFIT)
+    assert not found[~GAP].any()
     # Nearly a straight line over 0.3 s.
-    np.testing.assert_allclose(carried[30:61, 0], 1e-3 + 2e-3 * TIMES[30:61], rtol=0.02)
+    np.testing.assert_allclose(found[30:61, 0], 1e-3 + 2e-3 * TIMES[30:61], rtol=0.02)
 
 
 def test_constant_residuals_last_the_less_the_longer_the_gap() -> None:
@@ -42,16 +42,16 @@ def test_constant_residuals_last_the_less_the_longer_the_gap() -> None:
 def test_beyond_the_last_frame_that_shows_a_marker_it_decays() -> None:
     hidden = np.zeros((101, 1), dtype=bool)
     hidden[50:] = True
-    carried = occluded_residual(np.where(hidden, np.nan, 1.0), hidden, TIMES, **MISFIT)
-    np.testing.assert_allclose(carried[50:, 0], np.exp(49 / 100.0 - TIMES[50:]))
+    found = occluded_residual(np.where(hidden, np.nan, 1.0), hidden, TIMES, **MISFIT)
+    np.testing.assert_allclose(found[50:, 0], np.exp(49 / 100.0 - TIMES[50:]))
 
 
 def test_the_mean_of_noise_is_carried() -> None:
     noise = np.random.default_rng(3).normal(size=(101, 1))
     hidden = GAP[:, :1]
-    carried = occluded_residual(np.where(hidden, np.nan, noise), hidden, TIMES, noise=1.0, misfit=0)
+    found = occluded_residual(np.where(hidden, np.nan, noise), hidden, TIMES, noise=1.0, misfit=0)
     before, after = noise[10:30].mean(), noise[61:81].mean()
-    np.testing.assert_allclose(carried[45], (before + after) / 2 / np.cosh(0.16), rtol=1e-9)
+    np.testing.assert_allclose(found[45], (before + after) / 2 / np.cosh(0.16), rtol=1e-9)
     constant = np.where(GAP, np.nan, 1.0)
     np.testing.assert_allclose(
         occluded_residual(constant, GAP, TIMES, noise=1.0, misfit=0.0),

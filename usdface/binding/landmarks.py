@@ -59,7 +59,7 @@ class FaceLandmarks:
     def vertices_at(self, places: FloatArray) -> IntArray:
         """Return the vertices of the surface at places (N, 2) on the average face [mm]: (N,).
 
-        A thin plate spline through the landmarks carries them over, as seen from the front.
+        A thin plate spline through the landmarks maps them, as seen from the front.
         """
         flat = RBFInterpolator(
             self.average, self.points[:, :2], kernel="thin_plate_spline", degree=1

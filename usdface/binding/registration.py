@@ -108,8 +108,8 @@ def squared_errors(
     """
     ratio = scale_of(registration.linear) / expected_scale(candidates, observations)
     unit = candidates.size * ratio
-    carried = observations.neutral @ registration.linear + registration.offset + registration.bend
-    place = squared_distances(carried, candidates.points) / (shape_error * unit) ** 2
+    mapped = observations.neutral @ registration.linear + registration.offset + registration.bend
+    place = squared_distances(mapped, candidates.points) / (shape_error * unit) ** 2
     count = len(registration.weights)
     predicted = registration.weights @ candidates.offsets.reshape(len(candidates.offsets), -1)
     predicted += registration.rigid @ candidates.rigid_motions.reshape(6, -1)

@@ -1,4 +1,4 @@
-"""Findings of emotions that are detected and not raised, as the face does not show their poses."""
+"""Findings of emotions that are detected but not raised, because the face does not show the pose."""
 
 from collections.abc import Mapping
 

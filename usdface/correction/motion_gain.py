@@ -29,7 +29,7 @@ def motion_products(
     Parameters
     ----------
     solved, shown : (F, M, 3) float64 [m]
-        Displacements against the nose tip, of the character as solved and of the markers carried
+        Displacements against the nose tip, of the character as solved and of the markers mapped
         over to it.
     upper : (M,) bool
         Markers of the upper half.

@@ -127,7 +127,7 @@ def compare_ways(
     reference: WeightsTake | None = None,
     test_frame: int | None = None,
 ) -> tuple[ImagePoints, list[Finding]]:
-    """Carry the markers of a film over to a character by the paper's map, and by default.
+    """Map the markers of a film to a character by the paper's map, and by the default method.
 
     The paper's way is its equations 5 to 10 with the multiquadric and one radius for the whole face
     on the markers as the image shows them. "Solved" are the weights that the solve finds with that

@@ -1,4 +1,4 @@
-"""The residual of a marker, carried through the frames in which it is occluded.
+"""The residual of a marker, interpolated over the frames in which it is occluded.
 
 A performer's face is not the character's: a marker's residual is large and lasts. If it ended where
 the marker is occluded, the weights would jump there, as far as it had drawn them.
@@ -25,7 +25,7 @@ def occluded_residual(
     """Return the expected residual of coordinates where they are hidden, 0 elsewhere.
 
     The mean of an Ornstein-Uhlenbeck process between its values at both ends of a gap; from one
-    end alone it decays. As far as residuals are noise, their mean is carried.
+    end alone it decays. As far as residuals are noise, their mean is taken.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def occluded_residual(
     -------
     (F, N) float64 [m]
     """
-    carried = np.zeros_like(residual)
+    expected = np.zeros_like(residual)
     columns = np.flatnonzero(hidden.any(axis=0))
     seen = ~hidden[:, columns]
     own = np.where(seen, residual[:, columns], 0.0)
@@ -58,8 +58,8 @@ def occluded_residual(
     from_second = _bridge(until, since) * np.take_along_axis(
         second, np.minimum(after, last), axis=0
     )
-    carried[:, columns] = np.where(seen, 0.0, from_first + from_second)
-    return carried
+    expected[:, columns] = np.where(seen, 0.0, from_first + from_second)
+    return expected
 
 
 def _running_mean(values: FloatArray, seen: BoolArray, count: int) -> FloatArray:

@@ -82,7 +82,7 @@ class Round:
     space : SpaceMap
     regularisation : Regularisation
         With noise and misfit.
-    carried : (F, M * axes) float64 [m]
+    occluded : (F, M * axes) float64 [m]
         Residual of occluded markers.
     least_misfit : float [m]
     iterate : Iterate or None
@@ -98,7 +98,7 @@ class Round:
     here: FloatArray
     space: SpaceMap
     regularisation: Regularisation
-    carried: FloatArray
+    occluded: FloatArray
     least_misfit: float = 0.0
     iterate: Iterate | None = None
     observed: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -127,7 +127,7 @@ class Round:
         if iterate is None:
             # A marker that no frame of a piece shows begins at rest.
             return displaced, np.nan_to_num(interpolate_gaps(observed, hidden, take.times))
-        predicted = rows.displacements(iterate.weights) + self.carried
+        predicted = rows.displacements(iterate.weights) + self.occluded
         return displaced, np.where(hidden, predicted, observed)
 
 
@@ -157,12 +157,12 @@ def next_round(take: Recording, before: Round) -> Round:
     iterate = rows.solve(observed, take.times, regularisation, before.iterate)
     residual = observed - rows.displacements(iterate.weights)
     # Over all coordinates, as the error is: what fills few markers changes few.
-    moved = _rms(np.where(take.hidden, residual - before.carried, 0.0))
+    moved = _rms(np.where(take.hidden, residual - before.occluded, 0.0))
     found = replace(begun, iterate=iterate, residual=residual, moved=moved)
     if take.hidden.any():
         noise, misfit = regularisation.noise, regularisation.misfit
-        carried = occluded_residual(residual, take.hidden, take.times, noise=noise, misfit=misfit)
-        found = replace(found, carried=carried)
+        occluded = occluded_residual(residual, take.hidden, take.times, noise=noise, misfit=misfit)
+        found = replace(found, occluded=occluded)
     return found if take.over is None else _posed(take, found, take.over)
 
 

@@ -139,14 +139,14 @@ def _displaced(
 
     def displaced(frames: slice) -> FloatArray:
         seen = ~np.isnan(solution.distances[frames])[..., None]
-        carried = solution.displaced(frames)
-        performed = carried
+        mapped = solution.displaced(frames)
+        performed = mapped
         if solution.in_space:
             pose = Pose(solution.pose.rotations[frames], solution.pose.translations[frames])
             still = pose.to_head(take.positions[frames][:, columns])
             performed = np.where(seen, still - solution.neutral, 0.0) @ turn
         moved = face.displacements(weights[frames])[:, places]
-        return np.where(seen, np.stack([performed, carried, moved])[..., :axes], 0.0)
+        return np.where(seen, np.stack([performed, mapped, moved])[..., :axes], 0.0)
 
     return displaced
 
@@ -220,7 +220,7 @@ def _travel(
     """Return the travel of the markers `own` (M,) of one region, of sizes (F,) [m]."""
     sizes = sizes[~np.isnan(sizes)]
     peak = float(np.quantile(sizes, 1.0 - _RARELY)) if len(sizes) else 0.0
-    squares, both, skin, carried = lines.products[:, own].sum(axis=1).tolist()
+    squares, both, skin, mapped = lines.products[:, own].sum(axis=1).tolist()
     seen = int((~np.isnan(lines.distances[:, own])).sum())
     squares -= seen * noise**2
     determined = (
@@ -236,6 +236,6 @@ def _travel(
         count,
         peak,
         both / squares,
-        carried / squares,
+        mapped / squares,
         both / sizes_of_both if sizes_of_both else 0.0,
     )
