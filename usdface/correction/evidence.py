@@ -20,7 +20,7 @@ __all__ = ["Evidence", "evidence_of"]
 
 # Shares of its weight in the expression up to which a blend shape takes no part, and from which on
 # it takes full part. Set by benchmarks/expression_takes.py.
-_TAKES_PART = (0.5, 0.7)
+_PARTICIPATION = (0.5, 0.7)
 # Margin below and above the similarity of a region at which it shows half the pose; it ends at 0
 # and at 1. A steep ramp lets noise decide: other persons' expressions at half, with markers 4 mm
 # off, were corrected by up to 0.59 more with one noise than with another where it was 0.03 around a
@@ -92,14 +92,14 @@ class Evidence:
         markers = _cosine(wanted @ self.motion, there @ self.motion)
         return np.asarray(np.sqrt(np.maximum(shapes, 0.0) * np.maximum(shapes, markers)))
 
-    def takes_part(
+    def participation(
         self, weights: FloatArray, pose: FloatArray, size: FloatArray, by_rules: FloatArray
     ) -> FloatArray:
         """Return how far each blend shape takes part in expressions: (N, T), 0 to 1.
 
-        By its share of its weight in an expression of that size (`_TAKES_PART`), plus the deviation
-        that the markers leave on another person's face: an undetermined shape takes part, as far
-        as rules detect the expression.
+        By its share of its weight in an expression of that size (`_PARTICIPATION`), plus the
+        deviation that the markers leave on another person's face: an undetermined shape takes part,
+        as far as rules detect the expression.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class Evidence:
         unsure = by_rules[:, None] * SolveOptions().spread * np.sqrt(1.0 - self.seen)
         whole = np.maximum(size, shown)[:, None] * np.where(moved, pose, 1.0)
         share = (weights + unsure) / np.maximum(whole, 1e-12)
-        return np.where(moved, linear_ramp(share, *_TAKES_PART), 0.0)
+        return np.where(moved, linear_ramp(share, *_PARTICIPATION), 0.0)
 
 
 def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence:

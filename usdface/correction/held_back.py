@@ -1,4 +1,4 @@
-"""Findings of emotions that are detected but not raised, because the face does not show the pose."""
+"""Findings of emotions that are detected but not raised: a region does not show their pose."""
 
 from collections.abc import Mapping
 

@@ -42,7 +42,7 @@ class RaisedEvents:
         The largest weight that a blend shape is raised to: 1 less its jitter at the peak.
     regions : mapping of str to (N,) float64
         How far each region shows the expression, 0 to 1.
-    taking : (N, T) float64
+    participation : (N, T) float64
         How far each blend shape takes part, 0 to 1, and is raised; 0 where a region is missing.
     """
 
@@ -51,7 +51,7 @@ class RaisedEvents:
     mean: FloatArray
     most: FloatArray
     regions: Mapping[GainRegion, FloatArray]
-    taking: FloatArray
+    participation: FloatArray
 
     def raise_part(
         self, part: FloatArray, gain: FloatArray, added: FloatArray, reached: FloatArray
@@ -65,11 +65,11 @@ class RaisedEvents:
         added, reached : (F, T) float64
             Changed in place.
         """
-        shapes = np.flatnonzero((part > 0) & self.taking.any(axis=0))
+        shapes = np.flatnonzero((part > 0) & self.participation.any(axis=0))
         frames, envelope = self.events.frames, self.events.envelope[:, None]
         target = (self.level * gain[frames])[:, None] * part[shapes]
         target = np.minimum(target, self.most[:, shapes])
-        share = envelope * self.taking[:, shapes]
+        share = envelope * self.participation[:, shapes]
         block = np.ix_(frames, shapes)
         lacking = np.maximum(target - self.mean[:, shapes], 0.0)
         added[block] = np.maximum(added[block], share * lacking)
@@ -79,7 +79,7 @@ class RaisedEvents:
         """Return the share of its pose that the emotion gets over a take, at gains (F,): (F,)."""
         shown = np.zeros(len(gain))
         at = self.events.frames
-        shown[at] = self.level * gain[at] * self.events.envelope * self.taking.max(axis=1)
+        shown[at] = self.level * gain[at] * self.events.envelope * self.participation.max(axis=1)
         return shown
 
     def missing(self, region: GainRegion, frames: int) -> BoolArray:
@@ -131,12 +131,12 @@ def raised_events(
     shown = np.ones(len(mean))
     for share in regions.values():
         shown = np.minimum(shown, share)
-    taking = evidence.takes_part(seen, pose, events.size, confirmed) * shown[:, None]
+    participation = evidence.participation(seen, pose, events.size, confirmed) * shown[:, None]
     level = np.maximum(
         respond(confirmed * events.size, response),
         np.minimum(respond(events.size, response), events.size),
     )
-    return RaisedEvents(events, level, mean, most, regions, taking)
+    return RaisedEvents(events, level, mean, most, regions, participation)
 
 
 def _at_peaks(
