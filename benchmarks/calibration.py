@@ -19,7 +19,7 @@ from benchmarks.performers.worlds import to_extremes  # noqa: E402
 from benchmarks.solve.faces import Face, bent, ict  # noqa: E402
 from usdface.arrays import FloatArray  # noqa: E402
 from usdface.face.bound_face import bound_face  # noqa: E402
-from usdface.retarget_take import calibrate, retarget  # noqa: E402
+from usdface.retarget_take import calibrate, clean_and_solve  # noqa: E402
 from usdface.setup.binding import Binding  # noqa: E402
 from usdface.setup.calibration import Calibration  # noqa: E402
 from usdface.setup.retarget_setup import RetargetSetup  # noqa: E402
@@ -98,7 +98,9 @@ def main() -> None:
 
             def error(calibration: Calibration | None, take: MarkerTake = scored) -> float:
                 calibrated = replace(setup, calibration=calibration)
-                _, solved, _, _ = retarget(take, bound_face(face.mesh, calibrated), calibrated)
+                _, solved, _, _ = clean_and_solve(
+                    take, bound_face(face.mesh, calibrated), calibrated
+                )
                 return rms(solved.weights[REST:] - curves[SCORED])
 
             before = error(None)

@@ -30,16 +30,16 @@ from usdface.closure.lip_contact import lip_gaps_of
 from usdface.closure.lip_signal import lip_distances
 from usdface.closure.rims import rim_pairs
 from usdface.face.bound_face import BoundFace
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.face.layout import find_layout
 from usdface.io.takes.files import read_take
 from usdface.options import ProcessOptions
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh, Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup, unbound
-from usdface.shot import Shot, ShotResult
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import MarkerTake, WeightsTake
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -16,8 +16,8 @@ from benchmarks import closure  # noqa: E402
 from usdface import assemble_shot, read_bind  # noqa: E402
 from usdface.io.takes.files import read_take  # noqa: E402
 from usdface.options import ProcessOptions  # noqa: E402
-from usdface.retarget_shot import retarget  # noqa: E402
 from usdface.rigs import Rig  # noqa: E402
+from usdface.shot.retarget import retarget  # noqa: E402
 
 # Of the pulses that take the place of blinks.
 SEEDS = (5, 6, 17)

@@ -22,10 +22,10 @@ from expression_takes import DETECTED, NOISE, REST, SHARED, course  # noqa: E402
 from faces import RATE, Face, make_face  # noqa: E402
 
 from usdface.arrays import FloatArray  # noqa: E402
-from usdface.correction import likeness  # noqa: E402
+from usdface.correction import expression_classifier  # noqa: E402
+from usdface.correction.expression_classifier import ExpressionClassifier  # noqa: E402
 from usdface.correction.expression_layer import express  # noqa: E402
 from usdface.correction.feature_extraction import sided_features  # noqa: E402
-from usdface.correction.likeness import ExpressionLikeness  # noqa: E402
 from usdface.face.drawn_expressions import DRAWN  # noqa: E402
 from usdface.face.expression_variants import Variant, expression_variants  # noqa: E402
 from usdface.face.face_motion import face_motion  # noqa: E402
@@ -64,8 +64,8 @@ def judged(face: Face, take: MarkerTake, solution: Solution, source: str) -> Flo
     """Return the output of each expression without the drawings of a source: (N, E)."""
     others = tuple(name for name in DRAWN if name != source)
     rigs = tuple(name for name in face_motion().rigs if name != "ICT")
-    unseen = partial(ExpressionLikeness, drawn=others, rigs=rigs)
-    with patch.object(likeness, "ExpressionLikeness", unseen):
+    unseen = partial(ExpressionClassifier, drawn=others, rigs=rigs)
+    with patch.object(expression_classifier, "ExpressionClassifier", unseen):
         features = sided_features(
             face.system,
             face.bound,

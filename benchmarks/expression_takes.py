@@ -32,8 +32,8 @@ from makehuman_face import landmarks_on, posable_face, published_expressions  # 
 from benchmarks.solve.faces import Face as Performer  # noqa: E402
 from benchmarks.solve.faces import bent  # noqa: E402
 from usdface.arrays import FloatArray, IntArray  # noqa: E402
-from usdface.correction import likeness  # noqa: E402
-from usdface.correction.likeness import ExpressionLikeness  # noqa: E402
+from usdface.correction import expression_classifier  # noqa: E402
+from usdface.correction.expression_classifier import ExpressionClassifier  # noqa: E402
 from usdface.face.face_motion import face_motion  # noqa: E402
 from usdface.face.marker_surface import MarkerSurface  # noqa: E402
 from usdface.geometry.triangulation import triangulated  # noqa: E402
@@ -392,8 +392,8 @@ def published() -> Table:
             takes[name] = recorded(face, np.array(steps)[inverse])
         for without in ("MakeHuman", ""):
             rigs = tuple(r for r in face_motion().rigs if not without or without not in r)
-            unknown = partial(ExpressionLikeness, rigs=rigs)
-            with patch.object(likeness, "ExpressionLikeness", unknown):
+            unknown = partial(ExpressionClassifier, rigs=rigs)
+            with patch.object(expression_classifier, "ExpressionClassifier", unknown):
                 played = {
                     name: face.judge(take, solution.weights, solution, REST).emotions
                     for name, (take, solution) in takes.items()

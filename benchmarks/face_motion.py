@@ -22,8 +22,8 @@ from makehuman_face import posable_face  # noqa: E402
 
 from usdface.arrays import FloatArray  # noqa: E402
 from usdface.face.expression_poses import composed_pose  # noqa: E402
+from usdface.face.face_coordinates import coordinates_on  # noqa: E402
 from usdface.face.face_motion import face_motion  # noqa: E402
-from usdface.face.face_places import places_on  # noqa: E402
 from usdface.face.facs_names import UNITS  # noqa: E402
 
 OUTPUT = ROOT / "usdface" / "face" / "face_motion.json"
@@ -80,7 +80,7 @@ def joints_of(face: Face) -> dict[int, Measured]:
 
 
 def _by_unit(face: Face, moved: FloatArray) -> Measured:
-    places = places_on(face.bound, face.bound.neutral)
+    places = coordinates_on(face.bound, face.bound.neutral)
     assert places is not None
     against = (moved - moved[face.bound.nose]) / places.unit
     return dict(zip(face.bound.markers, against, strict=True))
@@ -94,7 +94,7 @@ def table() -> dict[str, object]:
     for layout in LAYOUTS:
         faces = {name: make_face(kind + layout, SHARED) for name, kind in RIGS.items()}
         ict = faces["ICT"].bound
-        on = places_on(ict, ict.neutral)
+        on = coordinates_on(ict, ict.neutral)
         assert on is not None
         moved = {name: shapes_of(face) for name, face in faces.items()}
         moved[JOINTS] = joints_of(faces["MakeHuman targets"])

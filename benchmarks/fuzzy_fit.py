@@ -33,7 +33,7 @@ from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
 from usdface.progress import Progress  # noqa: E402
-from usdface.retarget_take import retarget  # noqa: E402
+from usdface.retarget_take import clean_and_solve  # noqa: E402
 from usdface.rule_design.marker_roles import known_roles  # noqa: E402
 from usdface.rule_learning.cross_validation import Validation, cross_validate  # noqa: E402
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402
@@ -218,7 +218,7 @@ def jitter(data: Examples, face: BoundFace) -> str:
     take = MarkerTake(face.markers, np.arange(1800) / RATE, at_rest, RATE)
     face = replace(face, roles=known_roles(face.markers, face.roles))
     setup = replace(setup_of(face), neutral=(0, REST))
-    cleaned, weights, solution, _ = retarget(take, face, setup)
+    cleaned, weights, solution, _ = clean_and_solve(take, face, setup)
     read = features(system, face, cleaned, weights=weights, solution=solution)
     outputs = evaluate(system.fuzzy, read).outputs
     return (

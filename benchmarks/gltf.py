@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.table import Table
 
 from usdface.clips import Clip
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.compare_conversion import certify_conversion
 from usdface.io.gltf.decode import decode_document
 from usdface.io.takes.files import read_take

@@ -19,7 +19,7 @@ from statistics import median
 import numpy as np
 
 from usdface.cli import main as usdface
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.take import write_take

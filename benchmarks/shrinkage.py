@@ -19,9 +19,9 @@ from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import shape_regions
 from usdface.options import ProcessOptions, SolveShrinkage
 from usdface.retarget.shrinkage import brow_factor
-from usdface.retarget_shot import retarget
 from usdface.rigs import Rig
-from usdface.shot import Shot, ShotResult
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot, ShotResult
 
 DATA = ROOT.parent / "shared" / "data"
 ANATOMIES, SEEDS = (0.1, 0.25, 0.5), (0, 1)

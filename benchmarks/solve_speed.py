@@ -20,7 +20,7 @@ from rich.table import Table
 from scipy.optimize import lsq_linear
 
 from usdface.arrays import FloatArray
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import SolveOptions
 from usdface.retarget.solver.bounded_least_squares import solve_bounded

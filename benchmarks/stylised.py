@@ -14,11 +14,11 @@ from benchmarks.solve.faces import ROOT, Face, bent, ict
 from usdface.arrays import FloatArray
 from usdface.options import MapOptions, ProcessOptions
 from usdface.retarget.solution import Solution
-from usdface.retarget_shot import retarget
 from usdface.rigs import Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake
 
 DATA = ROOT.parent / "shared" / "data"

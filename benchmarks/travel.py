@@ -21,7 +21,7 @@ import usdface  # noqa: E402
 from benchmarks.pictures.shots import HEADS, played  # noqa: E402
 from usdface.face.regions import REGIONS  # noqa: E402
 from usdface.retarget.travel import Travel, region_travel  # noqa: E402
-from usdface.shot import Shot  # noqa: E402
+from usdface.shot.shot import Shot  # noqa: E402
 
 
 def with_solve(**settings: object) -> Callable[[Shot], Shot]:

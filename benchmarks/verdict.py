@@ -25,8 +25,8 @@ from usdface.options import ProcessOptions
 from usdface.rigs import Mesh, Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot
-from usdface.shot_report import report_of
+from usdface.shot.report import report_of
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake
 
 sys.path.insert(0, str(ROOT / "tests"))

@@ -16,7 +16,7 @@ BANDS = {  # first module of a row: the band that begins there, and its colour
     "__main__": ("commands", "#e8eef7"),
     "pipeline": ("the order of work", "#dfe9f5"),
     "figures": ("files", "#fbe9d7"),
-    "explanation": ("jobs on arrays", "#e3f2e1"),
+    "shot": ("jobs on arrays", "#e3f2e1"),
     "expression_system": ("computation", "#f3e8f5"),
     "rigs": ("types", "#f4f1de"),
     "options": ("ground", "#eeeeee"),
@@ -24,7 +24,7 @@ BANDS = {  # first module of a row: the band that begins there, and its colour
 SHOT = {  # the way of a shot: read, computed, written
     "pipeline": "1",
     "io": "2, 7",
-    "retarget_shot": "3",
+    "shot": "3",
     "cleanup": "4",
     "retarget": "5",
     "correction": "6",

@@ -9,12 +9,12 @@ from slits import slit_face
 from usdface.arrays import FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.options import ProcessOptions
-from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh, Rig
 from usdface.setup.binding import Binding
 from usdface.setup.pin import Pin
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot, ShotResult
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import MarkerTake
 
 __all__ = ["BLINKS", "TIMES", "markers", "performance", "result", "slit_markers"]

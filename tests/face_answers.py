@@ -7,9 +7,9 @@ import numpy as np
 from faces import Face
 
 from usdface.arrays import FloatArray
+from usdface.correction.apertures import apertures_of
 from usdface.correction.contact import limit_correction
-from usdface.correction.gaps import gaps_of
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.rule_design.movements import single_movements
 
@@ -38,12 +38,12 @@ def loudest_alone(face: Face) -> dict[str, dict[str, float]]:
     """Return which emotions above 0.1 each blend shape alone, or with its twin, is taken for."""
     names = face.mesh.shape_names
     moves = single_movements(names)
-    heard = {}
+    detected = {}
     for row, outputs in zip(moves, face.hear(moves), strict=True):
         loud = {e.name: float(o) for e, o in zip(face.expressions, outputs, strict=True) if o > 0.1}
         if loud:
-            heard[" + ".join(n for n, w in zip(names, row, strict=True) if w)] = loud
-    return heard
+            detected[" + ".join(n for n, w in zip(names, row, strict=True) if w)] = loud
+    return detected
 
 
 def others_heard(face: Face) -> FloatArray:
@@ -51,8 +51,8 @@ def others_heard(face: Face) -> FloatArray:
     moves = single_movements(face.mesh.shape_names)
     found = []
     for i, pose in enumerate(face.poses):
-        heard = face.hear(np.clip(pose + moves, 0.0, 1.0))
-        found.append(np.delete(heard, i, axis=1).max(axis=1))
+        detected = face.hear(np.clip(pose + moves, 0.0, 1.0))
+        found.append(np.delete(detected, i, axis=1).max(axis=1))
     return np.concatenate(found)
 
 
@@ -82,10 +82,10 @@ def sweep(face: Face) -> dict[str, Sweep]:
     """Raise each expression pose from 0 to 1 in 400 frames, and let it go."""
     rise = np.linspace(0, 1, 401)  # every 20th frame is a step of 5 %
     level = np.concatenate([rise, np.ones(30), np.linspace(1, 0, 60), np.zeros(90)])
-    heard = face.play(np.concatenate([level[:, None] * pose for pose in face.poses])).emotions
+    detected = face.play(np.concatenate([level[:, None] * pose for pose in face.poses])).emotions
     answer = {}
     for i, expression in enumerate(face.expressions):
-        part = heard[i * len(level) : (i + 1) * len(level)]
+        part = detected[i * len(level) : (i + 1) * len(level)]
         own = part[:401, i]
         strongest = part[:401].argmax(axis=1) == i
         answer[expression.name] = Sweep(
@@ -163,7 +163,7 @@ def contact(face: Face) -> Contact:
     """Raise every expression whole over closed lips, closed lids and a pressed mouth.
 
     The gaps are those of each pair of vertices on the deformed mesh, averaged over the places of
-    `usdface.correction.gaps`.
+    `usdface.correction.apertures`.
     """
     names = face.mesh.shape_names
     closing = [
@@ -173,16 +173,20 @@ def contact(face: Face) -> Contact:
     ]
     solved = np.repeat(np.array(closing), len(face.poses), axis=0)
     wanted = np.maximum(solved, np.tile(face.poses, (len(closing), 1)))
-    gaps = gaps_of(face.bound, names, face.poses)
-    held, _, _ = limit_correction(solved, wanted, gaps)
-    before = gaps.at(solved)
-    shut = before < gaps.touch + gaps.tolerance
+    apertures = apertures_of(face.bound, names, face.poses)
+    held, _, _ = limit_correction(solved, wanted, apertures)
+    before = apertures.at(solved)
+    shut = before < apertures.touch + apertures.tolerance
     opened, crossed = {}, {}
     for seam in ("lips", "lids"):
-        own = shut & np.array([name.endswith(seam) for name in gaps.contact])
-        after = [gaps.at(weights) for weights in (wanted, held)]
-        most = [1000 * float((gap - np.maximum(before, gaps.touch))[own].max()) for gap in after]
-        deep = [1000 * float((np.minimum(before, gaps.floor) - gap)[own].max()) for gap in after]
+        own = shut & np.array([name.endswith(seam) for name in apertures.contact])
+        after = [apertures.at(weights) for weights in (wanted, held)]
+        most = [
+            1000 * float((gap - np.maximum(before, apertures.touch))[own].max()) for gap in after
+        ]
+        deep = [
+            1000 * float((np.minimum(before, apertures.floor) - gap)[own].max()) for gap in after
+        ]
         opened[seam], crossed[seam] = (most[0], most[1]), (max(deep[0], 0.0), max(deep[1], 0.0))
     return Contact(opened, crossed)
 

@@ -111,7 +111,7 @@ class Face:
     def judge(self, take, weights: WeightsTake, solution=None, skip: int = 0) -> Played:
         """Read emotions off the weights and correct them; leave out the first frames."""
         solved = weights.weights
-        said = express(
+        result = express(
             self.system,
             sided_features(
                 self.system,
@@ -127,8 +127,8 @@ class Face:
             expressions=self.expressions,
             times=take.times if solution else None,
         )
-        answers = np.stack([said.trace.emotions[e.name] for e in self.expressions], axis=1)
-        return Played(solved[skip:], said.weights[skip:], answers[skip:])
+        answers = np.stack([result.trace.emotions[e.name] for e in self.expressions], axis=1)
+        return Played(solved[skip:], result.weights[skip:], answers[skip:])
 
     def hear(self, weights: FloatArray) -> FloatArray:
         """Return the emotions (N, E) of poses (N, S), without take and solve."""

@@ -110,7 +110,7 @@ def systems(draw: st.DrawFn, plain: bool = False) -> ExpressionSystem:
     """Draw a system of up to three inputs, two outputs and four rules."""
     mamdani = draw(st.booleans())
     read = [draw(inputs(name, plain)) for name in ("lip_y", "b", "x_1")[: draw(st.integers(1, 3))]]
-    told = []
+    named = []
     for name in ("joy", "wut")[: draw(st.integers(1, 2))]:
         low, high = draw(bounds())
         made = (Term("flat", "constant", (draw(number),)),)
@@ -118,8 +118,8 @@ def systems(draw: st.DrawFn, plain: bool = False) -> ExpressionSystem:
         made = draw(terms(("little", "much"), plain)) if mamdani else made
         default = low + draw(short) * (high - low)
         default = min(max(default, low), high)
-        told.append(Variable(name, "output", terms=made, range=(low, high), default=default))
-    rules = [draw(rule(read, told, mamdani, plain)) for _ in range(draw(st.integers(0, 4)))]
+        named.append(Variable(name, "output", terms=made, range=(low, high), default=default))
+    rules = [draw(rule(read, named, mamdani, plain)) for _ in range(draw(st.integers(0, 4)))]
     settings = {
         "normalisation": draw(st.sampled_from(("per_output", "all_rules", "weighted_sum"))),
         "else_rule": draw(st.booleans()),
@@ -140,21 +140,21 @@ def systems(draw: st.DrawFn, plain: bool = False) -> ExpressionSystem:
             "sampling": draw(st.sampled_from(("ends", "middles"))),
         }
     return expression_system(
-        (*read, *told), rules, draw(st.tuples(*[FEATURE] * len(read))), **settings
+        (*read, *named), rules, draw(st.tuples(*[FEATURE] * len(read))), **settings
     )
 
 
 @st.composite
 def rule(
-    draw: st.DrawFn, read: list[Variable], told: list[Variable], mamdani: bool, plain: bool
+    draw: st.DrawFn, read: list[Variable], given: list[Variable], mamdani: bool, plain: bool
 ) -> Rule:
     condition = draw(conditions(read, plain))
-    said = []
-    for output in told[: draw(st.integers(1, len(told)))]:
+    result = []
+    for output in given[: draw(st.integers(1, len(given)))]:
         low, high = output.span
         value = draw(short.map(lambda share, lo=low, hi=high: lo + share * (hi - lo)))
         level = repr(min(max(value, low), high))
         term = draw(st.sampled_from([t.name for t in output.terms]))
-        said.append(f"{output.name} IS {term if mamdani or draw(st.booleans()) else level}")
-    text = f"IF {condition_text(condition)} THEN {' AND '.join(said)}"
+        result.append(f"{output.name} IS {term if mamdani or draw(st.booleans()) else level}")
+    text = f"IF {condition_text(condition)} THEN {' AND '.join(result)}"
     return parse_rule(text, draw(short), draw(st.booleans()))

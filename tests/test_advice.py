@@ -8,13 +8,14 @@ from processed import digests
 from pxr import Sdf
 from worlds import make_world
 
-from usdface import retarget_shot, shot_report
 from usdface.advice import advice
 from usdface.options import ProcessOptions
 from usdface.pipeline import make_shot, process
 from usdface.retarget import solve_report
 from usdface.rigs import BlendShape
 from usdface.schemas import tokens
+from usdface.shot import report as shot_report
+from usdface.shot import retarget as retarget_shot
 
 SOLVE = "shot.usdface/solve.usdc"
 

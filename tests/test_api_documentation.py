@@ -45,9 +45,9 @@ def test_its_example_runs(name: str, beside_the_examples: Path) -> None:
         text, {"usdface": usdface, "np": np, "Path": Path, "Usd": Usd}, name, None, 0
     )
     assert test.examples, f"{name} has no example"
-    said: list[str] = []
-    doctest.DocTestRunner(optionflags=FLAGS).run(test, out=said.append)
-    assert not said, "".join(said)
+    result: list[str] = []
+    doctest.DocTestRunner(optionflags=FLAGS).run(test, out=result.append)
+    assert not result, "".join(result)
 
 
 INTERNAL = [path for path in sorted((ROOT / "usdface").rglob("*.py")) if ">>> " in path.read_text()]

@@ -36,9 +36,9 @@ def convert(source: Path, capsys, *more: str) -> tuple[int, dict]:
     out = source.with_name("out.usda")
     out.unlink(missing_ok=True)
     status = main(["fuzzy", "convert", str(source), "-o", str(out), "--format", "json", *more])
-    said = json.loads(capsys.readouterr().out)
-    assert ("error" in said) != out.exists()
-    return status, said
+    printed = json.loads(capsys.readouterr().out)
+    assert ("error" in printed) != out.exists()
+    return status, printed
 
 
 def line_of(place: Path, text: str) -> int:
@@ -68,8 +68,8 @@ def test_an_unknown_name_is_refused_with_rule_line_and_remedy(
     old, new = old.format(is_), new.format(is_)
     line = line_of(place, old)
     place.write_text(place.read_text().replace(old, new))
-    status, said = convert(place, capsys)
-    message = said["error"]["message"]
+    status, result = convert(place, capsys)
+    message = result["error"]["message"]
     assert status == 1 and message.startswith(f'a{suffix}, line {line}: rule "IF ')
     assert says in message and ("correct the rule" in message or "give it a number" in message)
 
@@ -78,9 +78,11 @@ def test_an_index_of_a_fis_that_names_no_term_is_refused(tmp_path, capsys):
     place = write(tmp_path / "a.fis")
     line = line_of(place, "2 2, 1")
     place.write_text(place.read_text().replace("2 2, 1", "2 5, 1"))
-    status, said = convert(place, capsys)
-    assert status == 1 and f'a.fis, line {line}: rule "2 5, 1 (1) : 1"' in said["error"]["message"]
-    assert "lip_y has no term 5; it has 2" in said["error"]["message"]
+    status, result = convert(place, capsys)
+    assert (
+        status == 1 and f'a.fis, line {line}: rule "2 5, 1 (1) : 1"' in result["error"]["message"]
+    )
+    assert "lip_y has no term 5; it has 2" in result["error"]["message"]
 
 
 @pytest.mark.parametrize(
@@ -97,9 +99,9 @@ def test_what_of_a_fis_has_no_counterpart_is_named_with_its_line(tmp_path, capsy
     place = write(tmp_path / "a.fis")
     line = line_of(place, old)
     place.write_text(place.read_text().replace(old, new, 1))
-    status, said = convert(place, capsys)
-    assert status == 1 and says in said["error"]["message"]
-    assert said["error"]["message"].startswith(f"a.fis, line {line}: ")
+    status, result = convert(place, capsys)
+    assert status == 1 and says in result["error"]["message"]
+    assert result["error"]["message"].startswith(f"a.fis, line {line}: ")
 
 
 DOUBTS = {
@@ -117,8 +119,8 @@ DOUBTS = {
 def test_a_doubtful_rule_is_a_warning_with_its_place_and_an_action(tmp_path, capsys, suffix, code):
     rules = DOUBTS[code]
     place = write(tmp_path / f"a{suffix}", *rules)
-    status, said = convert(place, capsys)
-    (found,) = (f for f in said["findings"] if f["code"] == code)
+    status, result = convert(place, capsys)
+    (found,) = (f for f in result["findings"] if f["code"] == code)
     text = rules[1].partition(" THEN ")[0].casefold()
     assert text in found["values"]["rule"].casefold()
     assert found["severity"] == "warning" and status == 0
@@ -134,8 +136,8 @@ def test_a_doubtful_rule_is_a_warning_with_its_place_and_an_action(tmp_path, cap
 @pytest.mark.parametrize("suffix", [*TEXTS, ".usda"])
 def test_a_range_that_no_term_covers_is_a_warning(tmp_path, capsys, suffix):
     place = write(tmp_path / f"a{suffix}", range_=(-1, 1))
-    _, said = convert(place, capsys)
-    (found,) = (f for f in said["findings"] if f["code"] == "RANGE_UNCOVERED")
+    _, result = convert(place, capsys)
+    (found,) = (f for f in result["findings"] if f["code"] == "RANGE_UNCOVERED")
     assert found["where"] == "brow_y" and "-0.1 to 0.1" in found["values"]["ranges"]
     assert found["action"] == "correct_rules"
 
@@ -166,9 +168,9 @@ def shot_command(folder: Path, out: Path, *more: object) -> list[str]:
 def test_a_role_that_no_marker_plays_is_refused_with_a_remedy(shot, tmp_path, capsys):
     system = write(tmp_path / "a.fll", role="left_horn")
     assert main(shot_command(shot.parent, tmp_path / "shot.usda", "--fuzzy", system)) == 1
-    said = capsys.readouterr().err
-    assert "marker role 'left_horn', which no bound marker has" in said
-    assert '"roles": {"left_horn": "..."}' in said
+    printed = capsys.readouterr().err
+    assert "marker role 'left_horn', which no bound marker has" in printed
+    assert '"roles": {"left_horn": "..."}' in printed
     assert not (tmp_path / "shot.usda").exists()
 
 
@@ -176,8 +178,8 @@ def test_all_roles_that_no_marker_plays_are_named_at_once(shot, tmp_path, capsys
     folder, system = shot.parent, tmp_path / "paper.usda"
     assert main(["fuzzy", "paper", "-o", str(system)]) == 0
     assert main(shot_command(folder, tmp_path / "shot.usda", "--fuzzy", system)) == 1
-    said = capsys.readouterr().err
-    assert "'l_eyebrow_end', 'l_orbital_upper'" in said and '"l_orbital_upper": "..."' in said
+    printed = capsys.readouterr().err
+    assert "'l_eyebrow_end', 'l_orbital_upper'" in printed and '"l_orbital_upper": "..."' in printed
 
 
 def test_a_marker_may_play_several_roles(shot, tmp_path):
@@ -229,8 +231,8 @@ def test_a_system_that_cannot_run_writes_no_layer(shot, capsys, kind, name, valu
     stage.GetRootLayer().Export(str(bad))
     before = sorted(shot.parent.rglob("*"))
     assert main(["process", str(bad)]) == 1
-    said = capsys.readouterr().err
-    assert says in said and said.count("\n") == 1
+    printed = capsys.readouterr().err
+    assert says in printed and printed.count("\n") == 1
     if kind == tokens.FUZZY_RULE:
-        assert f"prim <{prim.GetPath()}>" in said
+        assert f"prim <{prim.GetPath()}>" in printed
     assert sorted(shot.parent.rglob("*")) == before

@@ -11,8 +11,8 @@ from worlds import World, animation_of, make_world, write_live_link
 
 from usdface.cli import main
 from usdface.options import ProcessOptions
-from usdface.retarget_shot import retarget
-from usdface.shot import Shot
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake
 
 FACE = ("nose", "bridge", "forehead", "brow", "chin")

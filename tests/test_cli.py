@@ -34,11 +34,11 @@ def test_the_whole_way_says_what_it_wrote(folder: Path, capfd: pytest.CaptureFix
     assert main(shot_command(folder)) == 0
     assert f"wrote {folder / 'shot.usda'}" in capfd.readouterr().out
     assert main(["process", str(folder / "shot.usda"), "--gltf", str(folder / "a.glb")]) == 0
-    said = capfd.readouterr()
+    printed = capfd.readouterr()
     for name in ("shot.usdface.usda", "shot.usdface/solve.usdc", "shot.usdface/express.usdc"):
-        assert f"wrote {folder / name}" in said.out
-    assert "a.glb" in said.out and "emotion peaks" in said.out
-    assert said.err == ""
+        assert f"wrote {folder / name}" in printed.out
+    assert "a.glb" in printed.out and "emotion peaks" in printed.out
+    assert printed.err == ""
     result = str(folder / "shot.usdface.usda")
     assert main(["check", result, str(folder / "a.glb")]) == 0
     assert main(["export", result, "-o", str(folder / "b.glb")]) == 0
@@ -62,14 +62,14 @@ def test_json_is_all_that_standard_output_holds(
         ["check", result, glb],
     ):
         assert main([*command, "--format", "json"]) == 0
-        said = capfd.readouterr()
-        document = json.loads(said.out)
+        printed = capfd.readouterr()
+        document = json.loads(printed.out)
         plain = {"written", "findings", "summary", "seconds", "peak_memory_mb"}
         more = {"process": {"residual", "confidence", "travel", "travel_by_part", "verdict"}}
         more |= {"export": {"certificate"}, "import": {"certificate"}}
         assert set(document) == plain | more.get(command[0], set())
         assert all(Path(path).is_file() for path in document["written"])
-        assert said.err == ""
+        assert printed.err == ""
 
 
 def test_the_report_file_holds_the_same(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -85,11 +85,11 @@ def test_the_printed_binding_is_a_binding(
     folder: Path, world: World, capfd: pytest.CaptureFixture[str], form: str
 ) -> None:
     assert main(shot_command(folder, "--print-bind", "--format", form)) == 0
-    said = capfd.readouterr()
-    setup = setup_of_json(json.loads(said.out), "printed")
+    printed = capfd.readouterr()
+    setup = setup_of_json(json.loads(printed.out), "printed")
     assert setup.binding.markers == tuple(world.points) and setup.nose_tip == "nose"
     assert setup.binding.mesh == "/Asset/Face/head"
-    assert "shot.usda" in said.err
+    assert "shot.usda" in printed.err
 
 
 def test_strict_makes_warnings_fail(folder: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -135,8 +135,8 @@ def test_wrong_usage_exits_with_2(arguments: list[str], capfd: pytest.CaptureFix
     with pytest.raises(SystemExit) as caught:
         main(arguments)
     assert caught.value.code == 2
-    said = capfd.readouterr()
-    assert said.out == "" and said.err.startswith("usage: usdface")
+    printed = capfd.readouterr()
+    assert printed.out == "" and printed.err.startswith("usage: usdface")
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -144,8 +144,8 @@ def test_every_command_explains_itself(command: str, capsys: pytest.CaptureFixtu
     with pytest.raises(SystemExit) as caught:
         main([command, "--help"])
     assert caught.value.code == 0
-    said = capsys.readouterr().out
-    assert f"usage: usdface {command}" in said and "--report FILE" in said
+    printed = capsys.readouterr().out
+    assert f"usage: usdface {command}" in printed and "--report FILE" in printed
 
 
 def test_help_and_version_load_nothing_heavy() -> None:

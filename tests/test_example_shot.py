@@ -50,7 +50,7 @@ def shown() -> dict[str, int]:
 
 
 @pytest.fixture(scope="module")
-def heard(folder: Path) -> dict[str, FloatArray]:
+def emotions(folder: Path) -> dict[str, FloatArray]:
     """The emotion curves that the express layer carries."""
     stage = Usd.Stage.Open(str(folder / "shot.usdface.usda"))
     system = stage.GetPrimAtPath("/Shot/Fuzzy")
@@ -71,10 +71,10 @@ def result(folder: Path, muted: str = "") -> WeightsTake:
 
 @pytest.mark.slow
 def test_each_emotion_is_heard_where_it_is_shown(
-    heard: dict[str, FloatArray], shown: dict[str, int]
+    emotions: dict[str, FloatArray], shown: dict[str, int]
 ) -> None:
     for emotion, frame in shown.items():
-        strengths = {name: float(curve[frame]) for name, curve in heard.items()}
+        strengths = {name: float(curve[frame]) for name, curve in emotions.items()}
         assert max(strengths, key=strengths.__getitem__) == emotion
         assert strengths[emotion] > 0.3
 
@@ -104,8 +104,8 @@ def test_the_peaks_show_the_units_of_their_emotions(
 
 
 @pytest.mark.slow
-def test_a_neutral_face_stays_neutral(folder: Path, heard: dict[str, FloatArray]) -> None:
-    for curve in heard.values():
+def test_a_neutral_face_stays_neutral(folder: Path, emotions: dict[str, FloatArray]) -> None:
+    for curve in emotions.values():
         # The features are smoothed: the last frame sees the smile that begins after it.
         assert not curve[NEUTRAL][:-1].any() and curve[NEUTRAL.stop - 1] < 0.002
     corrected, solved = result(folder), result(folder, muted="express.usdc")

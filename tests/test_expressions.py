@@ -58,11 +58,11 @@ def weakened(face: tuple[str, Face]) -> Weak:
 @pytest.mark.slow
 def test_an_expression_is_heard_as_loud_as_it_is(face: tuple[str, Face]) -> None:
     _, made = face
-    for emotion, heard in sweep(made).items():
-        assert heard.right == 1.0, emotion
-        assert heard.error <= 0.1, emotion
-        assert heard.fall <= 0.05, emotion
-        assert heard.rest <= 0.02, emotion
+    for emotion, detected in sweep(made).items():
+        assert detected.right == 1.0, emotion
+        assert detected.error <= 0.1, emotion
+        assert detected.fall <= 0.05, emotion
+        assert detected.rest <= 0.02, emotion
 
 
 @pytest.mark.slow
@@ -86,15 +86,15 @@ def test_a_smile_is_joy_beside_expressions_that_contain_most_of_it(
 @pytest.mark.slow
 def test_jitter_is_no_emotion(face: tuple[str, Face]) -> None:
     _, made = face
-    heard = made.play(np.zeros((1200, len(made.mesh.shapes)))).emotions
-    assert heard.mean(axis=0).max() <= 0.02
-    assert heard.max() <= 0.1
+    detected = made.play(np.zeros((1200, len(made.mesh.shapes)))).emotions
+    assert detected.mean(axis=0).max() <= 0.02
+    assert detected.max() <= 0.1
 
 
 def test_no_shape_alone_is_an_emotion(face: tuple[str, Face]) -> None:
     kind, made = face
-    for shape, heard in loudest_alone(made).items():
-        loud = {emotion for emotion, output in heard.items() if output > 0.35}
+    for shape, detected in loudest_alone(made).items():
+        loud = {emotion for emotion, output in detected.items() if output > 0.35}
         if kind.startswith("makehuman") and shape.startswith(MAKEHUMAN):
             continue
         assert loud <= {e for name, e in ALONE.items() if shape.startswith(name)}, shape
@@ -104,9 +104,9 @@ def test_one_more_movement_makes_no_other_emotion_of_an_expression(
     face: tuple[str, Face],
 ) -> None:
     kind, made = face
-    heard = others_heard(made)
-    assert (heard > 0.35).mean() <= VARIED.get(kind, 0.02)
-    assert heard.max() <= LOUDEST.get(kind, 0.65)
+    detected = others_heard(made)
+    assert (detected > 0.35).mean() <= VARIED.get(kind, 0.02)
+    assert detected.max() <= LOUDEST.get(kind, 0.65)
 
 
 @pytest.mark.slow

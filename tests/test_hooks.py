@@ -89,8 +89,8 @@ def test_a_change_of_the_recorded_head_is_told() -> None:
         return WeightsTake(take.names, take.times, 0.5 * take.weights, take.rate)
 
     _, findings = run_hooks(hooks_of("take_read", nothing_of, twice, without), "take_read", take)
-    told, lost = (found.message for found in findings)
-    assert "the head in 30 frames, by 11.5 degrees at most" in told
+    reported, lost = (found.message for found in findings)
+    assert "the head in 30 frames, by 11.5 degrees at most" in reported
     assert "12 of 12 blend shapes" in lost and "the head left out" in lost
 
 

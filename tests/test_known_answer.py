@@ -16,7 +16,7 @@ from worlds import animation_of, restaged
 
 from usdface.arrays import FloatArray
 from usdface.cli import main
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.rig_write import write_rig

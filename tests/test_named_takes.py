@@ -16,17 +16,17 @@ from marker_sets import renamed
 from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import find_landmarks
 from usdface.binding.propose import propose
-from usdface.face.named_places import LANDMARKS
+from usdface.face.marker_name_places import LANDMARKS
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
 from usdface.options import ProcessOptions
-from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh, Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot_assembly import assemble_shot
+from usdface.shot.assembly import assemble_shot
+from usdface.shot.retarget import retarget
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -66,11 +66,11 @@ def test_emotions_of_a_file_are_designed_heard_explained_and_corrected(
     own, peaks = own_shot(tmp_path, face, EXAMPLES / "expressions" / f"{name}.json")
     explained = explain(tmp_path / "shot.usda").value
     for expression, peak in zip(own, peaks, strict=True):
-        heard = dict(
+        detected = dict(
             zip(explained.system.emotions, explained.whole.evaluation.outputs[peak], strict=True)
         )
-        assert max(heard, key=heard.get) == expression.name, heard
-        assert heard[expression.name] == pytest.approx(HALF, abs=0.15)
+        assert max(detected, key=detected.get) == expression.name, detected
+        assert detected[expression.name] == pytest.approx(HALF, abs=0.15)
         shape = expression.shapes[int(expression.weights.argmax())]
         moved = explained.frame(peak)["weights"][shape]
         assert moved["corrected"] > moved["solved"] + 0.1

@@ -38,8 +38,8 @@ def test_the_screen_shows_no_escape_sequence(
     rows = "".join(f"{n / 60},1,2,{n},4,5,6\n" for n in range(5))
     (tmp_path / "t.csv").write_text("time,a\x1b[31m_x,a\x1b[31m_y,a\x1b[31m_z,b_x,b_y,b_z\n" + rows)
     main(["take", str(tmp_path / "t.csv"), "-o", str(tmp_path / "t.usda")])
-    said = capsys.readouterr()
-    assert "\x1b" not in said.out + said.err
+    printed = capsys.readouterr()
+    assert "\x1b" not in printed.out + printed.err
 
 
 @pytest.mark.parametrize(

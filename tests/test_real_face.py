@@ -99,8 +99,8 @@ def test_the_stage_plays_the_weights_that_the_residual_speaks_of(
     Markers are kept on their vertices: places beside them are between those that the stage shows.
     """
     bind = tmp_path / "bind.json"
-    told = json.loads(BIND.read_text()) | {"solve": {"places": "bound"}}
-    bind.write_text(json.dumps(told))
+    named = json.loads(BIND.read_text()) | {"solve": {"places": "bound"}}
+    bind.write_text(json.dumps(named))
     jaw = Performance(ict_rig, shared_data / "animface" / "Jaw.c3d", tmp_path, bind)
     rig, _ = read_rig(ict_rig)
     setup, _ = read_bind(BIND)

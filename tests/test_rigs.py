@@ -48,7 +48,7 @@ def test_offsets_at_some_vertices_are_the_dense_ones() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"points": np.full((9, 3), np.nan)}, "finite"),
         ({"points": np.zeros((9, 2))}, "finite, shape"),
@@ -61,10 +61,10 @@ def test_offsets_at_some_vertices_are_the_dense_ones() -> None:
         ({"shapes": (replace(shape([1]), offsets=[[np.nan, 0, 0]]),)}, "finite"),
     ],
 )
-def test_a_mesh_that_makes_no_sense(changes: dict[str, object], said: str) -> None:
+def test_a_mesh_that_makes_no_sense(changes: dict[str, object], message: str) -> None:
     with pytest.raises(InputError) as caught:
         face(**changes)
-    assert said in str(caught.value) and "'face'" in str(caught.value)
+    assert message in str(caught.value) and "'face'" in str(caught.value)
 
 
 def test_transforms_fit_their_joints() -> None:
@@ -81,8 +81,8 @@ def test_a_mesh_is_found_by_name_by_path_or_as_the_face() -> None:
     bare = Mesh("hair", POINTS, [3], [0, 1, 2], path="/Asset/hair")
     rig = Rig("r", (bare, replace(face(), path="/Asset/face")))
     assert rig.mesh() is rig.mesh("face") is rig.mesh("/Asset/face") is rig.meshes[1]
-    for name, said in (("neck", "it has /Asset/hair, /Asset/face"), ("hair", "no blend shapes")):
-        with pytest.raises(InputError, match=said):
+    for name, result in (("neck", "it has /Asset/hair, /Asset/face"), ("hair", "no blend shapes")):
+        with pytest.raises(InputError, match=result):
             rig.mesh(name)
     with pytest.raises(InputError, match="no blend shapes"):
         Rig("r", (bare,)).mesh()

@@ -108,7 +108,7 @@ def test_columns_travel_by_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"names": ("a", "b")}, "expected (frames, 2 markers"),
         ({"names": ("a", "b", "a")}, "'a' occurs twice"),
@@ -122,14 +122,14 @@ def test_columns_travel_by_name() -> None:
         ({"up_axis": "X"}, "'X'"),
     ],
 )
-def test_markers_that_make_no_take(changes: dict[str, object], said: str) -> None:
+def test_markers_that_make_no_take(changes: dict[str, object], message: str) -> None:
     with pytest.raises(InputError) as caught:
         markers(**changes)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"names": ("a",)}, "expected (frames, 1)"),
         ({"names": ("a", "a")}, "'a' occurs twice"),
@@ -138,10 +138,10 @@ def test_markers_that_make_no_take(changes: dict[str, object], said: str) -> Non
         ({"times": [3.0, 2.0, 1.0, 0.0]}, "increasing"),
     ],
 )
-def test_weights_that_make_no_take(changes: dict[str, object], said: str) -> None:
+def test_weights_that_make_no_take(changes: dict[str, object], message: str) -> None:
     with pytest.raises(InputError) as caught:
         weights(**changes)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_the_frame_step_is_that_of_most_frames() -> None:

@@ -27,7 +27,6 @@ import_module("usdface.retarget")
 del globals()["retarget"]
 
 if TYPE_CHECKING:
-    from usdface.correct_shot import correct
     from usdface.errors import (
         Cancelled,
         InputError,
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
         SolveError,
         UsdFaceError,
     )
-    from usdface.explanation import Explanation, explain_result
     from usdface.expression_system import ExpressionSystem
     from usdface.figures.peak_frames import peak_frames
     from usdface.findings import Finding, finding
@@ -92,10 +90,8 @@ if TYPE_CHECKING:
         view,
         write_paper_system,
     )
-    from usdface.played_shot import PlayedShot
     from usdface.progress import Step
     from usdface.result import Result
-    from usdface.retarget_shot import retarget
     from usdface.rigs import BlendShape, Mesh, Rig
     from usdface.setup.binding import Binding
     from usdface.setup.calibration import Calibration
@@ -103,9 +99,13 @@ if TYPE_CHECKING:
     from usdface.setup.performer_face import PerformerFace
     from usdface.setup.pin import Pin
     from usdface.setup.retarget_setup import RetargetSetup
-    from usdface.shot import Shot, ShotResult
-    from usdface.shot_assembly import assemble_shot
-    from usdface.skin_colours import residual_colours
+    from usdface.shot.assembly import assemble_shot
+    from usdface.shot.correct import correct
+    from usdface.shot.explanation import Explanation, explain_result
+    from usdface.shot.played_shot import PlayedShot
+    from usdface.shot.residual_colours import residual_colours
+    from usdface.shot.retarget import retarget
+    from usdface.shot.shot import Shot, ShotResult
     from usdface.takes import MarkerTake, WeightsTake
 
 __version__ = "0.1.0"
@@ -198,7 +198,6 @@ __all__ = [
 ]
 
 _HOMES = {
-    "correct_shot": ("correct",),
     "errors": (
         "Cancelled",
         "InputError",
@@ -207,10 +206,6 @@ _HOMES = {
         "SchemaError",
         "SolveError",
         "UsdFaceError",
-    ),
-    "explanation": (
-        "Explanation",
-        "explain_result",
     ),
     "expression_system": ("ExpressionSystem",),
     "figures.peak_frames": ("peak_frames",),
@@ -277,10 +272,8 @@ _HOMES = {
         "view",
         "write_paper_system",
     ),
-    "played_shot": ("PlayedShot",),
     "progress": ("Step",),
     "result": ("Result",),
-    "retarget_shot": ("retarget",),
     "rigs": (
         "BlendShape",
         "Mesh",
@@ -292,12 +285,19 @@ _HOMES = {
     "setup.performer_face": ("PerformerFace",),
     "setup.pin": ("Pin",),
     "setup.retarget_setup": ("RetargetSetup",),
-    "shot": (
+    "shot.assembly": ("assemble_shot",),
+    "shot.correct": ("correct",),
+    "shot.explanation": (
+        "Explanation",
+        "explain_result",
+    ),
+    "shot.played_shot": ("PlayedShot",),
+    "shot.residual_colours": ("residual_colours",),
+    "shot.retarget": ("retarget",),
+    "shot.shot": (
         "Shot",
         "ShotResult",
     ),
-    "shot_assembly": ("assemble_shot",),
-    "skin_colours": ("residual_colours",),
     "takes": (
         "MarkerTake",
         "WeightsTake",

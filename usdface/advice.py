@@ -6,8 +6,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 
 __all__ = ["RAISING", "advice"]
 

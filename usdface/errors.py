@@ -45,7 +45,7 @@ ERROR_CODES: dict[str, str] = {
     "COLUMNS_WRONG": "a table lacks a column, or has one twice",
     "VALUES_WRONG": "numbers are missing, NaN or infinite",
     "TOO_LARGE": "a file, or the memory that it needs, is too large",
-    "SETTING_WRONG": "a setting is none of its choices, or outside its range",
+    "SETTING_WRONG": "a setting is not one of its choices, or outside its range",
     "UNIT_UNKNOWN": "a unit of length that is not known",
     "AXIS_UNKNOWN": "an up axis that is neither Y nor Z",
     "NAME_REPEATED": "a name occurs twice where it must not",

@@ -82,12 +82,12 @@ class ExpressionSystem:
         Outputs at which a raised pose begins to show and shows whole, see
         `usdface.correction.pose_blend.respond`; of an event, the largest output.
     evidence : float
-        Likeness of solved weights to a pose at which half of it is raised, 0 to 1, see
+        Similarity of solved weights to a pose at which half of it is raised, 0 to 1, see
         `usdface.correction.evidence`; 0 = rules alone decide.
     likeness : float
-        0 = rules alone decide; up to 0.5 a rule is suppressed where the face is like variants of
-        another emotion; up to 1 likeness to an expression also raises it, see
-        `usdface.correction.likeness`.
+        How far the classifier of the whole face counts: 0 = rules alone decide; up to 0.5 it
+        suppresses a rule where it finds another emotion; up to 1 it also raises emotions, see
+        `usdface.correction.expression_classifier`.
     blend_time : float [s]
         Duration over which a raised pose is blended in and out, see
         `usdface.correction.temporal_blend.blended`.

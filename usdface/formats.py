@@ -153,7 +153,7 @@ class TakeReader(Reader):
     Raises
     ------
     InputError
-        If a suffix or an option is none.
+        If a suffix or an option is not valid.
 
     Examples
     --------
@@ -186,7 +186,7 @@ class RigReader(Reader):
     Raises
     ------
     InputError
-        If a suffix or an option is none.
+        If a suffix or an option is not valid.
 
     Examples
     --------
@@ -218,7 +218,7 @@ class ExportTarget(FileFormat):
     Raises
     ------
     InputError
-        If a suffix or an option is none.
+        If a suffix or an option is not valid.
 
     Examples
     --------

@@ -13,8 +13,8 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.clips import Clip
 from usdface.errors import InputError, PluginError, UsdFaceError
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.rigs import Rig
 from usdface.takes import MarkerTake, WeightsTake, check_range, visible
 

@@ -90,12 +90,12 @@ HoldOut = Literal["auto", "recording", "variant"]
 # it shows: half an expression is taken for a whole one, a seventh for none
 # (benchmarks/expressions.py).
 RESPONSE = (0.15, 0.4)
-# Likeness of the solved weights of brows and mouth to those of a pose (cosine) at which half of it
-# is raised, set by benchmarks/expression_takes.py: recorded motion is less like a pose in one of
+# Similarity of the solved weights of brows and mouth to those of a pose (cosine) at which half of
+# it is raised, set by benchmarks/expression_takes.py: recorded motion is less like a pose in one of
 # the two, expressions that other people show at half are more.
 EVIDENCE = 0.85
-# Of the default design: likeness to another emotion silences a rule, and what is like an expression
-# is heard where no rule fires.
+# Of the default design: the classifier of the whole face suppresses a rule where it finds another
+# emotion, and adds an emotion where no rule fires.
 LIKENESS = 1.0
 # Time [s] that a raised pose takes to come and to go, added to that of the performance.
 BLEND_TIME = 0.2
@@ -123,7 +123,7 @@ EXTREME_REACHED = 0.8
 # How many places for more markers are named.
 NEXT_MARKERS = 5
 # Noise of a marker coordinate where there is no take to measure it on [m]: the jitter of optical
-# markers. Features that move less tell nothing.
+# markers. Features that move less are uninformative.
 MARKER_NOISE = 3e-4
 
 # Within this time [s] of a pin a weight bends towards it.
@@ -210,8 +210,8 @@ class TakeOptions:
     an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Samples of 2D tracks
     with less than `confidence` are occluded; None = the usual threshold of the format. Of images:
     `dots` is the colour of the dots ("green", "#3a7" or the place "x,y" of one; by default it is
-    found), `names` a file of names at places, `fixes` a file of corrections; `bind`, a binding file
-    of the `rig`, names the dots by where the bound vertices lie.
+    detected), `names` a file of names at places, `fixes` a file of corrections; `bind`, a binding
+    file of the `rig`, names the dots by where the bound vertices lie.
 
     Examples
     --------
@@ -306,11 +306,11 @@ class CleanOptions:
     blinks : bool
         The motion with which landmarks of an image answer recorded blinks is taken off.
     swaps : bool
-        Labels that change places are put right.
+        Swapped labels are corrected.
     spikes : bool
         Jumps away from the face are taken as occluded.
     gaps : bool
-        Gaps are filled in; the solve itself takes filled places as occluded.
+        Gaps are filled; the solve still takes the filled positions as occluded.
 
     Examples
     --------
@@ -364,7 +364,7 @@ class SolveOptions:
         real range-of-motion curves.
     prior : {"learned", "fixed"}
         "learned": which weights move, how far and which together is learned from the take
-        (`usdface.retarget.solver.covariance`). "fixed": all alike, as `agility` and `spread` say.
+        (`usdface.retarget.solver.covariance`). "fixed": all by `agility` and `spread`.
     pace : float [rad/s]
         Where the prior is learned: weights move less above this frequency.
     spread : float [1]
@@ -378,26 +378,26 @@ class SolveOptions:
         to the face's size (the RMS radius of its markers): shapes that explain no more than the
         difference of two faces rest. 0 = none.
     places : {"found", "bound"}
-        "found": markers sit where the resting face and the take show, some millimetres along the
-        skin from their vertices. "bound": on their vertices.
+        "found": marker positions are estimated from rest and motion, some millimetres along the
+        skin from their vertices. "bound": markers sit on their vertices.
     gains : {"found", "given"}
-        "found": a movement that surely goes beyond the character's is taken to be larger in the
-        whole take, so that its peak is not cut off. "given": as the performer's file has it.
+        "found": gains are estimated for movements that surely exceed the character's, so that
+        their peaks are not clipped. "given": as the performer's file has them.
     neutral : {"found", "given"}
-        "found": blend shapes that the neutral frames show, as the take tells, are taken off them,
+        "found": weights that the neutral frames show are estimated from the take and subtracted,
         unless weights are given with the frames. "given": the frames are neutral.
     errors : {"found", "alike"}
-        "found": markers that move unlike the face around them count less.
-        "alike": all count alike.
+        "found": markers that move unlike the face around them get less weight.
+        "alike": all get the same weight.
     shrinkage : {"restored", "kept"}
-        "restored": brows that the solve made smaller, since the rig's blend shapes explain their
-        motion badly, are as large as fits the markers best, up to twice. "kept": as solved.
+        "restored": brows that the solve made too small, because the rig's blend shapes explain
+        their motion badly, are scaled up to fit the markers best, up to twice. "kept": as solved.
     symmetry : float [1]
         Penalty on the difference of left and right shapes, relative to the error of the
         markers: they differ by about 1 / sqrt(`symmetry`); 0 = none.
     gaze : {"recorded", "solved"}
-        "recorded": eyes look where the take's recorder saw them look (`MarkerTake.gaze`). "solved":
-        as the lids show.
+        "recorded": the recorded gaze (`MarkerTake.gaze`) drives the eyes. "solved": gaze is solved
+        from the lids.
     vergence : float [1]
         Expected difference of the two eyes' weights for one direction of gaze: eyes move together.
         Eyes that meet 0.25 m away turn in by 7 degrees each, a fifth of a look to the side; large
@@ -432,7 +432,8 @@ class SolveOptions:
     smoothness: float = field(
         default=1.0,
         metadata=_row(
-            "Factor on the smoothness that the markers' noise asks for [1]; 0 = each frame alone."
+            "Factor on the smoothness that is derived from the markers' noise [1]; 0 = each frame "
+            "alone."
         ),
     )
     agility: float = field(
@@ -451,8 +452,8 @@ class SolveOptions:
     prior: SolvePrior = field(
         default="learned",
         metadata=_row(
-            "learned: the take says how far weights move and which together. fixed: agility and "
-            "spread.",
+            "learned: how far weights move, and which together, is learned from the take. fixed: "
+            "by agility and spread.",
             choices=SolvePrior,
         ),
     )
@@ -479,39 +480,40 @@ class SolveOptions:
     places: SolvePlaces = field(
         default="found",
         metadata=_row(
-            "found: markers sit where rest and motion show, beside their vertices. bound: on them.",
+            "found: marker positions are estimated from rest and motion, near their vertices. "
+            "bound: markers sit on their vertices.",
             choices=SolvePlaces,
         ),
     )
     gains: SolveGains = field(
         default="found",
         metadata=_row(
-            "found: movements that go beyond the character's are larger in the whole take. given: "
-            "as the performer's file has it.",
+            "found: gains are estimated for movements that exceed the character's. given: as the "
+            "performer's file has them.",
             choices=SolveGains,
         ),
     )
     neutral: SolveNeutral = field(
         default="found",
         metadata=_row(
-            "found: blend shapes that the neutral frames show, as the take tells, are taken off. "
-            "given: the frames are neutral.",
+            "found: weights that the neutral frames show are estimated and subtracted. given: the "
+            "frames are neutral.",
             choices=SolveNeutral,
         ),
     )
     errors: SolveErrors = field(
         default="found",
         metadata=_row(
-            "found: markers that move unlike the face around them count less. alike: all count "
-            "alike.",
+            "found: markers that move unlike the face around them get less weight. alike: all get "
+            "the same weight.",
             choices=SolveErrors,
         ),
     )
     shrinkage: SolveShrinkage = field(
         default="restored",
         metadata=_row(
-            "restored: brows that the solve shrank are as large as fits the markers best. kept: as "
-            "solved.",
+            "restored: brows that the solve made too small are scaled up to fit the markers best. "
+            "kept: as solved.",
             choices=SolveShrinkage,
         ),
     )
@@ -524,8 +526,8 @@ class SolveOptions:
     gaze: SolveGaze = field(
         default="recorded",
         metadata=_row(
-            "recorded: eyes look where the take's recorder saw them look. solved: as the lids "
-            "show.",
+            "recorded: the recorded gaze of the take drives the eyes. solved: gaze is solved from "
+            "the lids.",
             choices=SolveGaze,
         ),
     )
@@ -545,7 +547,7 @@ class SolveOptions:
 
 
 def solve_settings() -> dict[str, Setting]:
-    """Return the settings of the solve that a shot says, by name: ``usdface:solve:<name>``."""
+    """Return the settings of the solve that a shot has, by name: ``usdface:solve:<name>``."""
     settings = {part.name: part.metadata["setting"] for part in fields(SolveOptions)}
     return {name: setting for name, setting in settings.items() if setting.doc}
 
@@ -560,14 +562,14 @@ class CorrectionOptions:
         "raise" brings weights up to the pose and lowers none; "add" adds the pose (Zikky et al.
         2013).
     gain : float
-        1 brings a face all the way to the emotion it half shows; less leaves it short.
+        1 raises a face fully to the pose of the emotion it half shows; less raises it in part.
     ease : float
-        Antagonists of the raised blend shapes go back, 1 as far as the rest to a whole weight.
+        How far antagonists of raised blend shapes are lowered: 1 = to 1 less the raised weight.
 
     Raises
     ------
     InputError
-        If a value is none of its choices or out of its range.
+        If a value is not one of its choices or out of its range.
 
     Examples
     --------
@@ -597,8 +599,8 @@ class FitOptions:
     space : {"character", "take"}
         Where features are measured: on the character after the solve, or on the performer.
     hold_out : {"auto", "recording", "variant"}
-        The part of the labelled examples that is left out in turn to test the learned rules; "auto"
-        takes recordings where most emotions occur in several of them.
+        The group that each cross-validation fold holds out; "auto" takes recordings where most
+        emotions occur in several of them.
 
     Examples
     --------
@@ -667,7 +669,7 @@ class DeliverOptions:
         First and last frame of the cut, counted at `rate` on the shot's timeline; None: those of
         the take. The solve sees the whole take in any case.
     handles : int
-        Frames before and after the cut that are written, too, as far as the take has them.
+        Frames before and after the cut that are also written, as far as the take has them.
     rate : float [Hz]
         Frames a second; 0: those of the shot (framesPerSecond).
 
@@ -710,10 +712,10 @@ class ImportOptions:
 class BindOptions:
     """The binding of a shot, beyond its binding file.
 
-    `propose` finds places for the markers that the binding file leaves out; without a file it
-    is always done. `neutral` names the first and last neutral frame index instead of the file,
-    `peaks` the indices of frames of strong expressions; "auto" looks for them. Neutral frames are
-    also looked for if the file names none, in takes in space and where places are proposed.
+    `propose` proposes vertices for the markers that the binding file leaves out; without a file it
+    is always done. `neutral` is the first and last neutral frame index, and `peaks` are indices of
+    frames with strong expressions; both override the file, and "auto" detects them. Neutral frames
+    are also detected if the file names none, in 3D takes and where vertices are proposed.
 
     Examples
     --------
@@ -790,7 +792,7 @@ class ViewOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessOptions:
-    """Options of one run, which go before the shot's own.
+    """Options of one run, which override the shot's own.
 
     Attributes
     ----------

@@ -10,8 +10,8 @@ from usdface.blend_shape_evaluator import with_combinations
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
+from usdface.face.curve_mapping import rename_weights
 from usdface.face.dot_skin import DotSkin
-from usdface.face.driven_shapes import rename_weights
 from usdface.face.fitted_setup import fit_setup
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.weights_from_neutral import weights_from_neutral
@@ -36,16 +36,16 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = [
     "calibrate",
     "clean",
+    "clean_and_solve",
     "clean_inputs",
     "recorded_weights",
-    "retarget",
     "solve",
     "solver_input",
 ]
 
 
 @one_blas_thread()
-def retarget(
+def clean_and_solve(
     take: MarkerTake | WeightsTake, face: BoundFace, setup: RetargetSetup
 ) -> tuple[MarkerTake | WeightsTake, WeightsTake, Solution | None, list[Finding]]:
     """Clean a take and solve its weights on the bound mesh.
@@ -75,7 +75,7 @@ def retarget(
 def clean(
     take: MarkerTake | WeightsTake, setup: RetargetSetup
 ) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
-    """Clean the markers of a take as its setup says; a take of weights stays as it is.
+    """Clean the markers of a take as its setup says; a take of weights is not changed.
 
     Returns
     -------

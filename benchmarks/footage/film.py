@@ -13,7 +13,7 @@ from scipy import ndimage
 
 from benchmarks.footage.rendering import Camera, Paint, render
 from usdface import read_rig, read_take
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.figures.render import vertex_normals
 from usdface.figures.rig_picture import rig_triangles
 from usdface.rigs import Rig

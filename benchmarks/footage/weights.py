@@ -35,7 +35,7 @@ from benchmarks.footage.film import (
     swaying,
     temporary_folder,
 )
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.usd.take import write_take
 from usdface.takes import MarkerTake, WeightsTake
 

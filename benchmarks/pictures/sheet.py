@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from benchmarks.pictures.rendering import SIZE
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.takes import MarkerTake
 
 __all__ = ["draw_sheets"]

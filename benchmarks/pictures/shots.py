@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import usdface
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 __all__ = ["HEADS", "TAKES", "played"]
 

@@ -10,15 +10,15 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
 from usdface.options import ProcessOptions
 from usdface.pipeline.long_take import KeptPieces
 from usdface.pipeline.schemas import register_schemas
-from usdface.retarget_pieces import PieceCuts, solve_cut
 from usdface.rigs import Mesh, Rig
+from usdface.shot.retarget_pieces import PieceCuts, solve_cut
 from usdface.takes import MarkerTake
 
 __all__ = ["make_long_shot", "run_long"]

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take

@@ -14,9 +14,9 @@ from usdface.retarget.confidence import confidence_of, within_bounds
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import usual_misfit
 from usdface.retarget.solver.regularisation import Regularisation
-from usdface.retarget_shot import retarget
 from usdface.rigs import Rig
-from usdface.shot import Shot
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot
 
 __all__ = ["measured"]
 

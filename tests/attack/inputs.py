@@ -51,7 +51,7 @@ from attack.seeds import SECRET, Seed, make_seeds  # noqa: E402
 from usdface.cli import _in_one_line as line_of  # noqa: E402
 from usdface.cli import main as usdface  # noqa: E402
 from usdface.findings import Finding  # noqa: E402
-from usdface.io.usd import trial  # noqa: E402
+from usdface.io.usd import sandbox  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
 __all__ = ["Verdicts", "attack"]
@@ -132,8 +132,8 @@ def attack(seed: Seed, numbers: range, folder: Path, verdicts: Verdicts) -> None
             # In the fork it ended with its limits; this is how users have it.
             way, kind, verdict = _by_program(seed, left[0], folder)
             plain = verdict.split(":")[0] in PLAIN
-            told = f"{fault}, alone {verdict}" if plain else f"{verdict} (in the fork {fault})"
-            verdicts.add(seed.name, left[0], way, kind, told)
+            named = f"{fault}, alone {verdict}" if plain else f"{verdict} (in the fork {fault})"
+            verdicts.add(seed.name, left[0], way, kind, named)
             left = left[1:]
 
 
@@ -193,15 +193,15 @@ def _try_all(seed: Seed, numbers: Sequence[int], folder: Path, log: Path) -> Non
     sys.argv[1:] = []
     _quiet_libraries()
     warnings.simplefilter("ignore")
-    trial.subprocess = WORKERS  # type: ignore[attr-defined]
+    sandbox.subprocess = WORKERS  # type: ignore[attr-defined]
     os.environ["XDG_CACHE_HOME"] = str(folder / "cache")
     pages = int(Path("/proc/self/statm").read_text().split()[5])
     base = pages * os.sysconf("SC_PAGESIZE")
-    with log.open("ab", buffering=0) as told:
+    with log.open("ab", buffering=0) as named:
         for number in numbers:
             os.ftruncate(output, 0)
             found = _tried(seed, number, folder, base)
-            told.write(json.dumps(found).encode() + b"\n")
+            named.write(json.dumps(found).encode() + b"\n")
 
 
 def _tried(seed: Seed, number: int, folder: Path, base: int) -> tuple[str, str, str]:
@@ -307,9 +307,9 @@ def _command(seed: Seed, rng: random.Random, folder: Path) -> str:
     return _of_run(status, (folder / "said").read_bytes(), folder)
 
 
-def _of_run(status: int, said: bytes, folder: Path) -> str:
+def _of_run(status: int, message: bytes, folder: Path) -> str:
     """Judge a command by how it ended, its words and what it left."""
-    text = said.decode("utf-8", "replace")
+    text = message.decode("utf-8", "replace")
     if status not in (0, 1):
         return f"crash: {status} {text[-200:]!r}"
     left = [path for path in (folder / "out").rglob("*") if path.is_file()]

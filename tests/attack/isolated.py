@@ -1,7 +1,7 @@
 """The worker that opens USD files first, without the start of a process each time.
 
 A process that has loaded USD and nothing else forks for each file, and the fork does what the
-worker's script does, with its limits. `usdface.io.usd.trial` sees no difference.
+worker's script does, with its limits. `usdface.io.usd.sandbox` sees no difference.
 """
 
 import os
@@ -17,7 +17,7 @@ __all__ = ["Workers"]
 
 
 class Workers:
-    """Stands for the module `subprocess` in `usdface.io.usd.trial`."""
+    """Stands for the module `subprocess` in `usdface.io.usd.sandbox`."""
 
     DEVNULL, PIPE = subprocess.DEVNULL, subprocess.PIPE
     TimeoutExpired = subprocess.TimeoutExpired
@@ -39,12 +39,14 @@ class Workers:
         path, number = command[-1], time.monotonic_ns()
         os.write(self._ask, f"{number} {timeout} {path}\n".encode("utf-8", "surrogateescape"))
         while True:
-            answered, status, said = self._line().split(b" ", 2)
+            answered, status, result = self._line().split(b" ", 2)
             if int(answered) == number:  # else: of one that was killed before it was answered
                 break
         if status == b"late":
             raise subprocess.TimeoutExpired(command, timeout)
-        return subprocess.CompletedProcess(command, int(status), bytes.fromhex(said.decode()), b"")
+        return subprocess.CompletedProcess(
+            command, int(status), bytes.fromhex(result.decode()), b""
+        )
 
     def _line(self) -> bytes:
         line = b""
@@ -59,7 +61,7 @@ class Workers:
 def _serve(asked: int, answers: int) -> None:
     from pxr import Sdf, Tf, Usd, UsdUtils  # noqa: F401
 
-    from usdface.io.usd import trial_worker
+    from usdface.io.usd import sandbox_worker
 
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
@@ -67,12 +69,12 @@ def _serve(asked: int, answers: int) -> None:
     with os.fdopen(asked, "rb") as questions:
         for line in questions:
             number, timeout, path = line[:-1].split(b" ", 2)
-            status, said = _opened(trial_worker, os.fsdecode(path), float(timeout))
-            os.write(answers, b"%s %s %s\n" % (number, status.encode(), said.hex().encode()))
+            status, result = _opened(sandbox_worker, os.fsdecode(path), float(timeout))
+            os.write(answers, b"%s %s %s\n" % (number, status.encode(), result.hex().encode()))
     os._exit(0)
 
 
-def _opened(trial_worker: Any, path: str, timeout: float) -> tuple[str, bytes]:
+def _opened(sandbox_worker: Any, path: str, timeout: float) -> tuple[str, bytes]:
     read, write = os.pipe()
     child = os.fork()
     if child == 0:
@@ -82,12 +84,12 @@ def _opened(trial_worker: Any, path: str, timeout: float) -> tuple[str, bytes]:
         sys.argv[1:] = [path]
         status = 1
         try:
-            trial_worker.main()
+            sandbox_worker.main()
             status = 0
         finally:
             os._exit(status)
     os.close(write)
-    said, end = b"", time.monotonic() + timeout
+    result, end = b"", time.monotonic() + timeout
     late = False
     while True:
         if not select.select([read], [], [], max(0.0, end - time.monotonic()))[0]:
@@ -97,10 +99,10 @@ def _opened(trial_worker: Any, path: str, timeout: float) -> tuple[str, bytes]:
         part = os.read(read, 65536)
         if not part:
             break
-        said += part
+        result += part
     os.close(read)
     status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
-    return ("late" if late else str(status)), said
+    return ("late" if late else str(status)), result
 
 
 def without_memory(cache: Path) -> None:

@@ -324,8 +324,8 @@ def kill(command: Command, rng: random.Random, report: Report) -> None:
     if number != signal.SIGKILL:
         words = log.read_text().splitlines()
         word = "interrupted" if number == signal.SIGINT else "terminated"
-        told = status == 128 + number and words[-1:] == [f"usdface: {word}"]
-        if status != 0 and not told:
+        named = status == 128 + number and words[-1:] == [f"usdface: {word}"]
+        if status != 0 and not named:
             report.count(name, f"silent: {status} {words[-1:]}", fault=True)
         if _staged(command.folder):
             report.count(name, "litter of a signal", fault=True)

@@ -39,12 +39,12 @@ def refused(
         before = listing(place.folder)
         capfd.readouterr()
         status = main([str(a) for a in arguments])
-        said = capfd.readouterr()
+        printed = capfd.readouterr()
         assert status == 1
-        assert said.out == ""
-        assert re.fullmatch(r"usdface: [^\n]+\n", said.err), said.err
-        assert "a mistake in usdface" not in said.err
+        assert printed.out == ""
+        assert re.fullmatch(r"usdface: [^\n]+\n", printed.err), printed.err
+        assert "a mistake in usdface" not in printed.err
         assert listing(place.folder) == before
-        return said.err.strip()
+        return printed.err.strip()
 
     yield run

@@ -7,7 +7,7 @@ from usdface.cli import main
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"marker": 3}, "'marker'"),
         ({"markers": {"nose": {"point": 195}}}, "vertices 0 to 194"),
@@ -22,10 +22,10 @@ from usdface.cli import main
     ],
 )
 def test_a_binding_that_does_not_fit(
-    place: Place, refused: Refused, changes: dict[str, object], said: str
+    place: Place, refused: Refused, changes: dict[str, object], message: str
 ) -> None:
     place.bind(**changes)
-    assert said in refused(place.shot)
+    assert message in refused(place.shot)
 
 
 def test_no_binding_for_a_take_of_an_image(place: Place, refused: Refused) -> None:
@@ -33,15 +33,15 @@ def test_no_binding_for_a_take_of_an_image(place: Place, refused: Refused) -> No
     marker_take(place, "usdface:dimension", "2d")
     command = place.shot
     del command[5:7]
-    said = refused(command)
-    assert "--bind" in said and "take.trc" in said
+    message = refused(command)
+    assert "--bind" in message and "take.trc" in message
 
 
 def test_too_few_markers_in_the_take(place: Place, refused: Refused) -> None:
     names = [f"m{i}" for i in range(20)] + ["nose", "chin", "brow"]
     marker_take(place, "usdface:markers:names", names)
-    said = refused(place.process)
-    assert "3 of the 23" in said and "at least 4" in said
+    message = refused(place.process)
+    assert "3 of the 23" in message and "at least 4" in message
 
 
 def test_the_take_lost_the_rigid_markers(place: Place, refused: Refused) -> None:
@@ -49,8 +49,8 @@ def test_the_take_lost_the_rigid_markers(place: Place, refused: Refused) -> None
     assert main([str(a) for a in [*place.shot[:-1], place / "shot.usda"]]) == 0
     names = [n.replace("temple", "ear") for n in place.world.take.names]
     marker_take(place, "usdface:markers:names", names)
-    said = refused(place.process)
-    assert "temple_l" in said and "take.trc" in said
+    message = refused(place.process)
+    assert "temple_l" in message and "take.trc" in message
 
 
 @pytest.mark.parametrize("space", ["character", "take"])

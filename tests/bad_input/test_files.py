@@ -11,8 +11,8 @@ PNG = b"\x89PNG\r\n\x1a\n" + bytes(range(256))
 @pytest.mark.parametrize("name", ["none.glb", "none.usda", "none.c3d", "none.csv", "none/none.trc"])
 def test_a_missing_file(place: Place, refused: Refused, command: str, name: str) -> None:
     output = ["-o", place / ("x.glb" if command == "export" else "x.usda")]
-    said = refused([command, place / name, *([] if command in ("check", "process") else output)])
-    assert name in said
+    message = refused([command, place / name, *([] if command in ("check", "process") else output)])
+    assert name in message
 
 
 @pytest.mark.parametrize(
@@ -49,8 +49,8 @@ def test_a_file_of_another_kind(
 ) -> None:
     (place / name).write_bytes(content)
     output = ["-o", place / ("x.glb" if command == "export" else "x.usda")]
-    said = refused([command, place / name, *([] if command in ("check", "process") else output)])
-    assert name in said
+    message = refused([command, place / name, *([] if command in ("check", "process") else output)])
+    assert name in message
 
 
 def test_usd_is_not_imported(place: Place, refused: Refused) -> None:
@@ -64,8 +64,8 @@ def test_usd_is_not_imported(place: Place, refused: Refused) -> None:
 def test_a_truncated_text(place: Place, refused: Refused, name: str, share: float) -> None:
     content = (place / name).read_bytes()
     (place / name).write_bytes(content[: int(share * len(content))])
-    said = refused(place.process if name == "shot.usda" else place.shot)
-    assert name in said
+    message = refused(place.process if name == "shot.usda" else place.shot)
+    assert name in message
 
 
 @pytest.mark.parametrize("share", [0.01, 0.3, 0.6, 0.95])
@@ -80,8 +80,8 @@ def test_a_truncated_crate(place: Place, refused: Refused, name: str, share: flo
 
 def test_a_shot_that_lacks_its_rig(place: Place, refused: Refused) -> None:
     (place / "rig.usda").unlink()
-    said = refused(place.process)
-    assert "rig.usda" in said and "shot.usda" in said
+    message = refused(place.process)
+    assert "rig.usda" in message and "shot.usda" in message
 
 
 def test_a_shot_whose_take_has_another_name_now(place: Place, refused: Refused) -> None:
@@ -91,5 +91,5 @@ def test_a_shot_whose_take_has_another_name_now(place: Place, refused: Refused) 
 
 @pytest.mark.parametrize("name", ["rig.usda", "take.usda"])
 def test_a_stage_that_is_no_shot(place: Place, refused: Refused, name: str) -> None:
-    said = refused(["process", place / name])
-    assert name in said and "UsdFaceRetarget" in said and "usdface shot" in said
+    message = refused(["process", place / name])
+    assert name in message and "UsdFaceRetarget" in message and "usdface shot" in message

@@ -107,8 +107,8 @@ def test_a_film_without_a_take(
     message: str,
 ) -> None:
     spoil(place)
-    said = refused(["take", place / "face.####.png", "-o", place / "x.usda", *options])
-    assert message in said
+    refusal = refused(["take", place / "face.####.png", "-o", place / "x.usda", *options])
+    assert message in refusal
 
 
 def codes_of(place: Place, images: Path) -> list[str]:

@@ -76,10 +76,10 @@ def test_files_that_cannot_grow(
     for name, command in commands(written).items():
         largest(size)
         try:
-            said = refused(command)
+            message = refused(command)
         finally:
             largest(resource.RLIM_INFINITY)
-        assert "cannot write" in said and "File too large" in said, name
+        assert "cannot write" in message and "File too large" in message, name
 
 
 @pytest.fixture
@@ -105,5 +105,5 @@ def test_a_full_disk(written: Place, disk: Path, refused: Refused, room: int) ->
     left = os.statvfs(disk)
     (disk / "filler").write_bytes(bytes(left.f_bavail * left.f_frsize - room))
     for name, command in commands(written).items():
-        said = refused(command)
-        assert "cannot write" in said and "No space left" in said, name
+        message = refused(command)
+        assert "cannot write" in message and "No space left" in message, name

@@ -37,8 +37,8 @@ def test_the_output_is_the_input(place: Place, refused: Refused) -> None:
         (place.shot[:-2], "rig.usda"),
         (place.shot[:-2], "take.usda"),
     ):
-        said = refused([*command, "-o", place / name])
-        assert name in said and "overwrit" in said
+        message = refused([*command, "-o", place / name])
+        assert name in message and "overwrit" in message
 
 
 @pytest.mark.parametrize("name", ["rig.usda", "take.usda"])
@@ -52,8 +52,8 @@ def test_a_fuzzy_system_in_the_place_of_what_the_shot_is_made_of(
     if name == "take.usda":
         commands.append(["fit", *bound, "--labels", place / "labels.csv"])
     for command in commands:
-        said = refused(["fuzzy", *command, "-o", place / name])
-        assert name in said and "overwritten" in said
+        message = refused(["fuzzy", *command, "-o", place / name])
+        assert name in message and "overwritten" in message
 
 
 @pytest.mark.parametrize("name", ["shot.usda", "rig.usda", "report", "/dev/null"])
@@ -83,8 +83,8 @@ def test_a_name_that_is_not_utf_8(place: Place, refused: Refused) -> None:
     """USD writes such a file, and then cannot open it."""
     name = os.fsdecode(b"\xff.usda")
     for command in (place.shot[:-1], [*place.process, "-o"]):
-        said = refused([*command, place / name])
-        assert "\\udcff.usda: the name is not UTF-8, as USD wants it" in said
+        message = refused([*command, place / name])
+        assert "\\udcff.usda: the name is not UTF-8, as USD wants it" in message
     csv = wide_csv(place, ["0,1,2,3,4,5,6", "0.1,1,2,3,4,5,6"])
     assert "is not UTF-8" in refused(["take", csv, "-o", place / os.fsdecode(b"\xff") / "a.usda"])
 

@@ -164,10 +164,10 @@ def test_no_output_takes_the_place_of_a_file_that_is_read(
     other = around / f"face2{suffix}"
     for number, name in enumerate(tried):
         (os.link if number % 2 else os.symlink)(around / name, other)
-        said = refused(command)
+        message = refused(command)
         # That it is no report shows before the shots of a sequence are found.
-        early = case.command[0] == "sequence" and option == "report" and "another origin" in said
-        assert other.name in said and ("overwritten" in said or early), name
+        early = case.command[0] == "sequence" and option == "report" and "another origin" in message
+        assert other.name in message and ("overwritten" in message or early), name
         other.unlink()
 
 
@@ -230,8 +230,8 @@ def test_a_result_that_another_layer_reads_is_an_input(place: Place, refused: Re
     assert (place / "shot.usdface/solve.usdc").read_bytes() == first
     (place / "more.usda").write_text("#usda 1.0\n(subLayers = [@shot.usdface/solve.usdc@])\n")
     place.edit("shot.usda", lambda stage: stage.GetRootLayer().subLayerPaths.append("more.usda"))
-    said = refused(place.process)
-    assert "solve.usdc is read by" in said and "overwritten" in said
+    message = refused(place.process)
+    assert "solve.usdc is read by" in message and "overwritten" in message
 
 
 @pytest.mark.slow

@@ -13,8 +13,8 @@ def test_a_rig_without_shapes(place: Place, refused: Refused) -> None:
 
     place.edit("rig.usda", strip)
     for command in (place.shot, place.process, ["rig", place / "rig.usda", "-o", place / "x.usda"]):
-        said = refused(command)
-        assert "no blend shapes" in said and str(place.folder) in said
+        message = refused(command)
+        assert "no blend shapes" in message and str(place.folder) in message
 
 
 def test_a_mesh_that_no_skeleton_plays(place: Place, refused: Refused) -> None:
@@ -23,8 +23,8 @@ def test_a_mesh_that_no_skeleton_plays(place: Place, refused: Refused) -> None:
             prim.RemoveProperty("skel:skeleton")
 
     place.edit("rig.usda", unbind)
-    said = refused(place.process)
-    assert "skel:skeleton" in said and "usdface rig" in said
+    message = refused(place.process)
+    assert "skel:skeleton" in message and "usdface rig" in message
 
 
 def test_a_mesh_outside_the_default_prim(place: Place, refused: Refused) -> None:
@@ -32,8 +32,8 @@ def test_a_mesh_outside_the_default_prim(place: Place, refused: Refused) -> None
         stage.SetDefaultPrim(stage.DefinePrim("/Other"))
 
     place.edit("rig.usda", move)
-    said = refused(place.shot)
-    assert "/Asset/Face/head" in said and "/Other" in said
+    message = refused(place.shot)
+    assert "/Asset/Face/head" in message and "/Other" in message
 
 
 @pytest.mark.parametrize(
@@ -47,8 +47,8 @@ def test_metrics_that_make_no_sense(
     layer = Sdf.Layer.FindOrOpen(str(place / f"{name}.usda"))
     layer.pseudoRoot.SetInfo(metric, value)
     layer.Save()
-    said = refused(place.shot)
-    assert metric in said and f"{name}.usda" in said
+    message = refused(place.shot)
+    assert metric in message and f"{name}.usda" in message
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])

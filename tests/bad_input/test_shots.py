@@ -5,7 +5,7 @@ from spoilt import Place, Refused
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "said"),
+    ("old", "new", "message"),
     [
         ("corner_r_y IS raised, ", "corner_r_y IS high, ", "'high'"),
         ("corner_r_y IS raised, ", "corner_r_y, ", "/Shot/Fuzzy/rule_"),
@@ -29,10 +29,10 @@ from spoilt import Place, Refused
     ],
 )
 def test_a_shot_with_a_broken_part(
-    place: Place, refused: Refused, old: str, new: str, said: str
+    place: Place, refused: Refused, old: str, new: str, message: str
 ) -> None:
     place.replace("shot.usda", old, new)
-    assert said in refused(place.process)
+    assert message in refused(place.process)
 
 
 def test_a_character_that_is_an_instance(place: Place, refused: Refused) -> None:

@@ -7,7 +7,7 @@ from spoilt import Place, Refused, marker_take, wide_csv
 
 
 @pytest.mark.parametrize(
-    ("rows", "names", "said"),
+    ("rows", "names", "expected"),
     [
         ([], "ab", "frames"),
         (["0,,,,,,", "0.1,,,,,,"], "ab", ""),
@@ -18,17 +18,17 @@ from spoilt import Place, Refused, marker_take, wide_csv
     ],
 )
 def test_a_table_without_a_take(
-    place: Place, refused: Refused, rows: list[str], names: str, said: str
+    place: Place, refused: Refused, rows: list[str], names: str, expected: str
 ) -> None:
     message = refused(["take", wide_csv(place, rows, names), "-o", place / "x.usda"])
-    assert "take.csv" in message and said in message
+    assert "take.csv" in message and expected in message
 
 
 @pytest.mark.parametrize("command", ["shot", "process"])
 def test_a_sample_of_another_length(place: Place, refused: Refused, command: str) -> None:
     marker_take(place, "points", [(0, 0, 0)] * 7, 5)
-    said = refused(getattr(place, command))
-    assert "time code 5" in said and "7" in said and "23" in said and "Take>" in said
+    message = refused(getattr(place, command))
+    assert "time code 5" in message and "7" in message and "23" in message and "Take>" in message
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf])
@@ -40,15 +40,15 @@ def test_numbers_that_are_none(place: Place, refused: Refused, value: float) -> 
 
 def test_every_marker_hidden_in_every_frame(place: Place, refused: Refused) -> None:
     marker_take(place, "usdface:markers:visible", [False] * 23, 0)
-    said = refused(place.process)
-    assert "visible" in said and "take.trc" in said
+    message = refused(place.process)
+    assert "visible" in message and "take.trc" in message
 
 
 def test_two_markers_of_one_name(place: Place, refused: Refused) -> None:
     names = list(place.world.take.names)
     marker_take(place, "usdface:markers:names", [names[0], *names[:-1]])
-    said = refused(place.process)
-    assert f"'{names[0]}'" in said and "twice" in said
+    message = refused(place.process)
+    assert f"'{names[0]}'" in message and "twice" in message
 
 
 def test_a_take_without_frames(place: Place, refused: Refused) -> None:
@@ -67,7 +67,7 @@ def sized(place: Place, name: str, kind: Sdf.ValueTypeName, value: object) -> No
 
 
 @pytest.mark.parametrize(
-    ("diameter", "said"),
+    ("diameter", "expected"),
     [
         (-0.01, "positive"),
         (0, "positive"),
@@ -76,10 +76,10 @@ def sized(place: Place, name: str, kind: Sdf.ValueTypeName, value: object) -> No
         (5, "'nose'"),
     ],
 )
-def test_dots_of_no_size(place: Place, refused: Refused, diameter: float, said: str) -> None:
+def test_dots_of_no_size(place: Place, refused: Refused, diameter: float, expected: str) -> None:
     sized(place, "diameters", Sdf.ValueTypeNames.DoubleArray, [diameter] * 23)
     message = refused(place.process)
-    assert "diameter" in message and said in message
+    assert "diameter" in message and expected in message
 
 
 def test_dots_of_other_markers(place: Place, refused: Refused) -> None:

@@ -15,7 +15,7 @@ from usdface.face.bound_face import BoundFace, bound_face
 from usdface.options import BindOptions
 from usdface.setup.calibration import Calibration
 from usdface.setup.performer_face import PerformerFace
-from usdface.shot_assembly import assemble_shot
+from usdface.shot.assembly import assemble_shot
 from usdface.takes import MarkerTake
 
 FOUND = BindOptions(neutral="auto")

@@ -8,7 +8,7 @@ from worlds import make_world
 
 from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import FaceLandmarks, find_landmarks
-from usdface.face.named_places import LANDMARKS
+from usdface.face.marker_name_places import LANDMARKS
 from usdface.io.usd.rig import read_rig
 
 HEAD = Path(__file__).resolve().parents[2] / "examples" / "head.usdc"

@@ -10,7 +10,7 @@ from usdface.binding.landmarks import FaceLandmarks, find_landmarks
 from usdface.binding.lifted_take import lifted_take
 from usdface.binding.propose import propose
 from usdface.errors import InputError
-from usdface.face.named_places import named_places
+from usdface.face.marker_name_places import named_places
 from usdface.io.usd.rig import read_rig
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.setup.binding import Binding

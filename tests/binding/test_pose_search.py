@@ -33,9 +33,9 @@ def upright(linear: np.ndarray) -> bool:
 def test_names_say_which_way_up_the_search_starts() -> None:
     """A face that is still below its brows looks the same upside down."""
     candidates = candidate_vertices(SURFACE, 0.1)
-    free, told = _start_poses(candidates, NAMELESS), _start_poses(candidates, NAMED)
+    free, named = _start_poses(candidates, NAMELESS), _start_poses(candidates, NAMED)
     assert {upright(linear) for linear in free} == {True, False}
-    assert {upright(linear) for linear in told} == {True} and len(told) >= len(free) / 3
+    assert {upright(linear) for linear in named} == {True} and len(named) >= len(free) / 3
 
 
 @pytest.mark.slow

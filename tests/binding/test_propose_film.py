@@ -11,7 +11,7 @@ from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import find_landmarks
 from usdface.binding.propose import propose
 from usdface.binding.propose_film import propose_film
-from usdface.face.named_places import named_places
+from usdface.face.marker_name_places import named_places
 from usdface.io.usd.rig import read_rig
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.rigs import Mesh

@@ -83,9 +83,9 @@ def test_a_marker_that_the_take_lacks_is_said_at_the_shot(folder: Path) -> None:
     (folder / "typo.json").write_text(json.dumps(bind))
     for more in ((), ("--propose",)):
         _, report = written(folder, "--bind", folder / "typo.json", *more)
-        (said,) = (f for f in report["findings"] if f["code"] == "MARKER_UNKNOWN")
-        assert said["where"] == f"{folder / 'typo.json'}: chni"
-        assert said["values"] == {"marker": "chni"}
+        (reported,) = (f for f in report["findings"] if f["code"] == "MARKER_UNKNOWN")
+        assert reported["where"] == f"{folder / 'typo.json'}: chni"
+        assert reported["values"] == {"marker": "chni"}
 
 
 def test_a_misspelt_marker_is_not_counted_as_bound_and_the_one_meant_is_named(
@@ -96,10 +96,10 @@ def test_a_misspelt_marker_is_not_counted_as_bound_and_the_one_meant_is_named(
     typo = folder / "typo.json"
     typo.write_text(json.dumps(bind))
     assert shot(folder, "--bind", typo) == 0
-    said = " ".join(capsys.readouterr().out.split())
-    assert f"markers bound {len(world.points) - 1} " in said
-    assert f"the take has no marker 'chni'; did you mean chin? ({typo}: chni)" in said
-    assert f"1 of {len(world.points)} markers are bound to no vertex: chin; --propose" in said
+    printed = " ".join(capsys.readouterr().out.split())
+    assert f"markers bound {len(world.points) - 1} " in printed
+    assert f"the take has no marker 'chni'; did you mean chin? ({typo}: chni)" in printed
+    assert f"1 of {len(world.points)} markers are bound to no vertex: chin; --propose" in printed
 
 
 def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:
@@ -175,7 +175,7 @@ def test_the_shot_says_how_sure_each_place_is(folder: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--peaks", "5", "-2"], "--peaks"),
         (["--peaks", "5", "400"], "the peak frame 400 lies outside the take"),
@@ -191,13 +191,13 @@ def test_wrong_options_are_one_line(
     capfd: pytest.CaptureFixture[str],
     monkeypatch: pytest.MonkeyPatch,
     options: list[str],
-    said: str,
+    message: str,
 ) -> None:
     monkeypatch.chdir(folder)
     before = (folder / "take.usda").read_bytes()
     assert shot(folder, "--bind", folder / "bind.json", *options) == 1
     error = capfd.readouterr().err
-    assert said in error and error.count("\n") == 1
+    assert message in error and error.count("\n") == 1
     assert (folder / "take.usda").read_bytes() == before
 
 

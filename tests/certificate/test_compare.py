@@ -126,13 +126,13 @@ def test_weights_may_be_off_by_what_the_rounding_of_times_makes_of_them() -> Non
     weights = np.array([0.0, 0, 1, 1])[:, None]
     points = np.broadcast_to(POINTS, (4, 30, 3))
     one = mesh(points, shapes=("a",), weights=weights)
-    for frame, told in ((1, False), (2, False), (0, True), (3, True)):
+    for frame, named in ((1, False), (2, False), (0, True), (3, True)):
         off = weights.copy()
         off[frame] += 0.2
         other = mesh(points, shapes=("a",), weights=off)
         certificate = certify([one], [other], np.arange(4), 0.0, times)
         np.testing.assert_allclose(certificate.weights["m/a"], 0.2)
-        assert bool(certificate.findings("x")) is told
+        assert bool(certificate.findings("x")) is named
 
 
 def summed(moves: np.ndarray = MOVES, frames: int = 120) -> EvaluatedMesh:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray
 from usdface.cleanup.clean import Cleaned, clean_take
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.options import CleanOptions
 from usdface.takes import MarkerTake, WeightsTake

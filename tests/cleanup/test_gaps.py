@@ -17,17 +17,17 @@ def hidden(first: int, last: int) -> np.ndarray:
 def test_a_short_gap_is_bridged_by_the_markers_own_motion() -> None:
     """What the others say is no use here; a cubic through the ends is off by 1e-7 m."""
     seen = hidden(100, 105)
-    told = np.random.default_rng(2).normal(size=WAVE.shape) * 1e-4
-    filled = fill_gaps(WAVE, seen, told, known=KNOWN, times=TIMES, noise=0.0)
+    named = np.random.default_rng(2).normal(size=WAVE.shape) * 1e-4
+    filled = fill_gaps(WAVE, seen, named, known=KNOWN, times=TIMES, noise=0.0)
     assert np.abs(filled - WAVE).max() < 1e-5
 
 
 def test_a_long_gap_follows_the_others_and_meets_its_ends() -> None:
     """They have the motion, but sit elsewhere, drifting: exact but for the drift."""
     seen = hidden(60, 180)
-    told = WAVE + [0.02, -0.01, 0.005] + 1e-3 * TIMES[:, None, None]
+    named = WAVE + [0.02, -0.01, 0.005] + 1e-3 * TIMES[:, None, None]
     filled = fill_gaps(
-        np.where(seen[..., None], WAVE, np.nan), seen, told, known=KNOWN, times=TIMES, noise=0.0
+        np.where(seen[..., None], WAVE, np.nan), seen, named, known=KNOWN, times=TIMES, noise=0.0
     )
     assert np.abs(filled - WAVE).max() < 1e-4
 

@@ -34,9 +34,9 @@ def test_a_spike_may_begin_at_a_gap_or_end_with_the_take() -> None:
 
 
 def test_a_jump_of_the_prediction_alone_is_none() -> None:
-    told = TOLD.copy()
-    told[100:103] += 0.02
-    assert not find_spikes(STILL, told, ALL, size=SIZE, rate=RATE).any()
+    named = TOLD.copy()
+    named[100:103] += 0.02
+    assert not find_spikes(STILL, named, ALL, size=SIZE, rate=RATE).any()
 
 
 def test_a_marker_that_sits_elsewhere_for_long_is_one() -> None:

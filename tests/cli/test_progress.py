@@ -30,8 +30,8 @@ def test_progress_on_a_terminal_shows_the_step(
     with progress(asked()) as on_progress:
         on_progress(Step("read"))
         on_progress(Step("solve", 0.5))
-    said = capsys.readouterr()
-    assert said.out == "" and "solve" in said.err
+    printed = capsys.readouterr()
+    assert printed.out == "" and "solve" in printed.err
 
 
 def test_plain_progress_is_a_line_for_each_tenth_of_a_step(

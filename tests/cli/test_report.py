@@ -26,7 +26,7 @@ def test_text_says_every_figure_file_and_kind_of_finding_once(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     print_result(RESULT, "text")
-    said = capsys.readouterr().out
+    printed = capsys.readouterr().out
     for wanted in (
         "frames",
         "rate [Hz]",
@@ -35,9 +35,9 @@ def test_text_says_every_figure_file_and_kind_of_finding_once(
         "wrote out [1]/näme.usda",
         "(nose [1])",
     ):
-        assert wanted in said
-    assert said.count("SHAPE_EMPTY") == 1
-    assert "[bold]0[/bold], " in said and "and 2 more" in said
+        assert wanted in printed
+    assert printed.count("SHAPE_EMPTY") == 1
+    assert "[bold]0[/bold], " in printed and "and 2 more" in printed
 
 
 def test_names_are_printed_as_they_are_and_keys_as_labels(
@@ -58,12 +58,12 @@ def test_names_are_printed_as_they_are_and_keys_as_labels(
 def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[str]) -> None:
     hidden = [finding("MARKER_OCCLUDED", m, f"hidden in {k} of 9") for k, m in enumerate("abcdef")]
     print_result(Result(None, (), tuple(hidden)), "text")
-    said = capsys.readouterr().out
-    assert said == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
+    printed = capsys.readouterr().out
+    assert printed == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
 
 
 @pytest.mark.parametrize(
-    ("wheres", "said"),
+    ("wheres", "message"),
     [
         (["t.c3d: chin", "t.c3d: nose"], "(t.c3d: chin); others: nose"),
         (["t.c3d: chin", "u.c3d: nose"], "(t.c3d: chin); others: u.c3d: nose"),
@@ -71,11 +71,11 @@ def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[st
     ],
 )
 def test_a_file_that_all_are_in_is_named_once(
-    wheres: list[str], said: str, capsys: pytest.CaptureFixture[str]
+    wheres: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     hidden = [finding("MARKER_OCCLUDED", w, f"hidden in {k} of 9") for k, w in enumerate(wheres)]
     print_result(Result(None, (), tuple(hidden)), "text")
-    assert capsys.readouterr().out == f"info MARKER_OCCLUDED: hidden in 0 of 9 {said}\n"
+    assert capsys.readouterr().out == f"info MARKER_OCCLUDED: hidden in 0 of 9 {message}\n"
 
 
 def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[str]) -> None:

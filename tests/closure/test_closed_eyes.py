@@ -75,8 +75,8 @@ def closings_of(wide: float, pinned: float) -> tuple[int, float]:
     weights[:, 0] = found.weights[:, 0]
     closed = close_eyes(FACE, take, weights, None, near, {"left": gaps})
     assert closed is not None
-    told = [each.code for each in closed.findings if each.code == "EYES_CLOSED"]
-    assert bool(told) == bool(closed.closings)
+    findings = [each.code for each in closed.findings if each.code == "EYES_CLOSED"]
+    assert bool(findings) == bool(closed.closings)
     return len(closed.closings), float(gaps.widest(closed.weights)[125])
 
 

@@ -11,9 +11,9 @@ from slits import slit_face
 from usdface.closure.closed_lips import close_lips
 from usdface.closure.lip_contact import lip_gaps_of
 from usdface.options import ProcessOptions
-from usdface.retarget_shot import retarget
 from usdface.rigs import Rig
-from usdface.shot import ShotResult
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import ShotResult
 
 MESH = slit_face()
 NAMES = MESH.shape_names

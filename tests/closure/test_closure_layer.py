@@ -15,10 +15,10 @@ from usdface.closure.rims import RimPairs, rim_pairs
 from usdface.face.bound_face import BoundFace
 from usdface.options import ClosureOptions, ProcessOptions
 from usdface.retarget.exaggeration import Exaggeration
-from usdface.retarget_shot import retarget
 from usdface.rigs import Mesh
 from usdface.setup.pin import Pin
-from usdface.shot import ShotResult
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import ShotResult
 from usdface.takes import WeightsTake
 
 MESH = slit_face()

@@ -10,7 +10,7 @@ from slits import slit_face
 from usdface.closure.closing_displacements import scanned_glance_displacements
 from usdface.closure.lid_estimate import lid_estimate
 from usdface.closure.lid_gaps import lid_gaps_of
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 MESH = slit_face()
 NAMES = MESH.shape_names

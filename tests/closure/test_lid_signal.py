@@ -7,7 +7,7 @@ from slits import slit_face
 
 from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.closure.lid_signal import lid_signal
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 MESH = slit_face()
 NAMES = MESH.shape_names

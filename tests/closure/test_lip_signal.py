@@ -8,7 +8,7 @@ from slits import slit_face
 from usdface.closure.lip_contact import lip_gaps_of
 from usdface.closure.lip_signal import LipDistances, lip_distances, lip_pairs
 from usdface.face.bound_face import BoundFace
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 MESH = slit_face()
 NAMES = MESH.shape_names

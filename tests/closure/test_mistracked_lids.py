@@ -11,10 +11,10 @@ from slits import slit_face
 
 from usdface import ProcessOptions, assemble_shot, read_bind, read_take, retarget
 from usdface.closure.lid_gaps import lid_gaps_of
-from usdface.closure.mistracked_lids import _believed, lid_pairs, lid_reach, mistracked_lids
+from usdface.closure.mistracked_lids import _certainty, lid_pairs, lid_reach, mistracked_lids
 from usdface.options import CleanOptions
 from usdface.rigs import Rig
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.takes import MarkerTake
 
 MESH = slit_face()
@@ -60,7 +60,7 @@ def test_a_lost_marker_moves_as_the_other_lid_and_is_named() -> None:
         {"eyeBlinkLeft": COURSE, "eyeWideRight": 0.3 * COURSE},
     ],
 )
-def test_winks_and_wide_eyes_are_believed(curves: dict[str, np.ndarray]) -> None:
+def test_winks_and_wide_eyes_are_certainty(curves: dict[str, np.ndarray]) -> None:
     take = markers(MESH, performance(NAMES, **curves))
     shot = result(take)
     assert codes(shot) == []
@@ -70,7 +70,7 @@ def test_winks_and_wide_eyes_are_believed(curves: dict[str, np.ndarray]) -> None
 
 
 @pytest.mark.slow
-def test_both_lids_that_rise_are_believed() -> None:
+def test_both_lids_that_rise_are_certainty() -> None:
     """Such a face is another one than the rig, not a lost marker."""
     take = markers(MESH, performance(NAMES))
     shot = result(lost(lost(take), "eye_left_up"))
@@ -119,12 +119,12 @@ def test_a_frame_is_judged_by_those_within_reach_alone() -> None:
     chance, reach, frames = np.random.default_rng(2), 20, 400
     where = chance.random(frames) > 0.03
     certain = where & (chance.random(frames) > 0.98)
-    whole = _believed(where, certain, reach)
+    whole = _certainty(where, certain, reach)
     assert 0.0 < whole.min(initial=1.0, where=whole > 0.0) < 0.5 and whole.max() == 1.0
     assert not whole[~where].any() and (whole[certain] == 1.0).all()
     for frame in range(frames):
         near = slice(max(0, frame - reach), frame + reach + 1)
-        piece = _believed(where[near], certain[near], reach)
+        piece = _certainty(where[near], certain[near], reach)
         assert piece[frame - near.start] == whole[frame]
 
 

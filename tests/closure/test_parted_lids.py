@@ -62,23 +62,23 @@ def test_lids_that_one_shape_closes_are_parted_alike_on_a_mirrored_face() -> Non
     gaps = {"left": LEFT, "right": RIGHT}
     for shut, *squints in ((0.5, 0.65, 1.0), (1.0, 0.65, 1.0), (0.8, 0.9, 0.8), (1.0, 0.2, 0.9)):
         weights = np.tile([shut, *squints], (len(TIMES), 1))
-        parted, told = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
+        parted, findings = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
         other, also = part_eyes(weights[:, [0, 2, 1]], gaps, np.zeros_like(weights), TIMES)
         np.testing.assert_allclose(other[:, [0, 2, 1]], parted, atol=2e-5)
         mirrored = {"left eye": "right eye", "right eye": "left eye"}
-        assert {mirrored[found.where] for found in told} == {found.where for found in also}
+        assert {mirrored[found.where] for found in findings} == {found.where for found in also}
 
 
 def test_an_eye_that_opens_as_the_other_is_parted_is_reported_as_it_is_in_the_end() -> None:
     """The shape that closes both eyes comes down for the lids of the right one alone."""
     gaps = {"left": LEFT, "right": RIGHT}
     weights = np.tile([1.0, 0.0, 1.0], (len(TIMES), 1))
-    parted, told = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
-    assert [(found.code, found.where) for found in told] == [
+    parted, findings = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
+    assert [(found.code, found.where) for found in findings] == [
         ("LIDS_PARTED", "left eye"),
         ("LIDS_PARTED", "right eye"),
     ]
-    for found, own in zip(told, gaps.values(), strict=True):
+    for found, own in zip(findings, gaps.values(), strict=True):
         assert found.values["gap_mm"] == pytest.approx(1000 * own.widest(parted).max(), abs=1e-4)
         assert found.values["depth_mm"] == pytest.approx(6.4)
 

@@ -38,11 +38,11 @@ def missing(evidence: Evidence, weights: np.ndarray, pose: np.ndarray) -> tuple[
     return tuple(region for region, share in shown.items() if share == 0)
 
 
-def takes_part(
+def participation(
     evidence: Evidence, weights: np.ndarray, pose: np.ndarray, size: float, by_rules: float = 1.0
 ) -> list:
     sizes, shares = np.array([size]), np.array([by_rules])
-    return evidence.takes_part(weights[None], pose, sizes, shares)[0].tolist()
+    return evidence.participation(weights[None], pose, sizes, shares)[0].tolist()
 
 
 def test_half_the_pose_shows_it(evidence):
@@ -63,9 +63,9 @@ def test_a_pose_asks_only_for_the_regions_that_it_moves(evidence):
 
 def test_blend_shapes_that_rest_take_no_part_unless_unseen(evidence):
     shown = np.array([0.5, 0.02, 0.0, 0.0])
-    assert takes_part(evidence, shown, POSE, 0.5) == [True, False, False, True]
+    assert participation(evidence, shown, POSE, 0.5) == [True, False, False, True]
     # Likeness alone does not say which undetermined blend shapes take part.
-    assert takes_part(evidence, shown, POSE, 0.5, by_rules=0.0) == [True, False, False, False]
+    assert participation(evidence, shown, POSE, 0.5, by_rules=0.0) == [True, False, False, False]
 
 
 def two_of_a_kind(other: float) -> Evidence:
@@ -94,21 +94,21 @@ def test_a_part_at_rest_does_not_make_a_broad_smile_small():
     face = marker_face(tuple("nab"), np.eye(3), basis, names, "n")
     evidence = evidence_of(face, names, EVIDENCE)
     broad, slight = np.array([0.8, 0.0]), np.array([0.15, 0.0])
-    assert takes_part(evidence, broad, np.ones(2), 0.3) == [True, False]
-    assert takes_part(evidence, slight, np.ones(2), 0.15) == [True, True]
+    assert participation(evidence, broad, np.ones(2), 0.3) == [True, False]
+    assert participation(evidence, slight, np.ones(2), 0.15) == [True, True]
 
 
 def test_shapes_of_no_marker_are_believed():
     loose = evidence_of(marker_face(), ("smile",), EVIDENCE)
     assert loose.seen.tolist() == [0.0]
     assert missing(loose, np.zeros(1), np.ones(1)) == ()
-    assert takes_part(loose, np.zeros(1), np.ones(1), 0.3) == [1.0]
+    assert participation(loose, np.zeros(1), np.ones(1), 0.3) == [1.0]
 
 
 def test_without_evidence_the_rules_decide(evidence):
     rules_alone = replace(evidence, least=0.0)
     assert missing(rules_alone, np.zeros(4), POSE) == ()
-    assert takes_part(rules_alone, np.zeros(4), POSE, 0.5) == (POSE > 0).tolist()
+    assert participation(rules_alone, np.zeros(4), POSE, 0.5) == (POSE > 0).tolist()
 
 
 def test_the_evidence_is_a_continuous_function_of_the_weights(evidence):
@@ -117,7 +117,7 @@ def test_the_evidence_is_a_continuous_function_of_the_weights(evidence):
     assert np.ptp(shown["mouth"]) == 1
     for share in (
         *shown.values(),
-        evidence.takes_part(there, POSE, np.full(2001, 0.5), np.ones(2001)),
+        evidence.participation(there, POSE, np.full(2001, 0.5), np.ones(2001)),
     ):
         assert np.abs(np.diff(share, axis=0)).max() < 0.02
 

@@ -61,7 +61,7 @@ def test_express_raises_the_pose_by_what_the_rule_says() -> None:
     inputs = np.array([[0.0], [-5.0], [-40.0]])
     weights = np.array([[0.0, 0.3], [0.0, 0.3], [0.9, 0.3]])
     joy = Expression("joy", ("smile", "squint"), np.array([0.8, 0.4]), gain=0.5)
-    said = express(
+    result = express(
         chin("take", normalisation="all_rules", else_rule=True),
         Features({"both": inputs}),
         marker_face(),
@@ -70,21 +70,21 @@ def test_express_raises_the_pose_by_what_the_rule_says() -> None:
         expressions=[joy],
     )
     # 0.25: two fifths of the way through the response, a share of 0.352
-    np.testing.assert_allclose(said.trace.emotions["joy"], [0.0, 0.25, 1.0])
-    np.testing.assert_allclose(said.trace.firing, [[0.0], [0.25], [1.0]])
-    np.testing.assert_allclose(said.weights, [[0.0, 0.3], [0.1408, 0.3], [0.9, 0.3]])
-    assert [(f.code, f.where) for f in said.findings] == [("SHAPE_UNKNOWN", "squint")]
+    np.testing.assert_allclose(result.trace.emotions["joy"], [0.0, 0.25, 1.0])
+    np.testing.assert_allclose(result.trace.firing, [[0.0], [0.25], [1.0]])
+    np.testing.assert_allclose(result.weights, [[0.0, 0.3], [0.1408, 0.3], [0.9, 0.3]])
+    assert [(f.code, f.where) for f in result.findings] == [("SHAPE_UNKNOWN", "squint")]
 
 
 def test_an_emotion_without_a_pose_is_said_and_changes_nothing() -> None:
     weights = np.full((2, 1), 0.25)
     inputs = Features({"both": np.array([[0.0], [-40.0]])})
-    said = express(
+    result = express(
         chin("take"), inputs, marker_face(), names=("smile",), weights=weights, expressions=[]
     )
-    np.testing.assert_array_equal(said.weights, weights)
-    assert said.trace.emotions["joy"].max() == 1
-    assert [(f.code, f.where) for f in said.findings] == [("EXPRESSION_UNKNOWN", "joy")]
+    np.testing.assert_array_equal(result.weights, weights)
+    assert result.trace.emotions["joy"].max() == 1
+    assert [(f.code, f.where) for f in result.findings] == [("EXPRESSION_UNKNOWN", "joy")]
 
 
 def test_the_designed_system_hears_each_expression_it_has_a_rule_for(
@@ -235,8 +235,12 @@ def test_contact_is_kept_and_said(slits) -> None:
     parted, kept = (corrected(system, inputs, one, weights) for one in (loose(face), face))
     free, held = parted.weights, kept.weights
     assert "CONTACT_KEPT" not in {f.code for f in parted.findings}
-    (said,) = [f for f in kept.findings if f.code == "CONTACT_KEPT"]
-    assert said.where == "lips" and "1 frames (1 to 1)" in said.message and "mm" in said.message
+    (reported,) = [f for f in kept.findings if f.code == "CONTACT_KEPT"]
+    assert (
+        reported.where == "lips"
+        and "1 frames (1 to 1)" in reported.message
+        and "mm" in reported.message
+    )
     # A small limit is said, not rounded to nothing.
     gains = (replace(system, gain=gain) for gain in np.linspace(0.0, 1.0, 101))
     found = (f for one in gains for f in corrected(one, inputs, face, weights).findings)
@@ -295,8 +299,8 @@ def test_a_part_that_names_no_shape_of_the_rig_is_said(slits, named) -> None:
     system, face = slits
     face = replace(face, layout=replace(face.layout, **named))
     findings = played((system, face), shown(jawOpen=0.5)).findings
-    said = {(f.code, f.where) for f in findings if f.code == "SHAPE_UNKNOWN"}
-    assert ("SHAPE_UNKNOWN", "nope") in said
+    reported = {(f.code, f.where) for f in findings if f.code == "SHAPE_UNKNOWN"}
+    assert ("SHAPE_UNKNOWN", "nope") in reported
     assert "SHAPE_UNKNOWN" not in {f.code for f in played(slits, shown(jawOpen=0.5)).findings}
 
 

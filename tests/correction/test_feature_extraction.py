@@ -164,5 +164,5 @@ def test_a_role_without_a_marker_is_named_with_the_rule_that_asks_for_it(
     with pytest.raises(InputError) as refused:
         features(system, bound_face(mesh, setup), take, weights=take, solution=None)
     assert refused.value.code == "MARKER_UNKNOWN"
-    for said in ("'chinn'", "did you mean chin?", "mine.fis, line 7: rule"):
-        assert said in str(refused.value)
+    for result in ("'chinn'", "did you mean chin?", "mine.fis, line 7: rule"):
+        assert result in str(refused.value)

@@ -47,9 +47,9 @@ def test_a_rule_that_fires_at_rest_is_heard(shot: Path, capsys: pytest.CaptureFi
     loud = shot.with_name("loud.usda")
     stage.GetRootLayer().Export(str(loud))
     assert main(["fuzzy", "neutral", str(loud), "--format", "json"]) == 0
-    heard = json.loads(capsys.readouterr().out)[1]
-    assert len(heard["rules_firing"]) == 1
-    assert max(heard["neutral"].values()) > 0.9 and max(heard["jitter_mean"].values()) > 0.9
+    detected = json.loads(capsys.readouterr().out)[1]
+    assert len(detected["rules_firing"]) == 1
+    assert max(detected["neutral"].values()) > 0.9 and max(detected["jitter_mean"].values()) > 0.9
 
 
 @pytest.mark.slow

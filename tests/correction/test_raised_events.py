@@ -8,7 +8,7 @@ import pytest
 from usdface import options
 from usdface.correction.evidence import Evidence
 from usdface.correction.pose_blend import respond
-from usdface.correction.raised_events import JudgedEvents, judged_events
+from usdface.correction.raised_events import RaisedEvents, raised_events
 
 POSE = np.array([1.0, 0.9, 0.6])  # brows, mouth, eyes
 EVIDENCE = Evidence(
@@ -22,8 +22,23 @@ CURVE = np.concatenate([np.zeros(10), RISE, np.ones(60), RISE[::-1], np.zeros(10
 INSIDE = slice(45, 95)
 
 
-def judged(weights: np.ndarray, output: np.ndarray) -> JudgedEvents:
-    return judged_events(output, output, weights, weights, POSE, EVIDENCE, (0.15, 0.4), 1 / 60)
+def events(
+    weights: np.ndarray, output: np.ndarray, by_rules: np.ndarray, step: float | None = 1 / 60
+) -> RaisedEvents:
+    return raised_events(
+        output,
+        by_rules,
+        weights=weights,
+        judged=weights,
+        pose=POSE,
+        evidence=EVIDENCE,
+        response=(0.15, 0.4),
+        step=step,
+    )
+
+
+def judged(weights: np.ndarray, output: np.ndarray) -> RaisedEvents:
+    return events(weights, output, output)
 
 
 def raised(weights: np.ndarray, output: np.ndarray, gain: np.ndarray | float = 1.0) -> np.ndarray:
@@ -95,15 +110,14 @@ def test_the_correction_is_a_continuous_function_of_weights_and_outputs() -> Non
         assert np.abs(after - before).max() < 0.01
 
 
-def test_what_likeness_alone_detects_is_raised_as_far_as_its_output_says() -> None:
+def test_what_the_classifier_alone_detects_is_raised_as_far_as_its_output_says() -> None:
     weights = 0.3 * CURVE[:, None] * POSE
-    arguments = (weights, weights, POSE, EVIDENCE, (0.15, 0.4), 1 / 60)
-    rules, none = 0.5 * CURVE, np.zeros(len(CURVE))
-    levels = [judged_events(rules, by, *arguments).level for by in (none, 0.25 * CURVE, rules)]
+    output, none = 0.5 * CURVE, np.zeros(len(CURVE))
+    levels = [events(weights, output, by).level for by in (none, 0.25 * CURVE, output)]
     expected = [0.5, respond(np.array(0.25), (0.15, 0.4)), 1.0]
     for level, value in zip(levels, np.maximum(expected, 0.5), strict=True):
         np.testing.assert_allclose(level, value, atol=1e-9)
     # A single frame is an event of its own, by the same measure.
-    alone = judged_events(rules, none, weights, weights, POSE, EVIDENCE, (0.15, 0.4), None)
-    output = rules[alone.events.frames]
-    np.testing.assert_allclose(alone.level, np.minimum(respond(output, (0.15, 0.4)), output))
+    alone = events(weights, output, none, step=None)
+    own = output[alone.events.frames]
+    np.testing.assert_allclose(alone.level, np.minimum(respond(own, (0.15, 0.4)), own))

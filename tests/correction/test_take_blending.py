@@ -37,7 +37,7 @@ def raised(left: float, right: float, outputs: tuple[float, float]) -> np.ndarra
 
 
 def test_halves_that_show_an_emotion_alike_are_raised_alike() -> None:
-    """Mouths on either side of the likeness that halves it, by the noise of the solve."""
+    """Mouths on either side of the similarity that raises half, by the noise of the solve."""
     alone = [raised(mouth, mouth, (0.6, 0.6)) for mouth in (0.15, 0.26)]
     assert alone[0][0] < 0.5 * alone[1][0]
     added = raised(0.26, 0.15, (0.6, 0.6))

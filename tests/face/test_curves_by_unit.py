@@ -87,8 +87,8 @@ def test_lips_that_a_phone_closes_take_back_the_jaw() -> None:
     found = curves_by_unit(["jawOpen", "mouthClose"], ["mouth-open"])
     assert found["mouthClose"] == {"mouth-open": -0.8}
     assert "mouthClose" not in curves_by_unit(["mouthClose"], ["mouth-open"])
-    told = {"JawOpen": {"mouth-open": 0.5, "chin": 0.2}}
-    taken = curves_by_unit(["mouthClose"], [], told)
+    named = {"JawOpen": {"mouth-open": 0.5, "chin": 0.2}}
+    taken = curves_by_unit(["mouthClose"], [], named)
     assert taken == {"mouthClose": {"mouth-open": -0.5, "chin": -0.2}}
     assert curves_by_unit(["mouthClose"], [], {"jawOpen": {}}) == {}
 

@@ -146,12 +146,12 @@ def test_poses_and_units_are_the_same_in_any_spelling(rig, spelling):
     names = (RIGS | {"vrm": (*shapes_of(VRM, ("Left", "Right")), "happy", "angry")})[rig]
     names = tuple({shape_key(name): name for name in names}.values())  # gaze has two spellings
     spelt = tuple(map(SPELLINGS[spelling], names))
-    (own, told), (other, also_told) = map(expressions_for, (names, spelt))
+    (own, named), (other, also_told) = map(expressions_for, (names, spelt))
     assert [e.name for e in other] == [e.name for e in own] != []
     for a, b in zip(own, other, strict=True):
         np.testing.assert_array_equal(a.pose(names), b.pose(spelt))
         assert b.shapes == tuple(spelt[names.index(shape)] for shape in a.shapes)
-    assert also_told == told
+    assert also_told == named
     units, others = units_of(names), units_of(spelt)
     assert [others.get(name) for name in spelt] == [units.get(name) for name in names]
 

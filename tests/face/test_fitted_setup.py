@@ -36,7 +36,7 @@ def test_a_marker_that_is_named_so_is_the_nose_tip(world: World) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"nose_tip": "nase"}, "'nase' is not among the bound markers"),
         ({"nose_tip": "nase"}, "; did you mean nose?"),
@@ -48,12 +48,14 @@ def test_a_marker_that_is_named_so_is_the_nose_tip(world: World) -> None:
         ({"binding": Binding(("nose",), np.array([-1]))}, "vertex -1"),
     ],
 )
-def test_a_setup_must_fit_rig_and_take(world: World, changes: dict[str, object], said: str) -> None:
+def test_a_setup_must_fit_rig_and_take(
+    world: World, changes: dict[str, object], message: str
+) -> None:
     setup = world.setup() if "binding" not in changes else None
     with pytest.raises(InputError) as caught:
         setup = world.setup(**changes) if setup else RetargetSetup(**changes)  # type: ignore[arg-type]
         fit_setup(setup, world.rig.meshes[0], world.take)
-    assert said in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_an_assumed_neutral_is_a_frame_that_shows_the_markers(world: World) -> None:

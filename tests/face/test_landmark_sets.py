@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.face.landmark_sets import landmark_places, nose_tip_landmark
-from usdface.face.named_places import LANDMARKS, named_places
+from usdface.face.marker_name_places import LANDMARKS, named_places
 
 IBUG = tuple(f"landmark_{number}" for number in range(68))
 MEDIAPIPE = tuple(f"landmark_{number}" for number in range(478))

@@ -33,7 +33,7 @@ def test_residuals_of_regions_make_up_that_of_the_face() -> None:
         curve**2 * seen[:, regions == region].sum(axis=1) for region, curve in curves.items()
     )
     assert np.sqrt(total / seen.sum(axis=1)) == pytest.approx(solution.residual)
-    said = region_errors(FACE, solution.markers, solution.distances)
-    assert max(said, key=lambda region: said[region]["worst"]) == "jaw"
-    assert said["jaw"]["worst_frame"] == 20
-    assert sum(entry["markers"] for entry in said.values()) == len(BINDING.markers)
+    result = region_errors(FACE, solution.markers, solution.distances)
+    assert max(result, key=lambda region: result[region]["worst"]) == "jaw"
+    assert result["jaw"]["worst_frame"] == 20
+    assert sum(entry["markers"] for entry in result.values()) == len(BINDING.markers)

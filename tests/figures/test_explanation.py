@@ -7,7 +7,6 @@ from expression_systems import changed, expression_system
 
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import InputError
-from usdface.explanation import Explanation
 from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.rules import parse_rule
@@ -15,7 +14,8 @@ from usdface.fuzzy.variables import Term, Variable
 from usdface.rigs import Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot, ShotResult
+from usdface.shot.explanation import Explanation
+from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import WeightsTake
 
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -81,9 +81,9 @@ def test_what_a_rule_denies_is_drawn_as_it_asks_for_it(tmp_path: Path) -> None:
     other = explanation(rule="IF lip_y IS NOT raised THEN joy IS 1")
     for case, name in ((explained, "raised"), (other, "not raised")):
         write_explanation_figure(case, 4, tmp_path / "out.svg")
-        said = (tmp_path / "out.svg").read_text()
-        assert f"<!-- {name} -->" in said
-        assert ("<!-- not raised -->" in said) == (case is other)
+        text = (tmp_path / "out.svg").read_text()
+        assert f"<!-- {name} -->" in text
+        assert ("<!-- not raised -->" in text) == (case is other)
 
 
 @pytest.mark.slow
@@ -94,9 +94,9 @@ def test_a_half_that_says_something_else_has_its_curve(tmp_path: Path) -> None:
     still = replace(whole, evaluation=silent, shown=0.0 * whole.shown)
     halves = with_sides(explained, both=still, left=whole, right=still)
     write_explanation_figure(halves, 4, tmp_path / "a.svg")
-    said = (tmp_path / "a.svg").read_text()
-    assert "<!-- joy, left half -->" in said and "<!-- joy, right half -->" not in said
-    assert "no emotion; left half: joy 0.50 -->" in said
+    text = (tmp_path / "a.svg").read_text()
+    assert "<!-- joy, left half -->" in text and "<!-- joy, right half -->" not in text
+    assert "no emotion; left half: joy 0.50 -->" in text
 
 
 @pytest.mark.slow
@@ -110,9 +110,9 @@ def test_of_thousands_of_rules_those_that_fire_most_have_a_row(tmp_path: Path) -
     system = changed(explained.system, rules=rules)
     many = replace(many, trace=replace(many.trace, system=system))
     write_explanation_figure(many, 4, tmp_path / "a.svg")
-    said = (tmp_path / "a.svg").read_text()
-    assert said.count("<!-- joy: lip_y raised -->") == 60
-    assert "(the 60 of 3000 that fire most)" in said
+    text = (tmp_path / "a.svg").read_text()
+    assert text.count("<!-- joy: lip_y raised -->") == 60
+    assert "(the 60 of 3000 that fire most)" in text
 
 
 def test_a_name_that_is_no_picture_is_refused(tmp_path: Path) -> None:

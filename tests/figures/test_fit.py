@@ -27,10 +27,10 @@ def test_only_what_was_tested_has_a_row(tmp_path: Path) -> None:
     counts = np.array([[2, 1, 0], [0, 0, 0], [0, 0, 3]])
     tested = Validation("variant", ("joy", "fear"), counts, np.zeros(0), ())
     write_fit_figure(system, tested, tmp_path / "fit.svg")
-    said = (tmp_path / "fit.svg").read_text()
+    text = (tmp_path / "fit.svg").read_text()
     # Once as heard, and once as shown where it was.
-    assert [said.count(f"<!-- {name} -->") for name in ("joy", "fear", "none")] == [2, 1, 2]
-    assert "5 of 6 correct (1 of 3 emotions without a test)" in said
+    assert [text.count(f"<!-- {name} -->") for name in ("joy", "fear", "none")] == [2, 1, 2]
+    assert "5 of 6 correct (1 of 3 emotions without a test)" in text
 
 
 def test_no_picture_of_another_kind(tmp_path: Path) -> None:

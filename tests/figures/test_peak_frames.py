@@ -7,7 +7,7 @@ from worlds import make_world
 from usdface.figures.peak_frames import peak_frames, sheet_frames
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot, ShotResult
+from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import WeightsTake
 
 RATE = 30.0

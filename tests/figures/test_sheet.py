@@ -22,9 +22,9 @@ def test_the_sheet_names_frames_reasons_and_residuals(
     path = tmp_path / "sheet.svg"
     assert main(["process", str(shot), "--sheet", str(path)]) == 0
     assert f"wrote {path}" in capsys.readouterr().out
-    said = path.read_text()
+    content = path.read_text()
     for text in ("rest", "residual", "solved", "corrected", "changed by"):
-        assert text in said, text
+        assert text in content, text
 
 
 @pytest.mark.slow

@@ -10,9 +10,9 @@ from usdface.figures.take import write_take_figure
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
 from usdface.pipeline import make_shot
-from usdface.retarget_shot import retarget
-from usdface.shot import ShotResult
-from usdface.shot_report import report_of
+from usdface.shot.report import report_of
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import ShotResult
 
 PNG = b"\x89PNG\r\n\x1a\n"
 
@@ -47,11 +47,11 @@ def test_the_regions_and_the_largest_weights_are_named(solved: ShotResult, tmp_p
     path = tmp_path / "take.svg"
     details = report_of(solved).details
     write_take_figure(solved, details, path)
-    said = path.read_text()
+    text = path.read_text()
     regions = details["residual"]["regions_mm"]
     for region, entry in regions.items():
-        assert f"{region} {entry['rms']:.2f}" in said
-    assert "jawOpen" in said
+        assert f"{region} {entry['rms']:.2f}" in text
+    assert "jawOpen" in text
 
 
 @pytest.mark.slow
@@ -60,13 +60,13 @@ def test_what_is_not_there_is_not_drawn(solved: ShotResult, tmp_path: Path) -> N
     still = replace(solved.solved, weights=np.zeros_like(solved.solved.weights))
     bare = replace(solved, corrected=None, trace=None, solved=still)
     write_take_figure(bare, {}, tmp_path / "bare.svg")
-    said = (tmp_path / "bare.svg").read_text()
-    assert "no weight moves" in said and "RMS [mm]" not in said and "emotions" not in said
-    assert "standard deviation" not in said
+    text = (tmp_path / "bare.svg").read_text()
+    assert "no weight moves" in text and "RMS [mm]" not in text and "emotions" not in text
+    assert "standard deviation" not in text
     write_take_figure(replace(bare, solved=solved.solved), {}, tmp_path / "recorded.svg")
-    said = (tmp_path / "recorded.svg").read_text()
-    assert "<!-- solved weights that move" in said and "<!-- weight -->" in said
-    assert "standard deviation" not in said
+    text = (tmp_path / "recorded.svg").read_text()
+    assert "<!-- solved weights that move" in text and "<!-- weight -->" in text
+    assert "standard deviation" not in text
 
 
 def test_a_file_that_is_no_picture_is_refused_before_any_work(shot: Path, tmp_path: Path) -> None:

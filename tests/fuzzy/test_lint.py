@@ -56,8 +56,8 @@ def test_a_rule_that_is_switched_off_is_meant_to_be():
             (Variable("a", "input", terms=(LOW, HIGH)), Variable("joy", "output")),
             (parse_rule(never, **off),),
         )
-        (said,) = rule_findings(system)
-        assert (said.code, said.severity) == ("RULE_OFF", "info")
+        (reported,) = rule_findings(system)
+        assert (reported.code, reported.severity) == ("RULE_OFF", "info")
 
 
 def test_contradictory_rules_are_named_whatever_their_order():

@@ -32,7 +32,7 @@ def test_a_gain_is_enough(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("{", "no JSON"),
         ("[]", "expected"),
@@ -48,10 +48,10 @@ def test_a_gain_is_enough(tmp_path: Path) -> None:
         ('{"shapes": {"a": {"gain": 1, "offset": 0.5}}}', "0 to 0.2"),
     ],
 )
-def test_what_is_wrong_is_said(tmp_path: Path, text: str, said: str) -> None:
+def test_what_is_wrong_is_said(tmp_path: Path, text: str, message: str) -> None:
     path = tmp_path / "who.json"
     path.write_text(text)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         read_calibration_file(path)
 
 

@@ -67,7 +67,7 @@ def without_meshes(path: Path, edit: Callable[[dict[str, Any]], None] = lambda _
     return path
 
 
-def said(found: tuple[Finding, ...]) -> dict[str, str]:
+def messages(found: tuple[Finding, ...]) -> dict[str, str]:
     return {f.code: f.message for f in found if f.severity != "info"}
 
 
@@ -83,10 +83,10 @@ def test_usdskel_shows_what_the_rigs_own_clip_shows(tmp_path: Path, baked: Any) 
     write_gltf(rig, tmp_path / "clip.glb", [clip])
     with_meshes = tmp_path / "a.usdc"
     done = import_scene(tmp_path / "clip.glb", with_meshes, rig=tmp_path / "rig.usdc")
-    assert said(done.findings) == {}
+    assert messages(done.findings) == {}
     without_meshes(tmp_path / "clip.glb")
     done = import_scene(tmp_path / "clip.glb", tmp_path / "b.usdc", rig=tmp_path / "rig.usdc")
-    assert said(done.findings) == {} and done.summary["clips"] == 1
+    assert messages(done.findings) == {} and done.summary["clips"] == 1
     for path in (with_meshes, tmp_path / "b.usdc"):
         np.testing.assert_allclose(
             shown(baked, path), shown(baked, tmp_path / "own.usdc"), atol=1e-5
@@ -115,7 +115,7 @@ def test_what_the_rig_lacks_is_named(tmp_path: Path) -> None:
 
     path = without_meshes(tmp_path / "clip.glb", rename)
     write_rig(rig, tmp_path / "rig.usdc")
-    found = said(import_scene(path, tmp_path / "a.usdc", rig=tmp_path / "rig.usdc").findings)
+    found = messages(import_scene(path, tmp_path / "a.usdc", rig=tmp_path / "rig.usdc").findings)
     assert set(found) == {"SHAPE_UNKNOWN", "ANIMATION_DROPPED"}
     assert "skull" in found["ANIMATION_DROPPED"]
     (kept,) = animated_rig(open_stage(tmp_path / "a.usdc"))[1]

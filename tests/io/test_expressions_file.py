@@ -38,7 +38,7 @@ def test_action_units_and_what_is_left_out(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("document", "said"),
+    ("document", "message"),
     [
         ("[]", "expected an object"),
         ("{}", "expected an object"),
@@ -61,8 +61,8 @@ def test_action_units_and_what_is_left_out(tmp_path):
         ({"joy": {"shapes": {"a": 1.5}}}, "in .0, 1."),
     ],
 )
-def test_another_form_is_refused(tmp_path, document, said):
+def test_another_form_is_refused(tmp_path, document, message):
     path = tmp_path / "poses.json"
     path.write_text(document if isinstance(document, str) else json.dumps(document))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         read_expressions_file(path)

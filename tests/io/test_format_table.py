@@ -69,10 +69,10 @@ def test_a_suffix_of_usdface_is_never_taken_over(install: Install, tmp_path: Pat
     assert take.names == ("A",)
     take, findings = read_take(take_file(tmp_path, "a.greedy"))
     assert take.names == ("a",)
-    (told,) = findings
-    assert told.code == "PLUGIN_CONFLICT"
-    assert told.where == "greedy 1.0 (greedy:A)"
-    assert told.message == "Greedy claims .csv, which stays with marker CSV of usdface"
+    (reported,) = findings
+    assert reported.code == "PLUGIN_CONFLICT"
+    assert reported.where == "greedy 1.0 (greedy:A)"
+    assert reported.message == "Greedy claims .csv, which stays with marker CSV of usdface"
 
 
 def test_two_packages_that_claim_a_file_are_both_named(install: Install, tmp_path: Path) -> None:
@@ -82,8 +82,8 @@ def test_two_packages_that_claim_a_file_are_both_named(install: Install, tmp_pat
         read_take(take_file(tmp_path, "a.xyz"))
     assert raised.value.code == "PLUGIN_CONFLICT"
     assert "One of one 1.0 (one:A) and Two of two 1.0 (two:A) both fit" in str(raised.value)
-    (told,) = conflicts(TAKE_READERS.of_other_packages()[0])
-    assert told.values["claimed_by"] == ["One of one 1.0 (one:A)", "Two of two 1.0 (two:A)"]
+    (named,) = conflicts(TAKE_READERS.of_other_packages()[0])
+    assert named.values["claimed_by"] == ["One of one 1.0 (one:A)", "Two of two 1.0 (two:A)"]
 
 
 def test_the_content_decides_between_two_packages(install: Install, tmp_path: Path) -> None:

@@ -56,7 +56,7 @@ def test_json_says_the_same(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("row", "said"),
+    ("row", "message"),
     [
         ("a.trc,1,x,joy,,", "line 2: end_s is 'x'; expected a number"),
         ("a.trc,2,1,joy,,", "line 2: the stretch from 2 to 1"),
@@ -77,13 +77,13 @@ def test_json_says_the_same(tmp_path):
         ("", "has no labels"),
     ],
 )
-def test_what_a_line_gets_wrong_is_named(tmp_path, row, said):
-    with pytest.raises(InputError, match=said):
+def test_what_a_line_gets_wrong_is_named(tmp_path, row, message):
+    with pytest.raises(InputError, match=message):
         read_labels(write(tmp_path, HEADER + row + "\n"))
 
 
 @pytest.mark.parametrize(
-    ("header", "said"),
+    ("header", "message"),
     [
         ("take,start_s,end_s,mood", "unknown column 'mood'"),
         ("take,start_s,end_s", "no column 'emotion'"),
@@ -92,8 +92,8 @@ def test_what_a_line_gets_wrong_is_named(tmp_path, row, said):
         ("take,take,start_s,end_s,emotion", "occurs twice"),
     ],
 )
-def test_columns_are_checked(tmp_path, header, said):
-    with pytest.raises(InputError, match=said):
+def test_columns_are_checked(tmp_path, header, message):
+    with pytest.raises(InputError, match=message):
         read_labels(write(tmp_path, header + "\na,1,2,joy\n"))
 
 

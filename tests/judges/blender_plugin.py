@@ -242,7 +242,7 @@ def hook(folder):
     chosen.take_kind, chosen.take_markers = "EMPTIES", performer()
     chosen.export_process = True
     bpy.ops.wm.usd_export(filepath=str(folder / "shot.usda"), export_animation=True)
-    said = messages()
+    result = messages()
     chosen.export_setup = False
     bpy.ops.wm.usd_export(filepath=str(folder / "plain.usda"), export_animation=True)
     process = part("process")
@@ -251,7 +251,7 @@ def hook(folder):
     part("character").export_character(chosen.character, folder / "character.usda")
     mesh = process._prepare_rig(folder / "character.usda", "head")
     part("places").write_bind(bpy.context.scene, mesh, folder / "bind.json")
-    return {"messages": said, "csv": str(take)}
+    return {"messages": result, "csv": str(take)}
 
 
 def trip(folder):

@@ -17,7 +17,7 @@ from usdface.cli import main
 from usdface.io.gltf.read import read_gltf
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 
 pytestmark = pytest.mark.slow
 
@@ -189,9 +189,9 @@ def test_set_up_and_take_survive_the_way_through_blender(
     answer = blender_with("trip", tmp_path)
     before = shot_at(tmp_path / "in" / "shot.usda")
     for name in ("shot.usda", "shot.usdface.usda"):
-        told = answer[name]
-        assert told["fps"] == 60 and told["range"] == [0, 719] and not told["messages"]
-        assert "Take" not in told["objects"] and "Expressions" not in told["objects"]
+        named = answer[name]
+        assert named["fps"] == 60 and named["range"] == [0, 719] and not named["messages"]
+        assert "Take" not in named["objects"] and "Expressions" not in named["objects"]
         after = shot_at(tmp_path / f"out_{name}")
         same_setup(before, after)
     assert answer["shot.usdface.usda"]["tracks"] == ["usdface raw", "usdface expressive"]

@@ -156,12 +156,12 @@ def test_a_marker_under_the_pointer_is_named_with_its_residual(page: Page) -> No
     )
     page.call("Input.dispatchMouseEvent", type="mouseMoved", x=at[0], y=at[1])
     page.wait("!usdface.label.hidden")
-    said = page.run("usdface.label.textContent")
+    result = page.run("usdface.label.textContent")
     name, residual = page.run(
         "[usdface.page.features.names[4], usdface.page.features.residual_mm.values["
         "72 * usdface.page.features.names.length + 4]]"
     )
-    assert said == f"{name}  {residual:.1f} mm"
+    assert result == f"{name}  {residual:.1f} mm"
     page.run("usdface.switch('features')")
 
 
@@ -339,9 +339,9 @@ def test_a_verdict_is_shown_with_its_reasons(browser: Browser, tmp_path: Path) -
     data = {"clips": [clip], "character": character_data(rig, rig.meshes), "verdict": verdict}
     (tmp_path / "a.html").write_text(page_html("view", "a", "", data), encoding="utf-8")
     page = browser.page(tmp_path / "a.html")
-    said = "document.getElementById('verdict').innerText"
-    assert page.run(said).lower().strip() == "look at (1)"  # the reasons would hide the face
+    result = "document.getElementById('verdict').innerText"
+    assert page.run(result).lower().strip() == "look at (1)"  # the reasons would hide the face
     page.run("document.querySelector('#verdict summary').click()")
-    assert reason["message"] in page.run(said)
+    assert reason["message"] in page.run(result)
     page.run("document.querySelector('#verdict button').click()")
     assert page.run("usdface.player.frame") == 2 and page.problems() == []

@@ -7,7 +7,7 @@ from worlds import make_world
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.geometry.triangulation import triangle_fans
 from usdface.materials import Material, Placement, Texture
-from usdface.page.character import character_data, shown_meshes
+from usdface.page.character import character_data, page_meshes
 from usdface.rigs import BlendShape, MaterialSubset, Mesh, Rig, Skeleton, Skin
 
 
@@ -53,10 +53,10 @@ def test_a_mesh_that_nothing_moves_is_left_out_on_request() -> None:
     rig = make_world(teeth=True).rig
     still = Mesh("hair", np.eye(3), [3], [0, 1, 2])
     rig = replace(rig, meshes=(still, *rig.meshes))
-    assert [mesh.name for mesh in shown_meshes(rig, True)] == [m.name for m in rig.meshes[1:]]
-    assert shown_meshes(rig, False) == rig.meshes
+    assert [mesh.name for mesh in page_meshes(rig, True)] == [m.name for m in rig.meshes[1:]]
+    assert page_meshes(rig, False) == rig.meshes
     lone = replace(rig, meshes=(still,))
-    assert shown_meshes(lone, True) == (still,)
+    assert page_meshes(lone, True) == (still,)
 
 
 def test_the_strongest_four_joints_move_a_point() -> None:

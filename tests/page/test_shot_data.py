@@ -8,7 +8,7 @@ from usdface.io.usd.played_shot import read_played_shot
 from usdface.page.clip_data import TICKS_PER_SECOND
 from usdface.page.rule_data import rule_data
 from usdface.page.shot_data import carrier_of, gap_curves, shot_data
-from usdface.played_shot import PlayedShot
+from usdface.shot.played_shot import PlayedShot
 
 
 @pytest.fixture(scope="module")

@@ -95,8 +95,8 @@ def test_a_cut_of_other_takes_is_refused_with_both_timecodes(
     text = CUT.replace("01:00:00", "09:00:00").replace("02:00:0", "10:00:0")
     (folder / "reel.edl").write_text(text)
     assert conform(folder) == 1
-    said = capsys.readouterr().err
-    assert "begin at 05:00:00 to 10:00:00, the takes at 01:00:00 to 02:00:00 [FRAMES" in said
+    printed = capsys.readouterr().err
+    assert "begin at 05:00:00 to 10:00:00, the takes at 01:00:00 to 02:00:00 [FRAMES" in printed
 
 
 def test_the_show_file_is_no_input_and_is_beside_its_model(folder: Path) -> None:

@@ -29,9 +29,9 @@ def spoilt(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_example_is_right(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", str(HEAD), "--facs", "--strict"]) == 0
-    said = capsys.readouterr().out
-    assert "mouthSmileLeft" in said and "AU12L" in said and "moved [mm]" in said
-    assert "sadness" in said and "criteria of the paper met" in said
+    printed = capsys.readouterr().out
+    assert "mouthSmileLeft" in printed and "AU12L" in printed and "moved [mm]" in printed
+    assert "sadness" in printed and "criteria of the paper met" in printed
 
 
 @pytest.mark.slow
@@ -39,8 +39,8 @@ def test_faults_are_findings_in_table_and_json(
     spoilt: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["check", str(spoilt), "--facs"]) == 0  # warnings
-    said = capsys.readouterr().out
-    assert "SWAPPED with mouthPucker" in said and "FACS_SHAPE_DEAD" in said
+    printed = capsys.readouterr().out
+    assert "SWAPPED with mouthPucker" in printed and "FACS_SHAPE_DEAD" in printed
     assert main(["check", str(spoilt), "--facs", "--strict", "--format", "json"]) == 1
     report = json.loads(capsys.readouterr().out)
     found = {(f["code"], f["where"]) for f in report["findings"] if f["severity"] == "warning"}
@@ -60,9 +60,9 @@ def test_faults_are_findings_in_table_and_json(
 def test_the_figure_names_shapes_and_verdicts(spoilt: Path, tmp_path: Path) -> None:
     result = usdface.check(spoilt, facs=True, figure=tmp_path / "a.svg")
     assert result.written == (tmp_path / "a.svg",)
-    said = (tmp_path / "a.svg").read_text()
+    content = (tmp_path / "a.svg").read_text()
     for text in ("mouthSmileLeft", "AU12L", "swapped with mouthPucker", "dead", "surprise"):
-        assert text in said, text
+        assert text in content, text
 
 
 @pytest.mark.slow

@@ -19,11 +19,11 @@ def test_the_command_goes_through_all_formats_and_says_what_is_doubtful(tmp_path
     for suffix in (".fll", ".fis", ".fcl", ".usdc"):
         source, place = place, tmp_path / f"a{suffix}"
         assert main(["fuzzy", "convert", str(source), "-o", str(place), "--format", "json"]) == 0
-        said = json.loads(capsys.readouterr().out)
-        codes = {f["code"] for f in said["findings"]}
+        printed = json.loads(capsys.readouterr().out)
+        codes = {f["code"] for f in printed["findings"]}
         assert {"RULE_FIRES_AT_NEUTRAL", "RULE_OFF"} <= codes
         assert ("MEANING_DIFFERS" in codes) == (suffix != ".usdc")
-        assert said["summary"]["rules"] == len(system.fuzzy.rules)
+        assert printed["summary"]["rules"] == len(system.fuzzy.rules)
     assert read_fuzzy_file(place)[0] == system
 
 
@@ -39,8 +39,10 @@ def test_a_failed_conversion_writes_nothing(tmp_path, capsys):
 def test_the_papers_table_comes_out_of_a_file_of_its_system(tmp_path, capsys, suffix):
     place = tmp_path / f"paper{suffix}"
     assert main(["fuzzy", "paper", "-o", str(place), "--format", "json"]) == 0
-    said = json.loads(capsys.readouterr().out)
-    fires = [f["values"]["rule"] for f in said["findings"] if f["code"] == "RULE_FIRES_AT_NEUTRAL"]
+    printed = json.loads(capsys.readouterr().out)
+    fires = [
+        f["values"]["rule"] for f in printed["findings"] if f["code"] == "RULE_FIRES_AT_NEUTRAL"
+    ]
     assert len(fires) == 1 and "THEN anger IS 1" in fires[0]
     system, findings = read_fuzzy_file(place)
     assert findings == []

@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from worlds import make_world
 
-from usdface import retarget_pieces
 from usdface.cli import main
 from usdface.hooks import Hook
 from usdface.io.usd.take import write_take
 from usdface.pipeline import long_take
+from usdface.shot import retarget_pieces
 
 
 @pytest.fixture
@@ -73,7 +73,7 @@ def test_what_cannot_be_kept_fails_a_piece(
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     assert status == 1
-    assert "cannot write" in (said := capsys.readouterr().err) and "File too large" in said
+    assert "cannot write" in (printed := capsys.readouterr().err) and "File too large" in printed
     assert run(shot, "--piece", piece)["computed"] == 1
 
 

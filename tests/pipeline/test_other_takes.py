@@ -115,8 +115,8 @@ def test_a_wrong_blend_shape_is_refused_with_its_file(
     (folder / "curves.json").write_text(json.dumps({"curves": {"jawOpen": {"jawOpn": 1.0}}}))
     arguments = ["shot", *shot_files(folder), "--bind", folder / "curves.json"]
     assert main([str(a) for a in arguments]) == 1
-    said = capsys.readouterr().err
-    assert "curves.json: the curve 'jawOpen' is to drive 'jawOpn'" in said
+    printed = capsys.readouterr().err
+    assert "curves.json: the curve 'jawOpen' is to drive 'jawOpn'" in printed
 
 
 def test_curves_are_of_no_use_to_markers(done: Done, tmp_path: Path) -> None:
@@ -258,8 +258,8 @@ def test_frames_without_any_marker_follow_their_neighbours(tmp_path: Path) -> No
     replace(world, take=replace(world.take, positions=positions)).write(tmp_path)
     shot = shoot(tmp_path)
     outcome = report(tmp_path, "process", shot)
-    said = next(f for f in outcome["findings"] if f["code"] == "FRAME_UNSOLVED")
-    assert said["values"] == {
+    reported = next(f for f in outcome["findings"] if f["code"] == "FRAME_UNSOLVED")
+    assert reported["values"] == {
         "unsolved_count": 2,
         "frame_count": 40,
         "first_frame": 12,

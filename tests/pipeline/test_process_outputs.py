@@ -48,7 +48,7 @@ over "Shot" { over "Fuzzy" { double usdface:gain = 0.5 } }
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("-o", "hand.usda"), "hand.usda is of another origin, not a result of `process` that"),
         (("-o", "rig.usda", "--no-head"), "rig.usda is read by"),
@@ -64,12 +64,12 @@ over "Shot" { over "Fuzzy" { double usdface:gain = 0.5 } }
     ],
 )
 def test_before_the_solve(
-    shot: Path, refused: Callable[..., str], options: tuple[str, ...], said: str
+    shot: Path, refused: Callable[..., str], options: tuple[str, ...], message: str
 ) -> None:
     (shot.parent / "hand.usda").write_text(HAND)
     (shot.parent / "hand.glb").write_bytes(b"glTF")
     (shot.parent / "other.usda").write_bytes((shot.parent / "take.usda").read_bytes())
-    assert said in refused(*options)
+    assert message in refused(*options)
 
 
 def test_the_results_of_an_earlier_run_are_replaced(shot: Path) -> None:
@@ -110,8 +110,10 @@ def test_a_result_that_a_person_edited_is_kept(
     layer = Sdf.Layer.FindOrOpen(str(shot.with_name(name)))
     layer.documentation = "pins of the animator"
     layer.Save()
-    said = refused("--deliver", "face.usda")
-    assert f"{name} was edited since usdface wrote it; overwrite (--overwrite) replaces it" in said
+    message = refused("--deliver", "face.usda")
+    assert (
+        f"{name} was edited since usdface wrote it; overwrite (--overwrite) replaces it" in message
+    )
     process(shot, deliver=shot.with_name("face.usda"), overwrite=True)
     assert "animator" not in shot.with_name(name).read_text()
 
@@ -128,8 +130,8 @@ def test_a_root_layer_of_an_older_version(
         Sdf.CreatePrimInLayer(layer, "/Shot").specifier = Sdf.SpecifierOver
     layer.Save()
     if edited:
-        said = refused()
-        assert f"{root.name} may hold edits; an older version wrote it; overwrite" in said
+        message = refused()
+        assert f"{root.name} may hold edits; an older version wrote it; overwrite" in message
     process(shot, overwrite=edited)
     assert "fingerprint" in root.read_text()
 

@@ -85,8 +85,8 @@ def test_the_sequence_goes_on_and_the_table_says_why(
     page = (folder / "show.html").read_text()
     assert 'href="shots/good.usdface.html"' in page
     assert (folder / "shots/good.usdface.html").is_file()
-    said = capfd.readouterr()
-    assert "error SHOT_FAILED" in said.out and "good.usdface.usda" in said.out
+    printed = capfd.readouterr()
+    assert "error SHOT_FAILED" in printed.out and "good.usdface.usda" in printed.out
 
 
 def test_stages_are_of_the_run_that_the_table_is_of(capsys: pytest.CaptureFixture[str]) -> None:

@@ -31,7 +31,7 @@ def correction_of(folder: Path, name: str) -> ExpressionSystem:
 
 
 @pytest.mark.parametrize(
-    ("told", "wanted"),
+    ("given", "wanted"),
     [
         ([], ("add", 0.5, 0.25)),
         (["--gain", "0.7"], ("add", 0.7, 0.25)),
@@ -40,9 +40,9 @@ def correction_of(folder: Path, name: str) -> ExpressionSystem:
     ],
 )
 def test_a_system_that_is_given_keeps_its_correction_but_for_what_is_told(
-    folder: Path, told: list[str], wanted: tuple[str, float, float]
+    folder: Path, given: list[str], wanted: tuple[str, float, float]
 ) -> None:
-    assert shot(folder, "shot.usda", f"--fuzzy={folder}/own.usda", *told) == 0
+    assert shot(folder, "shot.usda", f"--fuzzy={folder}/own.usda", *given) == 0
     system = correction_of(folder, "shot.usda")
     assert (system.mode, system.gain, system.ease) == wanted
 

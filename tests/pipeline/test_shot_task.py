@@ -15,7 +15,7 @@ from worlds import make_world
 
 from usdface.errors import OutputError, UsdFaceError
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
-from usdface.io.usd.own_layers import kind_of_usd
+from usdface.io.usd.file_kind import kind_of_usd
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
 from usdface.pipeline import process_sequence

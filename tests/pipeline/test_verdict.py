@@ -23,7 +23,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture
 def spoilt(monkeypatch: pytest.MonkeyPatch) -> None:
     measured = {"PLACES_MISFIT": Measured(0.9, "markers", ("chin", "[red]brow"))}
-    monkeypatch.setattr("usdface.shot_report.shot_measures", lambda *_: measured)
+    monkeypatch.setattr("usdface.shot.report.shot_measures", lambda *_: measured)
 
 
 def test_the_verdict_is_the_last_thing_on_screen(
@@ -74,7 +74,7 @@ def test_a_verdict_that_fails_is_a_finding(
     def fail(*_: object) -> None:
         raise ValueError
 
-    monkeypatch.setattr("usdface.shot_report.shot_measures", fail)
+    monkeypatch.setattr("usdface.shot.report.shot_measures", fail)
     assert main(["process", str(shot), "--format", "json"]) == 0
     document = json.loads(capsys.readouterr().out)
     assert "verdict" not in document

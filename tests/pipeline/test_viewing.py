@@ -81,8 +81,8 @@ def test_a_page_is_named_as_one_and_is_no_input(done: Done, tmp_path: Path) -> N
 def test_help_has_examples(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["view", "--help"])
-    said = capsys.readouterr().out
-    assert said.count("\n  usdface view ") == 2
+    printed = capsys.readouterr().out
+    assert printed.count("\n  usdface view ") == 2
 
 
 def test_recorded_weights_have_a_page_without_markers(tmp_path: Path) -> None:

@@ -88,10 +88,12 @@ def test_what_is_written_is_listed(
     before = written_files(place)
     assert main(command.split()) == 0
     after = written_files(place)
-    said = [line[6:] for line in capfd.readouterr().out.splitlines() if line.startswith("wrote ")]
+    printed = [
+        line[6:] for line in capfd.readouterr().out.splitlines() if line.startswith("wrote ")
+    ]
     changed = {path for path, state in after.items() if before.get(path) != state}
-    assert {place / name for name in said} == changed
-    assert len(said) == len(changed)
+    assert {place / name for name in printed} == changed
+    assert len(printed) == len(changed)
 
 
 def worn_scene(folder: Path, first: str, second: str) -> None:

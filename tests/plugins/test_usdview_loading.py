@@ -48,12 +48,12 @@ def test_plug_finds_the_container_and_its_menu() -> None:
         text=True,
         check=True,
     )
-    said = json.loads(done.stdout)
+    report = json.loads(done.stdout)
     names = ("show_panel", "process", "toggle_expressions", "save")
-    assert said["commands"] == [f"UsdfaceContainer.{name}" for name in names]
-    assert len(said["menus"]["usdface"]) == 4
+    assert report["commands"] == [f"UsdfaceContainer.{name}" for name in names]
+    assert len(report["menus"]["usdface"]) == 4
     # usdview starts as fast as without it
-    assert said["loaded"] == ["usdface_usdview", "usdface_usdview.container"]
+    assert report["loaded"] == ["usdface_usdview", "usdface_usdview.container"]
 
 
 def test_the_plug_in_says_what_it_lacks() -> None:
@@ -68,10 +68,10 @@ def test_the_plug_in_says_what_it_lacks() -> None:
             text=True,
             check=True,
         )
-        said = json.loads(done.stdout)
+        report = json.loads(done.stdout)
         if importlib.util.find_spec("pxr.Usdviewq") is None:
-            assert "no usdview" in said[0]
-            assert len(said) == count
+            assert "no usdview" in report[0]
+            assert len(report) == count
 
 
 def used_names() -> set[str]:

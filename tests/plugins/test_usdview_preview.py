@@ -15,7 +15,7 @@ from worlds import make_world
 from usdface.options import ProcessOptions
 from usdface.pipeline import process
 from usdface.result import Result
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 
 @pytest.fixture(scope="module")
@@ -161,10 +161,10 @@ print(shot_file(Usd.Stage.Open({os.fspath(shot)!r}))[0])
 """
     environment = {k: v for k, v in os.environ.items() if k != "PXR_PLUGINPATH_NAME"}
     environment["PYTHONPATH"] = str(Path(__file__).parents[2] / "plugins" / "usdview")
-    said = subprocess.run(
+    answer = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
     )
-    assert said.stdout.strip() == str(shot)
+    assert answer.stdout.strip() == str(shot)
 
 
 def test_two_faces_in_one_stage_are_named(shot: Path, tmp_path: Path) -> None:

@@ -7,7 +7,7 @@ from worlds import NEUTRAL, World, make_world
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
-from usdface.retarget_take import calibrate, retarget
+from usdface.retarget_take import calibrate, clean_and_solve
 from usdface.setup.binding import Binding
 from usdface.setup.calibration import Calibration
 from usdface.setup.retarget_setup import RetargetSetup
@@ -51,7 +51,7 @@ def range_of_motion() -> FloatArray:
 def solved_error(calibration: Calibration | None, gains: FloatArray, world: World = WORLD) -> float:
     take = performance(world.weights, gains, seed=1)
     setup = replace(SETUP, calibration=calibration)
-    _, weights, _, _ = retarget(take, FACE, setup)
+    _, weights, _, _ = clean_and_solve(take, FACE, setup)
     return float(np.sqrt(np.mean((weights.weights - world.weights) ** 2)))
 
 
@@ -109,7 +109,7 @@ def test_a_neutral_that_is_not_at_rest_is_found_and_made_good() -> None:
     found, _ = calibrate(take, FACE, SETUP, extremes=True)
     assert found.calibration.offsets == pytest.approx(rest, abs=0.02)
     truth = Calibration(NAMES, one, rest)
-    _, weights, _, _ = retarget(take, FACE, replace(SETUP, calibration=truth))
+    _, weights, _, _ = clean_and_solve(take, FACE, replace(SETUP, calibration=truth))
     assert weights.weights[:NEUTRAL, jaw].mean() == pytest.approx(0.1, abs=0.01)
     assert np.abs(weights.weights[NEUTRAL:] - range_of_motion()[NEUTRAL:]).mean() < 0.01
 
@@ -128,7 +128,7 @@ def test_a_rest_that_is_described_twice_is_taken_off_once(named: tuple[str, ...]
         calibration=Calibration(NAMES, GAINS, rest),
         neutral_weights={name: shown[name] for name in named},
     )
-    _, found, _, _ = retarget(take, FACE, setup)
+    _, found, _, _ = clean_and_solve(take, FACE, setup)
     truth = np.concatenate([np.tile(rest / GAINS, (NEUTRAL, 1)), weights[NEUTRAL:]])
     assert np.abs(found.weights - truth).mean() < 0.0075  # 0.006 from a true rest
     assert found.weights[:NEUTRAL].mean(axis=0) == pytest.approx(rest / GAINS, abs=0.02)
@@ -146,7 +146,7 @@ def test_the_neutral_frames_of_a_take_go_before_the_performers_habit() -> None:
         neutral_weights={"eyeBlinkLeft": 0.2},
     )
     take = performance(range_of_motion(), one, rest)
-    _, found, _, _ = retarget(take, FACE, setup)
+    _, found, _, _ = clean_and_solve(take, FACE, setup)
     assert found.weights[:NEUTRAL, lid].mean() == pytest.approx(0.2, abs=0.02)
 
 
@@ -155,7 +155,7 @@ def test_the_rigs_own_neutral_is_at_rest_whatever_the_performers_is() -> None:
     weights = range_of_motion()
     take = performance(weights, one, habit)  # the first frames show it, and are not the neutral
     setup = replace(SETUP, neutral=None, calibration=Calibration(NAMES, one, habit))
-    _, found, _, _ = retarget(take, FACE, setup)
+    _, found, _, _ = clean_and_solve(take, FACE, setup)
     assert found.weights[:NEUTRAL].mean(axis=0) == pytest.approx(habit, abs=0.02)
     assert np.abs(found.weights[NEUTRAL:] - weights[NEUTRAL:]).mean() < 0.01
     calibrated, _ = calibrate(take, FACE, replace(SETUP, neutral=None), extremes=True)

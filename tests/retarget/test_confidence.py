@@ -57,9 +57,9 @@ def test_deviations_are_how_far_weights_are_off(smoothness: float) -> None:
     regularisation = Regularisation(noise, 0.0, options)
     found = solve_weights(NORMAL, seen @ BASIS.T, times, regularisation).weights
     off = np.sqrt(np.mean((found - truth) ** 2, axis=0))
-    said = weight_deviations(NORMAL, STEP, Regularisation(noise, 0.0, options))
+    result = weight_deviations(NORMAL, STEP, Regularisation(noise, 0.0, options))
     # Slow weights are smoothed at no cost in truth, so that they are nearer than said.
-    np.testing.assert_allclose(off, said, rtol=0.1 if smoothness == 0.0 else 0.5)
+    np.testing.assert_allclose(off, result, rtol=0.1 if smoothness == 0.0 else 0.5)
 
 
 SHAPED = 0.02 * np.eye(4) + 0.03 * np.outer([1.0, 0.8, -0.5, 0.2], [1.0, 0.8, -0.5, 0.2])
@@ -87,8 +87,8 @@ def test_with_a_learned_covariance_they_are_how_far_weights_of_the_process_are_o
     free = Bounds(np.full(4, -10.0), np.full(4, 10.0))
     learned = Regularisation(noise, 0.0, OPTIONS, covariance=0.09 * SHAPED)
     found = solve_weights(NORMAL, seen @ BASIS.T, times, learned, bounds=free).weights
-    said = weight_deviations(NORMAL, STEP, learned)
-    off = np.abs(found - (truth - 0.5)) / said
+    result = weight_deviations(NORMAL, STEP, learned)
+    off = np.abs(found - (truth - 0.5)) / result
     assert (off < 1).mean() == pytest.approx(0.683, abs=0.02)
     assert (off < 2).mean() == pytest.approx(0.954, abs=0.01)
 
@@ -96,20 +96,20 @@ def test_with_a_learned_covariance_they_are_how_far_weights_of_the_process_are_o
 def test_what_no_marker_sees_is_not_learned_either() -> None:
     normal = NORMAL.copy()
     normal[2] = normal[:, 2] = 0.0
-    said = weight_deviations(
+    result = weight_deviations(
         normal, STEP, Regularisation(3e-4, 0.0, OPTIONS, covariance=1e-4 * np.eye(4))
     )
-    assert said[2] == pytest.approx(OPTIONS.spread, rel=1e-6)
-    assert np.delete(said, 2).max() <= 0.01
+    assert result[2] == pytest.approx(OPTIONS.spread, rel=1e-6)
+    assert np.delete(result, 2).max() <= 0.01
 
 
 def test_bounds_cut_errors_off() -> None:
-    said = within_bounds(np.array([0.01, 0.01, 10.0]), np.array([[0.5, 0.005, 0.5]]))
-    assert said[0] == pytest.approx(0.01)
+    result = within_bounds(np.array([0.01, 0.01, 10.0]), np.array([[0.5, 0.005, 0.5]]))
+    assert result[0] == pytest.approx(0.01)
     # Within [-1/2, oo): numbers from a table of the normal distribution.
-    assert said[1] == pytest.approx(0.01 * np.sqrt(1 - 0.5 * 0.35207 / 0.69146), rel=1e-4)
+    assert result[1] == pytest.approx(0.01 * np.sqrt(1 - 0.5 * 0.35207 / 0.69146), rel=1e-4)
     # Where nothing is known: even over [0, 1].
-    assert said[2] == pytest.approx(np.sqrt(1 / 12), rel=1e-3)
+    assert result[2] == pytest.approx(np.sqrt(1 / 12), rel=1e-3)
 
 
 NAMES = ("smileLeft", "jawOpen", "smileRight", "puff")
@@ -171,9 +171,9 @@ def test_weights_that_sparsity_presses_to_0_are_as_sure_as_their_posterior(
     cost = 0.5 * ((grid @ normal) * grid).sum(axis=1) + held.value(grid)
     share = np.exp((cost.min() - cost) / held.variance)
     posterior = np.sqrt((share / share.sum()) @ grid**2)
-    said = within_bounds(weight_deviations(normal, 0.0, held), found, held)
-    np.testing.assert_allclose(said, posterior, rtol=0.1)
-    assert (within_bounds(weight_deviations(normal, 0.0, held), found) > 1.5 * said).all()
+    result = within_bounds(weight_deviations(normal, 0.0, held), found, held)
+    np.testing.assert_allclose(result, posterior, rtol=0.1)
+    assert (within_bounds(weight_deviations(normal, 0.0, held), found) > 1.5 * result).all()
 
 
 def test_a_term_that_raises_presses_against_the_upper_bound() -> None:
@@ -182,9 +182,9 @@ def test_a_term_that_raises_presses_against_the_upper_bound() -> None:
             return np.full(size, 50.0 * held.variance)
 
     held = Regularisation(0.3, 0.0, OPTIONS, terms=(Raised(),))
-    said = within_bounds(np.full(2, 10.0), np.array([[1.0, 0.5]]), held)
-    assert said[0] == pytest.approx(np.sqrt(2) / 50, rel=1e-2)
-    assert said[1] == pytest.approx(np.sqrt(1 / 12), rel=1e-2)
+    result = within_bounds(np.full(2, 10.0), np.array([[1.0, 0.5]]), held)
+    assert result[0] == pytest.approx(np.sqrt(2) / 50, rel=1e-2)
+    assert result[1] == pytest.approx(np.sqrt(1 / 12), rel=1e-2)
 
 
 def test_misfit_does_not_average_out() -> None:
@@ -208,23 +208,23 @@ def world(bound: list[int], moving_head: bool = False, axes: int = 3) -> Confide
 
 
 def test_a_shape_that_no_marker_sees_keeps_its_prior_and_its_place_is_named() -> None:
-    said = world([0, 3, 9, 12])
-    assert said.unseen == {2: 6}
-    assert said.deviations[2] == pytest.approx(OPTIONS.spread, rel=0.05)
-    assert np.delete(said.deviations, 2).max() < 0.1
-    assert said.places[0] == 6
+    result = world([0, 3, 9, 12])
+    assert result.unseen == {2: 6}
+    assert result.deviations[2] == pytest.approx(OPTIONS.spread, rel=0.05)
+    assert np.delete(result.deviations, 2).max() < 0.1
+    assert result.places[0] == 6
 
 
 def test_a_marker_at_the_named_place_shows_the_shape() -> None:
-    said = world([0, 3, 9, 12, world([0, 3, 9, 12]).unseen[2]])
-    assert not said.unseen and said.deviations.max() < 0.1
+    result = world([0, 3, 9, 12, world([0, 3, 9, 12]).unseen[2]])
+    assert not result.unseen and result.deviations.max() < 0.1
 
 
 def test_no_place_is_named_where_one_marker_would_not_determine_the_shape() -> None:
     """Of three shapes that move alike a marker sees the sum."""
     alike = np.concatenate([SHAPES, SHAPES[[2, 2]]])
-    said = confidence_of(PLACES, alike, np.array([0, 3, 9, 12]), 3, False, STEP, USUAL)
-    assert said.unseen == {2: None, 5: None, 6: None}
+    result = confidence_of(PLACES, alike, np.array([0, 3, 9, 12]), 3, False, STEP, USUAL)
+    assert result.unseen == {2: None, 5: None, 6: None}
 
 
 def test_places_are_the_best_of_all_one_at_a_time() -> None:
@@ -247,12 +247,12 @@ def test_an_unknown_head_makes_weights_less_sure() -> None:
 def test_an_image_sees_no_depth() -> None:
     deep = np.roll(SHAPES, 1, axis=2)
     bound = np.arange(0, 15, 3)
-    said = confidence_of(PLACES, deep, bound, 2, False, STEP, USUAL)
-    np.testing.assert_allclose(said.deviations, OPTIONS.spread, rtol=1e-6)
+    result = confidence_of(PLACES, deep, bound, 2, False, STEP, USUAL)
+    np.testing.assert_allclose(result.deviations, OPTIONS.spread, rtol=1e-6)
 
 
 def test_what_has_no_errors_is_sure() -> None:
     exact = Regularisation(0.0, 0.0, OPTIONS)
-    said = confidence_of(PLACES, SHAPES, np.arange(15), 3, True, STEP, exact)
-    assert np.isfinite(said.deviations).all() and said.deviations.max() < 0.1
-    assert not len(said.places)
+    result = confidence_of(PLACES, SHAPES, np.arange(15), 3, True, STEP, exact)
+    assert np.isfinite(result.deviations).all() and result.deviations.max() < 0.1
+    assert not len(result.places)

@@ -186,13 +186,13 @@ def test_a_factor_that_cannot_be_is_refused(tmp_path: Path) -> None:
         ):
             with pytest.raises(InputError, match="exaggeration of"):
                 make(wrong)
-    said = {
+    result = {
         "cheeks": "; the blend shapes of cheeks belong to mouth and eyes$",
         "jaw": "; the blend shapes of jaw belong to mouth$",
         "brow": r"; did you mean brows\?$",
         "hand": "expected face, brows, eyes, mouth$",
     }
-    for part, end in said.items():
+    for part, end in result.items():
         with pytest.raises(InputError, match=end):
             ProcessOptions(exaggeration={part: 1.5})
     with pytest.raises(InputError, match='"exaggeration"'):

@@ -1,4 +1,4 @@
-"""Performer laid over character: places and map from rest and motion, also in a whole solve."""
+"""Fit of performer to character: places and map from rest and motion, also in a whole solve."""
 
 import importlib
 from dataclasses import replace
@@ -35,7 +35,7 @@ def bound() -> BlendShapeEvaluator:
     return evaluator_of(HEAD.mesh, HEAD.vertices)[0]
 
 
-def laid(positions: np.ndarray, surface: MarkerSurface | None, **options: object) -> FaceFit:
+def fitted(positions: np.ndarray, surface: MarkerSurface | None, **options: object) -> FaceFit:
     evidence = MotionEvidence(HEAD.times, positions)
     settings = MapOptions(**options)  # type: ignore[arg-type]
     return fit_face(positions[0], HEAD.points, bound(), settings, evidence, surface)
@@ -53,10 +53,10 @@ def on_its_vertices(fit: FaceFit) -> bool:
 
 def test_markers_of_an_equal_face_sit_on_their_vertices_to_the_last_bit() -> None:
     positions = HEAD.performed(np.zeros_like(SHIFTS))
-    fit = laid(positions, HEAD.surface)
+    fit = fitted(positions, HEAD.surface)
     assert on_its_vertices(fit) and fit.choice.name == "similarity"
     np.testing.assert_array_equal(fit.points, HEAD.points)
-    assert on_its_vertices(laid(1300.0 * positions + 5.0, HEAD.surface))
+    assert on_its_vertices(fitted(1300.0 * positions + 5.0, HEAD.surface))
 
 
 @pytest.mark.parametrize("case", ["image", "paper", "no surface"])
@@ -65,13 +65,13 @@ def test_images_the_papers_map_and_bound_markers_have_no_places(case: str) -> No
     options: dict[str, object] = {"form": "paper"} if case == "paper" else {}
     if case == "image":
         positions = 4000.0 * positions[..., :2]
-    fit = laid(positions, None if case == "no surface" else HEAD.surface, **options)
+    fit = fitted(positions, None if case == "no surface" else HEAD.surface, **options)
     assert on_its_vertices(fit)
     np.testing.assert_array_equal(fit.points, HEAD.points)
 
 
 def test_places_that_rest_shows_and_motion_confirms_are_taken_at_once() -> None:
-    fit = laid(HEAD.performed(SHIFTS), HEAD.surface)
+    fit = fitted(HEAD.performed(SHIFTS), HEAD.surface)
     assert rms(fit.shifts - SHIFTS) < 0.5 * rms(SHIFTS)
     assert fit.placed is not None and fit.guess is not None
     np.testing.assert_array_equal(fit.points, fit.placed.points)
@@ -80,7 +80,7 @@ def test_places_that_rest_shows_and_motion_confirms_are_taken_at_once() -> None:
 def test_places_that_motion_contradicts_are_not_taken() -> None:
     """At rest the face looks like one with markers 3 mm beside; it moves like one without."""
     moved = HEAD.performed(np.zeros_like(SHIFTS)) - HEAD.points
-    fit = laid(HEAD.surface.at(SHIFTS).points + moved, HEAD.surface)
+    fit = fitted(HEAD.surface.at(SHIFTS).points + moved, HEAD.surface)
     assert not fit.shifts.any() and fit.guess is not None
     assert not fit.guess.mean.any() and fit.guess.spread == pytest.approx(0.0017, rel=0.4)
 
@@ -286,7 +286,7 @@ def other_face(positions: np.ndarray) -> np.ndarray:
 @pytest.mark.slow
 def test_a_face_that_moves_by_its_own_proportions_is_found_to() -> None:
     positions = other_face(2e-5 * np.random.default_rng(7).normal(size=(120, MARKERS, 3)))
-    fit = laid(positions, HEAD.surface)
+    fit = fitted(positions, HEAD.surface)
     assert fit.transferred is not None and fit.choice.name == TRANSFER
     shares = fit.choice.unexplained
     assert shares[TRANSFER] < 0.8 * min(v for name, v in shares.items() if name != TRANSFER)

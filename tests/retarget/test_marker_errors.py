@@ -223,8 +223,8 @@ def test_a_marker_that_slips_counts_less(world: World) -> None:
     assert off(world, found) < 0.7 * off(world, alike)
     assert found.errors is not None and alike.errors is None
     assert found.errors.argmax() == found.markers.index(name) and found.errors.max() > 3.0
-    (told,) = (each for each in findings if each.code == "MARKER_INACCURATE")
-    assert told.values["markers"] == [name]
+    (reported,) = (each for each in findings if each.code == "MARKER_INACCURATE")
+    assert reported.values["markers"] == [name]
     assert "MARKER_INACCURATE" not in [each.code for each in silent]
 
 

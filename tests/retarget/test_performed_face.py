@@ -48,8 +48,8 @@ def matched(
     return match_face(face, names, HEAD.vertices[: len(names)], neutral, frames, "take")
 
 
-def laid(neutral: np.ndarray, face: PerformerFace = FACE) -> tuple[MatchedFace, np.ndarray]:
-    """Return how the face is matched, and its displacements on the character (S, M, 3)."""
+def fitted_again(neutral: np.ndarray, face: PerformerFace = FACE) -> tuple[MatchedFace, np.ndarray]:
+    """Return the match of the face, and its fitted displacements on the character (S, M, 3)."""
     found, _ = matched(neutral, face)
     assert found is not None
     fit = fit_known_face(face, found, SHAPES, HEAD.surface)
@@ -66,7 +66,7 @@ def test_the_same_markers_have_their_places_and_movements_again() -> None:
 
 
 def test_a_performer_who_stands_elsewhere_in_other_units_is_the_same() -> None:
-    found, moved = laid(1000.0 * FACE.rest @ TURN.T + 7.0)
+    found, moved = fitted_again(1000.0 * FACE.rest @ TURN.T + 7.0)
     assert not found.moved.any()
     np.testing.assert_allclose(moved, OWN, atol=1e-9)
 

@@ -9,6 +9,7 @@ from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.options import HeadMode, MapOptions
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
 from usdface.retarget.rbf import fit_map
+from usdface.retarget.solve_problem import SolveProblem
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 
@@ -34,7 +35,8 @@ def solve(positions: np.ndarray, head: HeadMode, **map_options: float) -> PoseAn
     first = Pose.identity(FRAMES)
     if head == "solve" and positions.shape[2] == 3:
         first, _ = rigid_fit(FACE, positions)
-    return solve_pose_and_weights(TIMES, positions, FACE, MODEL, space, first, setup)
+    problem = SolveProblem(TIMES, positions, FACE, MODEL, space, first, setup)
+    return solve_pose_and_weights(problem)
 
 
 def rms(values: np.ndarray) -> float:
@@ -127,10 +129,10 @@ def solve_measured(
         first, _ = rigid_fit(neutral, positions)
     known = None if frames is None else np.full(MARKERS, frames)
     times = np.arange(len(positions)) / 30
-    return solve_pose_and_weights(
-        times, positions, FACE, MODEL, space, first, setup, neutral_frames=known,
-        least_noise=least_noise,
-    )  # fmt: skip
+    problem = SolveProblem(
+        times, positions, FACE, MODEL, space, first, setup, least_noise=least_noise
+    )
+    return solve_pose_and_weights(problem, neutral_frames=known)
 
 
 @pytest.mark.slow
@@ -176,9 +178,8 @@ def solve_image(neutral_frames: np.ndarray | None) -> PoseAndWeights:
     image = image + 0.3 * np.random.default_rng(1).normal(size=image.shape)
     space = fit_map(image[0], FACE, MapOptions())
     first = Pose.identity(FRAMES)
-    return solve_pose_and_weights(
-        TIMES, image, FACE, MODEL, space, first, setup, neutral_frames=neutral_frames
-    )
+    problem = SolveProblem(TIMES, image, FACE, MODEL, space, first, setup)
+    return solve_pose_and_weights(problem, neutral_frames=neutral_frames)
 
 
 def test_the_neutral_of_an_image_is_not_corrected() -> None:

@@ -42,23 +42,23 @@ def report(positions: np.ndarray, without: str = "-") -> SolveReport:
 def test_without_a_place_for_another_marker_what_is_hardly_seen_is_named_all_the_same() -> None:
     noise = 3e-4 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
     setup, solution = solved(WORLD, WORLD.take.positions + noise, without="lid")
-    said = solve_report(bound_face(MESH, setup), setup, solution, free=np.zeros(0, np.int64))
-    hidden = said.details["confidence"]["hardly_seen"]
+    result = solve_report(bound_face(MESH, setup), setup, solution, free=np.zeros(0, np.int64))
+    hidden = result.details["confidence"]["hardly_seen"]
     assert hidden == {"eyeBlinkLeft": None, "eyeBlinkRight": None}
-    assert "next markers" not in said.summary
+    assert "next markers" not in result.summary
 
 
 def test_symmetry_tells_of_a_side_that_no_marker_shows() -> None:
     noise = 3e-4 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
     setup, solution = solved(WORLD, WORLD.take.positions + noise, without="lid_r")
-    said = {}
+    result = {}
     for symmetry in (0.0, 400.0):
         held = replace(setup, solve=SolveOptions(symmetry=symmetry, prior="fixed"))
         solution = replace(solution, covariance=None)
         face = bound_face(MESH, held)
         details = solve_report(face, held, solution, free=np.zeros(0, np.int64)).details
-        said[symmetry] = details["confidence"]["standard_deviation"]["eyeBlinkRight"]
-    assert said[400.0] < 0.5 * said[0.0]
+        result[symmetry] = details["confidence"]["standard_deviation"]["eyeBlinkRight"]
+    assert result[400.0] < 0.5 * result[0.0]
 
 
 def test_a_marker_that_jumps_is_named_with_its_frame_and_distance() -> None:
@@ -72,11 +72,11 @@ def test_a_marker_that_jumps_is_named_with_its_frame_and_distance() -> None:
 
 def test_residuals_of_frames_and_markers_are_of_one_piece() -> None:
     noise = 1e-3 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
-    said = report(WORLD.take.positions + noise).details["residual"]
-    of_markers = [marker["rms"] for marker in said["markers_mm"].values()]
-    assert len(said["frames_mm"]) == len(WORLD.take.times)
+    result = report(WORLD.take.positions + noise).details["residual"]
+    of_markers = [marker["rms"] for marker in result["markers_mm"].values()]
+    assert len(result["frames_mm"]) == len(WORLD.take.times)
     assert np.mean(np.square(of_markers)) == pytest.approx(
-        np.mean(np.square(said["frames_mm"])), rel=1e-2
+        np.mean(np.square(result["frames_mm"])), rel=1e-2
     )
 
 
@@ -88,14 +88,14 @@ def test_an_occluded_marker_counts_where_it_was_seen() -> None:
 
 def test_a_shape_that_lost_its_markers_is_said_with_the_place_that_would_show_it() -> None:
     noise = 3e-4 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
-    said = report(WORLD.take.positions + noise, without="lid")
+    result = report(WORLD.take.positions + noise, without="lid")
     names = {"eyeBlinkLeft", "eyeBlinkRight"}
-    hidden = said.details["confidence"]["hardly_seen"]
+    hidden = result.details["confidence"]["hardly_seen"]
     assert names <= set(hidden)
-    assert {f.code for f in said.findings} == {"SHAPE_UNSURE"}
+    assert {f.code for f in result.findings} == {"SHAPE_UNSURE"}
     for name in names:
         moved = np.linalg.norm(MESH.offsets_at(np.array([hidden[name]])), axis=2)[:, 0]
         assert MESH.shape_names[int(moved.argmax())] == name
-    assert all(name in said.summary["least_certain"] for name in names)
+    assert all(name in result.summary["least_certain"] for name in names)
     sure = report(WORLD.take.positions + noise)
     assert names.isdisjoint(sure.details["confidence"]["hardly_seen"])

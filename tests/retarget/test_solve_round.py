@@ -52,10 +52,10 @@ def test_rounds_settle_at_weights_and_pose() -> None:
 
 def test_a_round_leaves_what_it_is_given() -> None:
     take, before = begun(MOVING.to_take(STILL))
-    kept = before.here.copy(), before.carried.copy(), before.pose.rotations.copy()
+    kept = before.here.copy(), before.occluded.copy(), before.pose.rotations.copy()
     one, other = next_round(take, before), next_round(take, before)
     assert before.number == 0 and one.number == 1
-    for array, was in zip((before.here, before.carried, before.pose.rotations), kept, strict=True):
+    for array, was in zip((before.here, before.occluded, before.pose.rotations), kept, strict=True):
         np.testing.assert_array_equal(array, was)
     assert one.iterate is not None and other.iterate is not None
     np.testing.assert_array_equal(one.iterate.weights, other.iterate.weights)

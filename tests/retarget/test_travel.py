@@ -16,7 +16,7 @@ from usdface.face.regions import gain_region
 from usdface.findings import Finding
 from usdface.io.bind_file import setup_of_json
 from usdface.retarget.travel import Travel, region_travel
-from usdface.shot_report import ShotReport, report_of
+from usdface.shot.report import ShotReport, report_of
 from usdface.takes import MarkerTake
 
 

@@ -262,8 +262,8 @@ def test_an_expression_that_no_marker_shows_gets_no_rule():
 
 def test_expressions_that_markers_cannot_tell_apart_are_named():
     world = with_expressions(markers=("nose", "Brow L", "Brow R"))
-    said = {f.where: f.message for f in world.findings}
-    assert "surprise" in said["fear"] and "sadness" in said["fear"]
+    reported = {f.where: f.message for f in world.findings}
+    assert "surprise" in reported["fear"] and "sadness" in reported["fear"]
     assert {f.code for f in world.findings} == {"EXPRESSION_UNSEEN"}
 
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
+from usdface.numerics.ramps import linear_ramp
 from usdface.rule_design.feature_errors import FeatureErrors
 from usdface.rule_design.negative_conditions import (
     LEAST_FIRING,
     negative_conditions,
-    ramp_membership,
     suppression,
 )
 
@@ -19,7 +19,7 @@ ALONE = np.arange(4)
 
 
 def rule(features):
-    return ramp_membership(features[:, 0], *RAMP)
+    return linear_ramp(features[:, 0], *RAMP)
 
 
 def excluded(own=OWN, others=(OTHER,), single=SPEECH, noise=QUIET, error=QUIET, twins=ALONE):
@@ -29,8 +29,8 @@ def excluded(own=OWN, others=(OTHER,), single=SPEECH, noise=QUIET, error=QUIET, 
 
 def test_a_ramp_goes_either_way():
     values = np.array([-0.02, -0.005, 0.0, 0.005, 0.02])
-    assert ramp_membership(values, 0.0, 0.01).tolist() == [0, 0, 0, 0.5, 1]
-    assert ramp_membership(values, 0.0, -0.01).tolist() == [1, 0.5, 0, 0, 0]
+    assert linear_ramp(values, 0.0, 0.01).tolist() == [0, 0, 0, 0.5, 1]
+    assert linear_ramp(values, 0.0, -0.01).tolist() == [1, 0.5, 0, 0, 0]
 
 
 def test_what_only_the_other_does_and_speech_does_not():
@@ -56,14 +56,14 @@ def test_at_no_intensity_is_much_left_of_the_other():
     (((feature, ramp),),), _ = excluded()
     for intensity in np.linspace(0, 1, 101):
         shown = intensity * OTHER
-        fired = min(ramp_membership(shown[0], *RAMP), 1 - ramp_membership(shown[feature], *ramp))
+        fired = min(linear_ramp(shown[0], *RAMP), 1 - linear_ramp(shown[feature], *ramp))
         assert fired <= 0.15 and (fired == 0 or intensity < 0.4)
 
 
 def test_the_expression_itself_is_kept_whole():
     own = np.array([0.010, 0.0, -0.003, 0.001])
     (((feature, ramp),),), _ = excluded(own=own)
-    assert ramp_membership(np.linspace(0, 1, 11) * own[feature], *ramp).max() == 0
+    assert linear_ramp(np.linspace(0, 1, 11) * own[feature], *ramp).max() == 0
 
 
 def test_little_is_let_be():

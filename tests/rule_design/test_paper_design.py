@@ -75,8 +75,8 @@ def test_an_emotion_may_have_several_references():
     poses = np.concatenate([references(), references()[2:3]])
     poses[-1, 1::3] = (0.0, 0.09, 0.0, 0.0, 0.0)
     system, _ = fit_paper(VARIABLES, poses, [*POSES, "anger"], NOISE)
-    said = [rule.consequents[0][0] for rule in system.fuzzy.rules]
-    assert sorted(said) == ["anger", "anger", "awe", "joy", "surprise"]
+    result = [rule.consequents[0][0] for rule in system.fuzzy.rules]
+    assert sorted(result) == ["anger", "anger", "awe", "joy", "surprise"]
     outputs = evaluate(system.fuzzy, inputs_of(system, poses)).outputs
     assert outputs.argmax(axis=1).tolist() == [0, 1, 2, 3, 2]
 
@@ -106,6 +106,6 @@ def test_a_pose_without_motions_of_its_own_gets_no_rule():
     system, findings = fit_paper(VARIABLES, poses, [*POSES, "bliss"], NOISE)
     unseen = {f.where for f in findings if f.code == "EXPRESSION_UNSEEN"}
     assert unseen == set(system.emotions) - {r.consequents[0][0] for r in system.fuzzy.rules}
-    silent, said = fit_paper(VARIABLES, np.repeat(poses[:2], 2, axis=0), "abcd", NOISE)
+    silent, result = fit_paper(VARIABLES, np.repeat(poses[:2], 2, axis=0), "abcd", NOISE)
     assert silent.fuzzy.rules == ()
-    assert [f.where for f in said] == list("abcd")
+    assert [f.where for f in result] == list("abcd")

@@ -207,16 +207,16 @@ def labels(folder: Path, text: str) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("take_0.usda,90,5000,joy\n", "joy is labelled from 90 to 5000 .frame., but the take has"),
         ("take_9.usda,0,3,joy\n", "take_9.usda"),
         ("take_0.usda,0,3,neutral\n", "the labels name no emotion"),
     ],
 )
-def test_labels_that_do_not_fit_are_refused(folder, tmp_path, text, said):
+def test_labels_that_do_not_fit_are_refused(folder, tmp_path, text, message):
     output = tmp_path / "fitted.usda"
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         fit_fuzzy(
             folder / "rig.usda",
             output,
@@ -254,10 +254,10 @@ def test_the_command_shows_rules_and_confusion(folder, tmp_path, capsys):
     common += ["--labels", str(folder / "labels.csv")]
     options = ["-o", str(tmp_path / "a.usda"), "--figure", str(tmp_path / "a.png")]
     assert main(["fuzzy", "fit", *common, *options]) == 0
-    said = capsys.readouterr().out
-    assert "THEN contempt IS 1" in said
-    assert "each recording held out" in said
-    assert "surprise / contempt" in said
+    printed = capsys.readouterr().out
+    assert "THEN contempt IS 1" in printed
+    assert "each recording held out" in printed
+    assert "surprise / contempt" in printed
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
     options = ["-o", str(tmp_path / "b.usda"), "--format", "json"]
     assert main(["fuzzy", "fit", *common, *options]) == 0

@@ -91,11 +91,11 @@ def test_the_stretch_called_neutral_is_the_takes_neutral(world, setup, examples)
     """The setup names frames that are not neutral; the label knows better."""
     wrong = replace(setup, neutral=(15, 15))
     rest = stretch(0, STILL - 1, NEUTRAL)
-    told = examples(world.take, rest, stretch(20, 20), setup=wrong)
+    named = examples(world.take, rest, stretch(20, 20), setup=wrong)
     right = examples(world.take, rest, stretch(20, 20))
-    assert told.examples.features == pytest.approx(right.examples.features, abs=1e-9)
-    assert np.abs(told.examples.features[0]).max() < 1e-6
-    assert told.examples.emotions == ("", "joy")
+    assert named.examples.features == pytest.approx(right.examples.features, abs=1e-9)
+    assert np.abs(named.examples.features[0]).max() < 1e-6
+    assert named.examples.emotions == ("", "joy")
 
 
 def test_speech_and_rest_show_no_emotion(world, examples):

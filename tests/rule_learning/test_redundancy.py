@@ -36,9 +36,9 @@ def test_what_is_subsumed_fires_nowhere_further():
     conditions = [(c, n) for name in names for c in columns(name) for n in (False, True)]
     rules = list(product(conditions, repeat=2))[::3]
     fired = {r: degree[:, [c + len(TERMS.names) * n for c, n in r]].min(axis=1) for r in rules}
-    said = 0
+    result = 0
     for general, special in product(rules, repeat=2):
         if subsumes(general, special, TERMS):
-            said += general != special
+            result += general != special
             assert (fired[special] <= fired[general] + 1e-12).all()
-    assert said > 50
+    assert result > 50

@@ -72,8 +72,8 @@ def test_no_rule_stands_twice_nor_under_another(seed):
 def test_two_names_for_the_same_get_no_rule():
     """Firing on the other as much as on its own costs more than silence."""
     twins = {**RULES, ("awe", ""): RULES["surprise", ""]}
-    said = {emotion for emotion, _ in learned(make_examples(twins))}
-    assert said == {"joy", "fear", "anger", "contempt"}
+    result = {emotion for emotion, _ in learned(make_examples(twins))}
+    assert result == {"joy", "fear", "anger", "contempt"}
 
 
 def test_a_movement_that_is_the_expression_is_not_held_against_it():
@@ -96,5 +96,5 @@ def test_a_quiet_marker_goes_before_a_noisy_one():
         noise[shaky] = 3 * NOISE
         rules = {("joy", ""): RULES["joy", ""], ("surprise", ""): RULES["surprise", ""]}
         kept = np.isin(examples.emotions, [e for e, _ in rules])
-        told = replace(examples, features=features, noise=noise.copy()).subset(kept)
-        assert dict(learned(told))["joy"][0].startswith(steady)
+        named = replace(examples, features=features, noise=noise.copy()).subset(kept)
+        assert dict(learned(named))["joy"][0].startswith(steady)

@@ -26,9 +26,9 @@ def test_two_emotions_that_move_alike_cannot_be_separated():
     assert pair.tested == 40
     assert pair.mistaken > 10  # 20 by chance
     assert not pair.separated
-    (said,) = pair.findings()
-    assert said.code == "MARKERS_CANNOT_SEPARATE"
-    assert f"{pair.mistaken} of 40 held-out examples" in said.message
+    (reported,) = pair.findings()
+    assert reported.code == "MARKERS_CANNOT_SEPARATE"
+    assert f"{pair.mistaken} of 40 held-out examples" in reported.message
     assert sum(not s.separated for s in found) == 1
 
 

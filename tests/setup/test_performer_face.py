@@ -27,7 +27,7 @@ def test_its_arrays_are_frozen() -> None:
 
 
 @pytest.mark.parametrize(
-    ("changed", "said"),
+    ("changed", "message"),
     [
         ({"vertices": [4]}, "vertices"),
         ({"shifts": np.zeros((2, 2))}, "shifts"),
@@ -39,6 +39,6 @@ def test_its_arrays_are_frozen() -> None:
         ({"frames": -1}, "frames"),
     ],
 )
-def test_what_does_not_belong_together_is_said(changed: dict[str, Any], said: str) -> None:
-    with pytest.raises(InputError, match=said):
+def test_what_does_not_belong_together_is_said(changed: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
         made(**changed)

@@ -74,9 +74,9 @@ def test_a_run_of_the_bundle_gives_the_same_bytes(show: Path, tmp_path: Path) ->
     assert "passes validation checks" in openjd("check", template)
     program = Path(sys.executable).with_name("usdface")
     values = ["-p", f"Root={tmp_path / 'farm'}", "-p", f"Usdface={program}"]
-    said = openjd("run", template, *values, "--step", "Table", "--run-dependencies")
-    assert "Shot(CHUNK[INT]) = 0-1" in said and "Shot(CHUNK[INT]) = 2-3" in said
-    assert "openjd_progress: 50.0" in said
+    result = openjd("run", template, *values, "--step", "Table", "--run-dependencies")
+    assert "Shot(CHUNK[INT]) = 0-1" in result and "Shot(CHUNK[INT]) = 2-3" in result
+    assert "openjd_progress: 50.0" in result
     assert "good" in (tmp_path / "farm/table.html").read_text()
     process_sequence(show)
 

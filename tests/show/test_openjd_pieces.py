@@ -9,8 +9,8 @@ import pytest
 from openjd_program import openjd
 from worlds import make_world
 
-from usdface import retarget_pieces
 from usdface.cli import main
+from usdface.shot import retarget_pieces
 
 
 def make_shot(folder: Path) -> Path:
@@ -86,8 +86,8 @@ def test_a_run_of_the_bundle_gives_the_same_bytes(tmp_path: Path) -> None:
     values = json.loads((job / "parameter_values.json").read_text())["parameterValues"]
     given = [f"{value['name']}={value['value']}" for value in values]
     given = [word for value in (*given, f"Usdface={program}") for word in ("-p", value)]
-    said = openjd("run", template, *given, "--step", "Join", "--run-dependencies")
-    assert "Piece(CHUNK[INT]) = 0" in said and "Piece(CHUNK[INT]) = 1" in said
+    result = openjd("run", template, *given, "--step", "Join", "--run-dependencies")
+    assert "Piece(CHUNK[INT]) = 0" in result and "Piece(CHUNK[INT]) = 1" in result
     results = sorted((shot.parent / "shot.usdface").glob("*.usdc"))
     farmed = {file.name: file.read_bytes() for file in results}
     for file in results:

@@ -17,8 +17,8 @@ from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
 from usdface.options import ProcessOptions
 from usdface.pipeline import make_shot, process
-from usdface.retarget_pieces import EstimatedTake
-from usdface.shot import Shot, ShotResult, SolvedShot
+from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.shot import Shot, ShotResult, SolvedShot
 from usdface.show import stage_cache
 
 PACE = "double usdface:solve:pace = 8"

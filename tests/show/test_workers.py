@@ -23,8 +23,8 @@ def test_values_errors_and_faults_come_back_with_their_task(
         "PROGRAM_FAULT",
         "ZeroDivisionError: by nothing",
     )
-    said = capfd.readouterr()
-    assert said.out == "" and "words of a library" in said.err
+    printed = capfd.readouterr()
+    assert printed.out == "" and "words of a library" in printed.err
 
 
 def test_a_worker_lives_as_long_as_there_is_work() -> None:

@@ -88,10 +88,10 @@ def align(
     else:
         points, offsets = candidates.points[assigned], candidates.offsets[:, assigned]
     linear, offset = _similarity(observations.neutral, points, trust)
-    carried = observations.neutral @ linear + offset
-    bends = _bends(carried, candidates, observations)
+    mapped = observations.neutral @ linear + offset
+    bends = _bends(mapped, candidates, observations)
     noise = (0.5 * candidates.size) ** 2 / trust
-    pull = np.linalg.solve(bends + np.diag(shape_error**2 * noise), points - carried)
+    pull = np.linalg.solve(bends + np.diag(shape_error**2 * noise), points - mapped)
     weights, rigid = peak_motion(
         Targets(points, offsets, trust),
         observations.displacements @ linear,
@@ -101,11 +101,11 @@ def align(
     )
     bend = bends @ pull
     if soft:
-        bend = bend + _mirror_correction(carried + bend, candidates)
+        bend = bend + _mirror_correction(mapped + bend, candidates)
     cost = motion[rows, assigned].mean() + _misfit_cost(
-        linear, points - carried, bends + np.diag(SHAPE_ERROR**2 * noise), candidates, observations
+        linear, points - mapped, bends + np.diag(SHAPE_ERROR**2 * noise), candidates, observations
     )
-    cost += _NAMED * name_disagreement(carried, observations)
+    cost += _NAMED * name_disagreement(mapped, observations)
     return replace(
         registration,
         linear=linear,
@@ -146,35 +146,35 @@ def predicted_by_others(
     process of the bend (C. E. Rasmussen, C. K. I. Williams, "Gaussian Processes for Machine
     Learning", 2006, eq. 5.12).
     """
-    carried = observations.neutral @ registration.linear + registration.offset
+    mapped = observations.neutral @ registration.linear + registration.offset
     trust = trust_of(registration.marker_costs)
     noise = SHAPE_ERROR**2 * (0.5 * candidates.size) ** 2 / trust
-    inverse = np.linalg.inv(_bends(carried, candidates, observations) + np.diag(noise))
+    inverse = np.linalg.inv(_bends(mapped, candidates, observations) + np.diag(noise))
     points = candidates.points[registration.assigned]
     variance = 1.0 / np.diagonal(inverse)
-    return points - (inverse @ (points - carried)) * variance[:, None], variance
+    return points - (inverse @ (points - mapped)) * variance[:, None], variance
 
 
 def _bends(
-    carried: FloatArray, candidates: CandidateVertices, observations: Observations
+    mapped: FloatArray, candidates: CandidateVertices, observations: Observations
 ) -> FloatArray:
     """Return the prior covariance of the bend at markers (M, 3) [m]: (M, M) [m^2]."""
     width = candidates.size * (_BEND_WIDTH if observations.named is None else _NAMED_BEND_WIDTH)
     return np.asarray(
         (_BEND * candidates.size) ** 2
-        * np.exp(-squared_distances(carried, carried) / (2.0 * width**2))
+        * np.exp(-squared_distances(mapped, mapped) / (2.0 * width**2))
     )
 
 
-def name_disagreement(carried: FloatArray, observations: Observations) -> float:
+def name_disagreement(mapped: FloatArray, observations: Observations) -> float:
     """Return 1 - the correlation of height on the face and height by name; 0 without names.
 
-    `carried` (M, 3) are neutral markers in the character's space.
+    `mapped` (M, 3) are neutral markers in the character's space.
     """
     known = ~np.isnan(observations.heights)
     if not known.any():
         return 0.0
-    return 1.0 - float(np.corrcoef(carried[known, 1], observations.heights[known])[0, 1])
+    return 1.0 - float(np.corrcoef(mapped[known, 1], observations.heights[known])[0, 1])
 
 
 def _soft_targets(
@@ -208,7 +208,7 @@ def _similarity(
 
 
 def _mirror_correction(points: FloatArray, candidates: CandidateVertices) -> FloatArray:
-    """Return displacements that make carried markers (M, 3) the mirror images of their partners.
+    """Return displacements that make mapped markers (M, 3) the mirror images of their partners.
 
     Performers wear markers in pairs, or on the middle line: two are partners where each is the
     nearest to the other's mirror image.

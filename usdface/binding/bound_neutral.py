@@ -12,13 +12,13 @@ from usdface.binding.neutral_frames import MOST_PEAKS, distant_frames, shows_pos
 from usdface.binding.observations import Observations, observe
 from usdface.binding.peak_motion import Targets
 from usdface.binding.registration import MOTION_ERROR, Registration
+from usdface.binding.stabilised_film import stabilised_film
 from usdface.binding.stabilised_take import (
     FEWEST_MARKERS,
     StabilisedTake,
     stabilised_take,
     without_head,
 )
-from usdface.binding.still_film import still_film
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.geometry.marker_spread import rms_radius
@@ -92,7 +92,7 @@ def _film_without_head(take: MarkerTake, face: BoundFace) -> StabilisedTake:
     """Return the markers of a take of an image, all of them bound, without head motion."""
     vertices = face.vertices_of(take.names)
     return stabilised_take(
-        still_film(take, face.mesh.points[vertices], face.mesh.offsets_at(vertices))
+        stabilised_film(take, face.mesh.points[vertices], face.mesh.offsets_at(vertices))
     )
 
 

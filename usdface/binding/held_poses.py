@@ -42,7 +42,7 @@ class HeldPose:
     frames : (int, int)
         First and last frame index.
     usual : float
-        Share of the take in it, frames counted by their likeness.
+        Share of the take in it, frames weighted by their similarity.
     first : float
         The same of the beginning of the take.
     lasts : float [s]
@@ -78,8 +78,8 @@ def held_poses(
         return [HeldPose((0, len(scores) - 1), 1.0, 1.0, 1.0)]
     size = _SAME_POSE * spread
     apart = cdist(some, some, "sqeuclidean")
-    alike = np.exp(-apart / (2 * size**2))
-    usual = alike.mean(axis=1)
+    similarity = np.exp(-apart / (2 * size**2))
+    usual = similarity.mean(axis=1)
     begins = times[frames] <= times[frames[0]] + _BEGINNING
     speed = np.linalg.norm(np.gradient(scores, times, axis=0), axis=1)
     around = round(2 * _STILL / max(frame_step(times), 1e-9)) + 1
@@ -94,7 +94,7 @@ def held_poses(
         near = shown & (np.linalg.norm(scores - some[best], axis=1) < size)
         hold = _hold(_calm(stabilised.positions, near), times, int(frames[best]))
         lasts = (hold[1] - hold[0] + 1) * max(frame_step(times), 1e-9)
-        first = float(alike[best, begins].mean())
+        first = float(similarity[best, begins].mean())
         found.append(HeldPose(hold, float(usual[best]), first, lasts))
         held[apart[best] < (_APART * size) ** 2] = 0.0
         best = int(held.argmax())

@@ -14,7 +14,7 @@ from scipy.spatial import cKDTree
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.binding.face_surface import FaceSurface
 from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
-from usdface.face.named_places import LANDMARKS
+from usdface.face.marker_name_places import LANDMARKS
 from usdface.face.regions import shape_regions
 
 __all__ = ["FaceLandmarks", "find_landmarks"]
@@ -37,7 +37,7 @@ class FaceLandmarks:
     ----------
     surface : FaceSurface
     average : (L, 2) float64 [mm]
-        On the average face (`usdface.face.named_places.LANDMARKS`), left and right.
+        On the average face (`usdface.face.marker_name_places.LANDMARKS`), left and right.
     points : (L, 3) float64 [m]
         On the rig.
     unit : float [m]
@@ -59,7 +59,7 @@ class FaceLandmarks:
     def vertices_at(self, places: FloatArray) -> IntArray:
         """Return the vertices of the surface at places (N, 2) on the average face [mm]: (N,).
 
-        A thin plate spline through the landmarks carries them over, as seen from the front.
+        A thin plate spline through the landmarks maps them, as seen from the front.
         """
         flat = RBFInterpolator(
             self.average, self.points[:, :2], kernel="thin_plate_spline", degree=1

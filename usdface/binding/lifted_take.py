@@ -101,8 +101,8 @@ def _view(image: FloatArray, places: FloatArray, spreads: FloatArray) -> _View:
     for _ in range(_ROUNDS):
         turns, flat = _camera(image, seen, points, weights / spreads**2)
         # (F, M, A): NaN for places that a name does not have.
-        carried = np.einsum("fij,maj->fmai", turns[:, :2], places)
-        apart = ((carried - flat[:, :, None]) ** 2).sum(axis=3)
+        mapped = np.einsum("fij,maj->fmai", turns[:, :2], places)
+        apart = ((mapped - flat[:, :, None]) ** 2).sum(axis=3)
         total = np.where(seen[..., None], apart, 0.0).sum(axis=0)
         squared = np.nan_to_num(total / np.maximum(seen.sum(axis=0), 1)[:, None], nan=np.inf)
         points = places[rows, squared.argmin(axis=1)]

@@ -9,7 +9,7 @@ from usdface.arrays import BoolArray, IntArray, frozen
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.face.place_names import place_names
+from usdface.face.place_descriptions import place_descriptions
 from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
@@ -182,9 +182,9 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
         human, places, bound=present, wanted=max(count, 0), noise=noise, room=free.room
     )
     if not 1 <= count <= len(shown.places):
-        # How many there is room for is known only where more were looked for.
+        # How many there is room for is known only where more were searched.
         expected = f"1 to {len(shown.places)}" if count > 0 else "1 or more"
-        raise InputError(f"{count} new markers are asked for; expected {expected}", "SETTING_WRONG")
+        raise InputError(f"{count} new markers are requested; expected {expected}", "SETTING_WRONG")
     vertices = places[shown.places]
     bound = np.concatenate([binding.points, vertices])
     unseen = [
@@ -192,7 +192,7 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
         for k in range(count + 1)
     ]
     named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
-    where = place_names(face, vertices)
+    where = place_descriptions(face, vertices)
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.binding.landmarks import FaceLandmarks
-from usdface.face.named_places import named_places
+from usdface.face.marker_name_places import named_places
 from usdface.geometry.rigid_fit import similarity_fit
 
 __all__ = [
@@ -142,7 +142,7 @@ def name_errors(priors: NamePriors, points: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class NamedPose:
-    """The similarity that carries markers to the places of their names.
+    """The similarity that maps markers to the places of their names.
 
     Attributes
     ----------
@@ -169,8 +169,8 @@ def named_pose(neutral: FloatArray, priors: NamePriors) -> NamedPose:
     target, weights = places[:, 0], np.isnan(places[:, 1:, 0]).all(axis=1).clip(_OPEN)
     for _ in range(_ROUNDS):
         linear, offset = similarity_fit(source, target, weights / spreads**2)
-        carried = source @ linear + offset
-        away = np.nan_to_num(np.linalg.norm(places - carried[:, None], axis=2), nan=np.inf)
+        mapped = source @ linear + offset
+        away = np.nan_to_num(np.linalg.norm(places - mapped[:, None], axis=2), nan=np.inf)
         target = places[rows, away.argmin(axis=1)]
         squared = (away.min(axis=1) / spreads) ** 2
         weights = 1.0 / (1.0 + squared / _DEGREES_OF_FREEDOM)

@@ -20,7 +20,7 @@ __all__ = [
     "shows_poses",
 ]
 
-# Peak frames that are looked for; judge: `python benchmarks/binding.py`.
+# Peak frames that are detected; judge: `python benchmarks/binding.py`.
 MOST_PEAKS = 24
 # Least distance of a peak from neutral and other peaks, as a share of the farthest one's. Set by
 # hand.

@@ -78,7 +78,19 @@ class Proposal:
 
 def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
     """Report a proposal for the take `source`."""
-    unsure, count = proposal.setup.unsure, len(proposal.placed)
+    findings = [*_left_out_findings(proposal), *_name_findings(proposal, source)]
+    if proposal.placeless:
+        message = "the names of {marker_count} markers are no known places on a face; left out"
+        names = list(proposal.placeless)
+        findings.append(finding("PLACE_UNKNOWN", source, message, len(names), markers=names))
+    findings += proposal.failed
+    message = "the vertices of {marker_count} markers are proposed; check them before use"
+    findings.append(finding("BIND_PROPOSED", source, message, len(proposal.placed)))
+    return findings + _unsure_findings(proposal, source)
+
+
+def _left_out_findings(proposal: Proposal) -> list[Finding]:
+    """Report markers that take no part in the proposal."""
     findings = [finding("MARKER_NEVER_SEEN", name) for name in proposal.never_seen]
     findings += [
         finding(
@@ -106,16 +118,14 @@ def proposal_findings(proposal: Proposal, source: str) -> list[Finding]:
         finding("MARKER_OFF_FACE", name, "it is off the face and is left out")
         for name in proposal.off_face
     ]
-    findings += _name_findings(proposal, source)
-    if proposal.placeless:
-        message = "the names of {marker_count} markers tell no place on a face; left out"
-        names = list(proposal.placeless)
-        findings.append(finding("PLACE_UNKNOWN", source, message, len(names), markers=names))
-    findings += proposal.failed
-    message = "the vertices of {marker_count} markers are proposed; check them before use"
-    findings.append(finding("BIND_PROPOSED", source, message, count))
+    return findings
+
+
+def _unsure_findings(proposal: Proposal, source: str) -> list[Finding]:
+    """Report vertices of low confidence, and whether they are most."""
+    unsure, count = proposal.setup.unsure, len(proposal.placed)
     assert unsure.confidence is not None
-    findings += [
+    findings = [
         finding(
             "PLACE_UNSURE",
             name,
@@ -152,15 +162,15 @@ def _name_findings(proposal: Proposal, source: str) -> list[Finding]:
     ]
     if proposal.names_unused:
         message = (
-            "the places that the names tell fit no face: {contradicted_count} markers lie "
-            "elsewhere; places are found without names"
+            "the places of the names do not fit the face: {contradicted_count} markers lie "
+            "elsewhere; places are proposed without names"
         )
         findings.append(finding("NAMES_UNUSED", source, message, len(proposal.contradicted)))
     if proposal.exchanged:
         message = (
-            "{exchanged_count} markers are named left for right: from the camera's side, or "
-            "the take is mirrored; give the vertex of one of them in --bind bind.json, with "
-            "--propose for the others"
+            "left and right are exchanged in {exchanged_count} marker names: named from the "
+            "camera's side, or the take is mirrored; give the vertex of one of them in --bind "
+            "bind.json, with --propose for the others"
         )
         findings.append(finding("SIDES_EXCHANGED", source, message, len(proposal.exchanged)))
     return findings

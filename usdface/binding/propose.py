@@ -30,8 +30,8 @@ from usdface.binding.stabilised_take import (
 )
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.face.named_places import named_places
-from usdface.face.place_names import place_names
+from usdface.face.marker_name_places import named_places
+from usdface.face.place_descriptions import place_descriptions
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
@@ -66,7 +66,7 @@ def propose(
     mesh : Mesh
     setup : RetargetSetup
         Its binding is kept, and helps to place the other markers; it names neutral frames, and
-        peak frames if they are not to be looked for.
+        peak frames if they are not to be detected.
     find_neutral : bool
         Look for neutral frames instead: a pose that the face holds and from which the rig
         explains the peak frames.
@@ -208,7 +208,7 @@ def _contradicted_names(
     named = named_places(names)
     return tuple(
         ContradictedName(names[i], place.description if (place := named[i]) else "", found)
-        for i, found in zip(some.tolist(), place_names(nobody, vertices[some]), strict=True)
+        for i, found in zip(some.tolist(), place_descriptions(nobody, vertices[some]), strict=True)
     )
 
 

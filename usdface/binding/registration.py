@@ -27,7 +27,7 @@ __all__ = [
 # without another source were set by hand; judge: `python benchmarks/binding.py`;
 # docs/constants.md lists them.
 
-# Standard deviations of a marker's place once the face is carried over and bent, and of its motion.
+# Standard deviations of a marker's place once the face is mapped and bent, and of its motion.
 SHAPE_ERROR, MOTION_ERROR = 0.06, 0.02
 # Factor on the error of motion where names give the places, as that of real performers on other
 # faces is larger; judge: `python benchmarks/binding.py named`.
@@ -108,8 +108,8 @@ def squared_errors(
     """
     ratio = scale_of(registration.linear) / expected_scale(candidates, observations)
     unit = candidates.size * ratio
-    carried = observations.neutral @ registration.linear + registration.offset + registration.bend
-    place = squared_distances(carried, candidates.points) / (shape_error * unit) ** 2
+    mapped = observations.neutral @ registration.linear + registration.offset + registration.bend
+    place = squared_distances(mapped, candidates.points) / (shape_error * unit) ** 2
     count = len(registration.weights)
     predicted = registration.weights @ candidates.offsets.reshape(len(candidates.offsets), -1)
     predicted += registration.rigid @ candidates.rigid_motions.reshape(6, -1)

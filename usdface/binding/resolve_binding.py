@@ -18,8 +18,8 @@ from usdface.binding.propose_film import propose_film
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
+from usdface.face.curve_mapping import rename_weights, undecided, unknown_curves
 from usdface.face.curves_by_unit import curves_by_unit
-from usdface.face.driven_shapes import rename_weights, undecided, unknown_curves
 from usdface.face.fitted_setup import check_vertices
 from usdface.face.weights_from_neutral import rest_kept, resting_frames
 from usdface.findings import Finding, finding, timed
@@ -64,7 +64,7 @@ class ResolvedBinding:
     unbound : tuple of str
         Markers of the take that the binding leaves out; a proposal may bind them.
     neutral_found : bool
-        The neutral frames were looked for.
+        The neutral frames were detected.
     other_take : str
         The take whose neutral and peak frames the binding names, if it is another; "" if not.
     by_unit : tuple of str
@@ -223,10 +223,10 @@ def _of_weights(
     named: bool,
     options: BindOptions,
 ) -> ResolvedBinding:
-    """Return the binding of a take of weights, whose curves go by name, by unit or as told.
+    """Return the binding of a take of weights, whose curves are matched by map, name or unit.
 
-    Its neutral frames are looked for only where the options say so; where they are named or found,
-    the weights count from what they show.
+    Its neutral frames are detected only where the options say so. The weights of neutral frames
+    that are named or detected are subtracted.
     """
     found = options.neutral == "auto"
     if found:
@@ -250,7 +250,7 @@ def _of_weights(
 
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
-    """Return the take with labels put right, or an image's without jumps, as the solve has it."""
+    """Return the take with labels corrected, or an image's without jumps, as the solve has it."""
     film, clean = take.dimension == 2, setup.clean
     only = CleanOptions(
         blinks=film and clean.blinks,
@@ -304,8 +304,8 @@ def binding_findings(
         findings += proposal_findings(resolved.proposal, take.source)
     if resolved.other_take:
         message = (
-            "neutral and peak frames of the binding are those of {other_take}; they are not "
-            "carried over, but looked for"
+            "neutral and peak frames of the binding are those of {other_take}; here they are "
+            "detected again"
         )
         findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
     if resolved.by_unit:

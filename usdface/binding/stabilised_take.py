@@ -69,7 +69,7 @@ def without_head(take: MarkerTake, kind: str) -> StabilisedTake:
     ------
     InputError
         If the take is of an image, or no frame shows enough markers; it names the `kind` of
-        frames that are looked for.
+        frames that are detected.
     """
     if take.dimension != 3:
         example = "--neutral 0 30" if kind == "neutral" else "--peaks 40 75"

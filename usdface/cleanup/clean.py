@@ -31,7 +31,7 @@ __all__ = ["Cleaned", "clean_take"]
 # Fewer markers do not predict one another, or the head pose; fewer frames show no two modes.
 _FEWEST_MARKERS = 6
 _FEWEST_FRAMES = 2 * FRAMES_PER_MODE
-# Rounds in which spikes are looked for, unless they stay the same before.
+# Rounds in which spikes are searched, unless they stay the same before.
 _ROUNDS = 4
 # Rounds of pose and model from a pose that is known already. This and the next: set by hand; judge:
 # `python benchmarks/cleanup.py`; docs/constants.md lists them.
@@ -53,7 +53,7 @@ class Cleaned:
     Attributes
     ----------
     take : MarkerTake
-        Labels put right, spikes and gaps filled in where other markers or both ends predict them.
+        Labels corrected, spikes and gaps filled in where other markers or both ends predict them.
     measured : (F, M) bool
         True where the position was recorded, not filled in.
     repairs : tuple of Repair
@@ -108,11 +108,11 @@ def clean_take(
     off = np.zeros_like(seen)
     if options.spikes:
         stabilised, off = _without_spikes(positions, seen, take.times, moving, stabilised)
-    believed = seen & ~off
+    valid = seen & ~off
     new = np.zeros_like(seen)
-    result = np.where(believed[..., None], positions, np.nan)
-    if options.gaps and not believed.all():
-        result, new = _filled(stabilised, believed, take.times, result)
+    result = np.where(valid[..., None], positions, np.nan)
+    if options.gaps and not valid.all():
+        result, new = _filled(stabilised, valid, take.times, result)
     whole = take.positions.copy()
     whole[:, ever] = result[..., : take.dimension]
     names = tuple(take.names[i] for i in ever)
@@ -124,7 +124,7 @@ def clean_take(
     if not repairs:
         return untouched, findings
     measured = take.visible.copy()
-    measured[:, ever] = believed
+    measured[:, ever] = valid
     cleaned = Cleaned(replace(take, positions=whole), measured, repairs)
     return cleaned, findings + repair_findings(repairs)
 
@@ -209,28 +209,28 @@ def _without_spikes(
 
 
 def _filled(
-    stabilised: StabilisedMarkers, believed: BoolArray, times: FloatArray, positions: FloatArray
+    stabilised: StabilisedMarkers, valid: BoolArray, times: FloatArray, positions: FloatArray
 ) -> tuple[FloatArray, BoolArray]:
     """Fill gaps in take space (F, M, 3); also return where."""
-    model, whole_face = fit_low_rank_model(stabilised.positions, believed, stabilised.filled, _LONG)
-    predicted = predict_from_others(model, whole_face, believed)
-    known = np.asarray(believed.mean(axis=1) > 0.5)
-    error = np.where(believed[..., None], stabilised.positions - predicted, np.nan)
+    model, whole_face = fit_low_rank_model(stabilised.positions, valid, stabilised.filled, _LONG)
+    predicted = predict_from_others(model, whole_face, valid)
+    known = np.asarray(valid.mean(axis=1) > 0.5)
+    error = np.where(valid[..., None], stabilised.positions - predicted, np.nan)
     noise = white_noise(error.reshape(len(predicted), -1))
     filled = fill_gaps(
-        stabilised.positions, believed, predicted, known=known, times=times, noise=noise
+        stabilised.positions, valid, predicted, known=known, times=times, noise=noise
     )
-    new = ~believed & _bridgeable(believed, known, times)
+    new = ~valid & _bridgeable(valid, known, times)
     return np.where(new[..., None], stabilised.pose.to_take(filled), positions), new
 
 
-def _bridgeable(believed: BoolArray, known: BoolArray, times: FloatArray) -> BoolArray:
+def _bridgeable(valid: BoolArray, known: BoolArray, times: FloatArray) -> BoolArray:
     """Return where a gap (F, M) can be filled: other markers are visible, or both ends near."""
-    before = last_visible(believed)
-    after = len(believed) - 1 - last_visible(believed[::-1])[::-1]
-    rows = np.arange(believed.shape[1])
-    ends = believed[before, rows] & believed[after, rows]
-    often = believed.sum(axis=0) >= _FEWEST_FRAMES
+    before = last_visible(valid)
+    after = len(valid) - 1 - last_visible(valid[::-1])[::-1]
+    rows = np.arange(valid.shape[1])
+    ends = valid[before, rows] & valid[after, rows]
+    often = valid.sum(axis=0) >= _FEWEST_FRAMES
     return np.asarray(often & (known[:, None] | (ends & (times[after] - times[before] <= _SHORT))))
 
 

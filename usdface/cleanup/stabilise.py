@@ -38,7 +38,7 @@ class StabilisedMarkers:
 
 def stabilise(
     markers: FloatArray,
-    believed: BoolArray,
+    valid: BoolArray,
     *,
     moving: bool,
     start: Pose | None = None,
@@ -53,7 +53,7 @@ def stabilise(
     ----------
     markers : (F, M, 3) float64
         NaN where occluded.
-    believed : (F, M) bool
+    valid : (F, M) bool
         The entries that count; none where occluded.
     moving : bool
         False where the head motion has been removed.
@@ -62,25 +62,25 @@ def stabilise(
     rounds : int
         Of model and pose.
     """
-    known = np.where(believed[..., None], markers, np.nan)
+    known = np.where(valid[..., None], markers, np.nan)
     pose = start or Pose.identity(len(markers))
     if moving and start is None:
-        pose, _ = rigid_fit(known[int(believed.sum(axis=1).argmax())], known)
-    filled = _initial(pose.to_head(known), believed)
+        pose, _ = rigid_fit(known[int(valid.sum(axis=1).argmax())], known)
+    filled = _initial(pose.to_head(known), valid)
     for _ in range(rounds if moving else 1):
-        model, filled = fit_low_rank_model(pose.to_head(known), believed, filled)
+        model, filled = fit_low_rank_model(pose.to_head(known), valid, filled)
         if moving:
-            pose, _ = rigid_fit(reconstruct(model, filled, believed), known)
+            pose, _ = rigid_fit(reconstruct(model, filled, valid), known)
     return StabilisedMarkers(pose, pose.to_head(markers), filled, model)
 
 
-def _initial(positions: FloatArray, believed: BoolArray) -> FloatArray:
+def _initial(positions: FloatArray, valid: BoolArray) -> FloatArray:
     """Fill gaps by straight lines, a marker without valid entries by the mean of the others."""
     frames, axes = len(positions), positions.shape[2]
     filled = positions.copy()
-    never = ~believed.any(axis=0)
+    never = ~valid.any(axis=0)
     if never.any():
-        filled[:, never] = np.nanmean(positions[believed], axis=0)
-    hidden = np.repeat(~believed, axes, axis=1)
+        filled[:, never] = np.nanmean(positions[valid], axis=0)
+    hidden = np.repeat(~valid, axes, axis=1)
     flat = interpolate_gaps(filled.reshape(frames, -1), hidden, np.arange(frames, dtype=np.float64))
     return flat.reshape(positions.shape)

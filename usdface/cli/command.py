@@ -145,7 +145,7 @@ def check_files(parsed: argparse.Namespace) -> None:
     if not reports:
         return
     from usdface.io.inputs import check_outputs, files_read
-    from usdface.io.replaced import check_replaced
+    from usdface.io.overwrite_protection import check_replaced
 
     if parsed.report and parsed.report.suffix.lower() != ".json":
         raise OutputError(

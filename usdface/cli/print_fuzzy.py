@@ -51,7 +51,7 @@ def print_fit(fitted: "Fitted") -> None:
 
 
 def print_explanation(facts: dict[str, Any]) -> None:
-    """Print features, rules and weights of a frame (`usdface.explanation.Explanation.frame`)."""
+    """Print features, rules and weights of a frame (`Explanation.frame`)."""
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"frame {facts['frame']}, {facts['time_s']:g} s", style="bold")
     _print_emotions(console, facts)
@@ -90,8 +90,9 @@ def _print_emotions(console: Console, facts: dict[str, Any]) -> None:
     console.print(shown("  ".join(emotions)))
     for name, value in facts["emotions"].items():
         if abs(value - (rules := facts["by_rules"][name])) >= _LEAST_SHOWN:
-            like = "this emotion" if value > rules else "another one"
-            console.print(shown(f"{name} is {rules:.2f} by its rules; the face is like {like}"))
+            found = "it" if value > rules else "another emotion or none"
+            line = f"{name} is {rules:.2f} by its rules; the classifier of the face finds {found}"
+            console.print(shown(line))
     poses = [f"{name} {value:.2f}" for name, value in facts["poses_shown"].items() if value > 0]
     if poses:
         console.print(shown(f"intensity of the pose: {'  '.join(poses)}"))

@@ -69,7 +69,7 @@ def add_sequence(commands: Any, summary: str) -> None:
     command.add_argument(
         "--keep-going",
         action="store_true",
-        help="exit with 0 also where a shot failed: the last step of a farm's job tells",
+        help="exit with 0 also where a shot failed: the last step of a farm's job reports it",
     )
     command.add_argument(
         "--openjd",

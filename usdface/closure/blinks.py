@@ -17,7 +17,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_pulses import APART, LEAST_HEIGHT, LONGEST, crossing_time
-from usdface.local_maxima import local_maxima
+from usdface.numerics.local_maxima import local_maxima
 from usdface.takes import frame_step
 
 __all__ = ["blink_height", "find_blinks"]

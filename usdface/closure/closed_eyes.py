@@ -134,8 +134,8 @@ def close_eyes(
         closed = without_glances(closed, solved.times, solved.names, closings, near_pins)
     for eye, own in gaps.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
-    closed, told = part_eyes(closed, gaps, near_pins, solved.times)
-    findings += told
+    closed, new_findings = part_eyes(closed, gaps, near_pins, solved.times)
+    findings += new_findings
     every = (_completed(each, gaps, solved.times, weights, closed) for each in closings)
     # One shape that closes both eyes does not wink, and pins hold weights.
     completed = tuple(each for each in every if _changed(each, gaps, weights, closed))

@@ -5,7 +5,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.eye_closing import EyeClosing, nearest_frame
 from usdface.closure.lid_pulses import crossing_time
-from usdface.smooth_step import smooth_step
+from usdface.numerics.ramps import smooth_step
 
 __all__ = ["find_held_eyes"]
 

@@ -7,7 +7,7 @@ from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.lid_gaps import LidGaps
-from usdface.frame_blocks import by_blocks
+from usdface.numerics.frame_blocks import by_blocks
 
 __all__ = [
     "close_lids",

@@ -19,7 +19,7 @@ from usdface.closure.closing_displacements import (
 )
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.face.bound_face import BoundFace
-from usdface.frame_blocks import frame_blocks
+from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.solution import Solution
 
 __all__ = ["lid_estimate"]

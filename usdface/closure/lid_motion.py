@@ -14,7 +14,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.closure.closing_displacements import closing_displacements, near_lids
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.face.bound_face import BoundFace
-from usdface.frame_blocks import frame_blocks
+from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.solution import Solution
 
 __all__ = ["LidMarker", "lid_markers", "lid_motion"]

@@ -15,8 +15,8 @@ from usdface.cleanup.gaps import frame_ranges
 from usdface.closure.lip_signal import LipDistances
 from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
-from usdface.frame_blocks import by_blocks
-from usdface.smooth_step import smooth_step
+from usdface.numerics.frame_blocks import by_blocks
+from usdface.numerics.ramps import smooth_step
 from usdface.takes import frame_step
 
 __all__ = ["LipGaps", "as_open_as_seen", "largest_gaps", "lip_gaps_of", "touching_lips"]

@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
-from usdface.frame_blocks import by_blocks
+from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.solution import Solution
 from usdface.takes import WeightsTake, frame_step
 

@@ -24,6 +24,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import midline, mirrored_markers
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.numerics.ramps import linear_ramp
 from usdface.retarget.solution import Solution
 from usdface.takes import MarkerTake, frame_step
 
@@ -44,11 +45,11 @@ _BEYOND = 1.5
 # An eye opens by this share of its closing at least, on a rig without a shape that opens it.
 _OPENS = 0.4
 # Openings of the eye: a marker that the closing shape moves by less is beside the lid, and does not
-# tell how far it is open. AnimFace's move by 0.48 on ICT, by 0.12 on the example, where a raised
+# show how far it is open. AnimFace's move by 0.48 on ICT, by 0.12 on the example, where a raised
 # brow was taken for a wide eye.
-_TELLS = 0.25
+_LEAST_CLOSING = 0.25
 # Differences of the two lids, as shares of that limit, between which it is replaced in part.
-_LESS, _NOT = 0.25, 0.5
+_REPLACED = (0.25, 0.5)
 # s: so far from a certain frame a stretch is replaced. That of AnimFace's frown takes 3.5 s in all.
 _REACH = 5.0
 
@@ -102,7 +103,7 @@ def lid_pairs(
     lids = {
         lid.marker: lid
         for lid in lid_markers(face, gaps, names, solution)
-        if np.linalg.norm(lid.closing) >= _TELLS * gaps[lid.eye].opening
+        if np.linalg.norm(lid.closing) >= _LEAST_CLOSING * gaps[lid.eye].opening
     }
     partner = mirrored_markers(solution.rest, midline(solution.rest, face.midline))
     return [(lid, lids[partner[m]]) for m, lid in lids.items() if partner[m] in lids]
@@ -173,7 +174,7 @@ def joined_lids(lids: Iterable[MistrackedLid]) -> tuple[MistrackedLid, ...]:
 def mistracked_findings(lids: Iterable[MistrackedLid]) -> list[Finding]:
     """Return LID_DISBELIEVED for each mistracked lid marker, by name."""
     message = (
-        "opens the eye further than a lid can while {other} does not: not believed in "
+        "opens the eye further than a lid can while {other} does not: rejected in "
         "{frame_count} frames ({first_frame} to {last_frame}), up to {distance_mm:.1f} mm off; it "
         "moves as {other}"
     )
@@ -212,9 +213,9 @@ def _replacement(
     apart = (lid.closed(twin) - closed) / limit
     measured = np.isfinite(solution.distances[:, [lid.marker, other.marker]]).all(axis=1)
     certain = measured & (closed < -limit) & (apart > 1.0)
-    believed = _believed(measured & (apart > _LESS), certain, reach)
-    shares = believed * np.clip((apart - _LESS) / (_NOT - _LESS), 0.0, 1.0)
-    return np.where(believed > 0.0, shares, 0.0), twin - own
+    certainty = _certainty(measured & (apart > _REPLACED[0]), certain, reach)
+    shares = certainty * linear_ramp(apart, *_REPLACED)
+    return np.where(certainty > 0.0, shares, 0.0), twin - own
 
 
 def _widest(
@@ -228,10 +229,11 @@ def _widest(
     return float(max(opened[raisers].max(initial=0.0), _OPENS))
 
 
-def _believed(where: BoolArray, certain: BoolArray, reach: int) -> FloatArray:
-    """Return how much each frame is judged by the certain ones of its stretch of `where`: (F,).
+def _certainty(where: BoolArray, certain: BoolArray, reach: int) -> FloatArray:
+    """Return how certain it is that each frame is mistracked: (F,), 0 to 1.
 
-    1 near one, falling to 0 over the last fifth of the reach.
+    1 near a certain frame in the same stretch of `where`, falling to 0 over the last fifth of the
+    reach.
     """
     shares = np.zeros(len(where))
     for first, last in frame_ranges(where):

@@ -171,8 +171,8 @@ def _opened(
     frames = frames[gaps.widest(shut[frames]) <= 0.0]
     left, raised = gaps.widest(parted[frames]), [*gaps.tighteners, *gaps.cheek_raisers]
     fallen = (shut[frames] - parted[frames])[:, raised].max(axis=1, initial=0.0)
-    told = (left > looks_open(gaps) + _EXACT) | (fallen > _FALLEN)
-    frames, left, fallen = frames[told], left[told], fallen[told]
+    reported = (left > looks_open(gaps) + _EXACT) | (fallen > _FALLEN)
+    frames, left, fallen = frames[reported], left[reported], fallen[reported]
     if not len(frames):
         return []
     message = (

@@ -15,7 +15,7 @@ from usdface.cleanup.blink_motion import LEAST_BLINK
 from usdface.closure.blinks import find_blinks
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_pulses import APART, lid_pulses
-from usdface.local_maxima import local_maxima
+from usdface.numerics.local_maxima import local_maxima
 from usdface.takes import frame_step
 
 __all__ = ["recorded_blinks", "unseen_blinks"]

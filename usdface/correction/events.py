@@ -14,8 +14,8 @@ import numpy as np
 from scipy.ndimage import label
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.frame_blocks import frame_blocks
-from usdface.smooth_step import smooth_step
+from usdface.numerics.frame_blocks import frame_blocks
+from usdface.numerics.ramps import smooth_step
 
 __all__ = ["Events", "events_of", "frame_events"]
 

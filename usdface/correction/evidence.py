@@ -13,17 +13,18 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import GainRegion
+from usdface.numerics.ramps import linear_ramp
 from usdface.options import SolveOptions
 
 __all__ = ["Evidence", "evidence_of"]
 
 # Shares of its weight in the expression up to which a blend shape takes no part, and from which on
 # it takes full part. Set by benchmarks/expression_takes.py.
-_TAKES_PART = (0.5, 0.7)
-# Margin below and above the likeness of a region at which it shows half the pose; it ends at 0 and
-# at 1. A steep ramp lets noise decide: other persons' expressions at half, with markers 4 mm off,
-# were corrected by up to 0.59 more with one noise than with another where it was 0.03 around a
-# likeness of 0.84 that discounts each shape by itself, now by 0.13; recorded motion is changed as
+_PARTICIPATION = (0.5, 0.7)
+# Margin below and above the similarity of a region at which it shows half the pose; it ends at 0
+# and at 1. A steep ramp lets noise decide: other persons' expressions at half, with markers 4 mm
+# off, were corrected by up to 0.59 more with one noise than with another where it was 0.03 around a
+# similarity of 0.84 that discounts each shape by itself, now by 0.13; recorded motion is changed as
 # little.
 _AROUND = 0.08
 # Error of a marker on another person's face [m]: the weight of a shape that moves the markers by
@@ -43,8 +44,8 @@ class Evidence:
     motion : (T, K) float64 [m]
         Displacements of the markers' coordinates by each blend shape, on a human face.
     least : float
-        Likeness of a region to that of a pose at which it shows half of it; 0 = any weights show
-        any pose.
+        Similarity of a region to that of a pose at which it shows half of it; 0 = any weights
+        show any pose.
     regions : mapping of str to (T,) bool
         The regions that an expression has to be shown in, if it has blend shapes there. The eyes
         are not among them: markers hardly determine lids.
@@ -72,15 +73,15 @@ class Evidence:
             return {region: np.ones(len(weights)) for region in self.regions}
         lowest, highest = max(self.least - _AROUND, 0.0), min(self.least + _AROUND, 1.0)
         return {
-            region: _ramp((self._likeness(weights, pose, region) - lowest) / (highest - lowest))
+            region: linear_ramp(self._similarity(weights, pose, region), lowest, highest)
             for region in self.regions
         }
 
-    def _likeness(self, weights: FloatArray, pose: FloatArray, region: GainRegion) -> FloatArray:
-        """Return how alike weights (N, T) and a pose (T,) are in a region, 0 to 1: (N,).
+    def _similarity(self, weights: FloatArray, pose: FloatArray, region: GainRegion) -> FloatArray:
+        """Return the similarity of weights (N, T) and a pose (T,) in a region, 0 to 1: (N,).
 
         The cosine of their weights as far as they are determined, or its geometric mean with that
-        of the markers' motion where this is more alike. The weights differ where the solve took a
+        of the markers' motion where this is larger. The weights differ where the solve took a
         similar blend shape; in the motion alone an open jaw outweighs all else.
         """
         own = self.regions[region]
@@ -91,14 +92,14 @@ class Evidence:
         markers = _cosine(wanted @ self.motion, there @ self.motion)
         return np.asarray(np.sqrt(np.maximum(shapes, 0.0) * np.maximum(shapes, markers)))
 
-    def takes_part(
+    def participation(
         self, weights: FloatArray, pose: FloatArray, size: FloatArray, by_rules: FloatArray
     ) -> FloatArray:
         """Return how far each blend shape takes part in expressions: (N, T), 0 to 1.
 
-        By its share of its weight in an expression of that size (`_TAKES_PART`), plus the deviation
-        that the markers leave on another person's face: an undetermined shape takes part, as far
-        as rules detect the expression.
+        By its share of its weight in an expression of that size (`_PARTICIPATION`), plus the
+        deviation that the markers leave on another person's face: an undetermined shape takes part,
+        as far as rules detect the expression.
 
         Parameters
         ----------
@@ -106,7 +107,7 @@ class Evidence:
         pose : (T,) float64
         size : (N,) float64
         by_rules : (N,) float64
-            The share of the output that is of the rules, not of likeness alone, 0 to 1.
+            The share of the output that is of the rules, not of the classifier alone, 0 to 1.
         """
         moved = pose > 0
         if self.least == 0:
@@ -117,8 +118,7 @@ class Evidence:
         unsure = by_rules[:, None] * SolveOptions().spread * np.sqrt(1.0 - self.seen)
         whole = np.maximum(size, shown)[:, None] * np.where(moved, pose, 1.0)
         share = (weights + unsure) / np.maximum(whole, 1e-12)
-        few, enough = _TAKES_PART
-        return np.where(moved, _ramp((share - few) / (enough - few)), 0.0)
+        return np.where(moved, linear_ramp(share, *_PARTICIPATION), 0.0)
 
 
 def evidence_of(face: BoundFace, names: Sequence[str], least: float) -> Evidence:
@@ -155,7 +155,3 @@ def _cosine(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return the cosines between a vector (T,) and vectors (N, T), 0 where one is 0: (N,)."""
     lengths = np.linalg.norm(a) * np.linalg.norm(b, axis=1)
     return np.asarray(np.divide(b @ a, lengths, out=np.zeros(len(b)), where=lengths > 0))
-
-
-def _ramp(x: FloatArray) -> FloatArray:
-    return np.asarray(np.clip(x, 0.0, 1.0))

@@ -1,18 +1,18 @@
 """The expression layer: the correction of solved weights, and its trace."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.correction.apertures import Apertures, apertures_of
+from usdface.correction.combined_outputs import with_classification
 from usdface.correction.contact import limit_correction
 from usdface.correction.evidence import evidence_of
 from usdface.correction.feature_extraction import Features
 from usdface.correction.gains import Gains
-from usdface.correction.gaps import Gaps, gaps_of
 from usdface.correction.held_back import held_back_findings
-from usdface.correction.likeness import Likeness, performers_outputs
 from usdface.correction.rule_check import check_rules
 from usdface.correction.take_blending import MissingRegions, TakeBlending
 from usdface.correction.temporal_blend import blend_out
@@ -41,7 +41,7 @@ class SideTrace:
     inputs : (F, I) float64
         Features, in units of `ExpressionTrace.unit`; columns as `ExpressionSystem.inputs`.
     evaluation : Evaluation
-        Emotions, of rules and likeness, firing strengths, and memberships if requested.
+        Emotions, of rules and classifier, firing strengths, and memberships if requested.
     shown : (F, E) float64
         The share of its pose that each emotion gets, without the gains of regions.
     missing : mapping of "brows", "mouth" to (F, E) bool
@@ -147,7 +147,7 @@ def express(
         side: evaluate(system.fuzzy, inputs, memberships=trace)
         for side, inputs in features.sides.items()
     }
-    evaluations = _with_likeness(system, features, by_rules, expressions)
+    evaluations = with_classification(system, features.classifications, by_rules, expressions)
     gains = gains or Gains.constant(system.gain, expressions)
     evidence = evidence_of(face, names, system.evidence)
     blending = TakeBlending(system, poses, names, layout, gains, evidence, weights, times)
@@ -159,8 +159,10 @@ def express(
         blended = blending.add(outputs)
     else:
         blended = blending.raise_up(outputs, rules_alone)
-    gaps = gaps_of(face, names, poses)
-    corrected, new_findings = _keep_contact(weights, blended.weights, gaps, blending.frames, times)
+    apertures = apertures_of(face, names, poses)
+    corrected, new_findings = _keep_contact(
+        weights, blended.weights, apertures, blending.frames, times
+    )
     findings += new_findings
     findings += held_back_findings(system, outputs, blended.missing)
     sides = {
@@ -175,59 +177,6 @@ def express(
     }
     traced = ExpressionTrace(system, features.markers, features.unit, poses, sides)
     return Correction(corrected, traced, check_rules(system) + findings)
-
-
-def _with_likeness(
-    system: ExpressionSystem,
-    features: Features,
-    by_rules: Mapping[Side, Evaluation],
-    expressions: Sequence[Expression],
-) -> dict[Side, Evaluation]:
-    """Return the evaluations with the likeness of the face to the expressions in their outputs.
-
-    A `system.likeness` up to 0.5 silences rules where the face is more like another emotion; above,
-    likeness is an output of its own, too, by the largest weight of the emotion's enabled rules.
-    """
-    if not features.likeness:
-        return dict(by_rules)
-    names = [expression.name for expression in expressions]
-    columns = [names.index(name) if name in names else None for name in system.emotions]
-    weights = np.array(
-        [
-            max(2.0 * system.likeness - 1.0, 0.0) * _rule_weight(system, name)
-            if column is not None
-            else 0.0
-            for name, column in zip(system.emotions, columns, strict=True)
-        ]
-    )
-    at = [column or 0 for column in columns]
-    posed = np.array([column is not None for column in columns])
-    silencing = min(2.0 * system.likeness, 1.0)
-    likenesses = {
-        side: Likeness(found.certain[:, at], found.size[:, at], found.contrary[:, at] * posed)
-        for side, found in features.likeness.items()
-    }
-    whole = likenesses["both"]
-    rule_outputs = by_rules["both"].outputs * (1.0 - silencing * whole.contrary)
-    strength = np.maximum(whole.shown, rule_outputs).max(axis=0, initial=0.0)
-    found = {}
-    for side, evaluation in by_rules.items():
-        likeness = likenesses[side]
-        outputs = performers_outputs(evaluation.outputs, likeness, weights, strength, silencing)
-        found[side] = replace(evaluation, outputs=outputs)
-    return found
-
-
-def _rule_weight(system: ExpressionSystem, emotion: str) -> float:
-    """Return the largest weight of an emotion's enabled rules."""
-    return max(
-        (
-            rule.weight
-            for rule in system.fuzzy.rules
-            if rule.enabled and any(name == emotion for name, _ in rule.consequents)
-        ),
-        default=0.0,
-    )
 
 
 def expression_poses(
@@ -255,19 +204,19 @@ def expression_poses(
 def _keep_contact(
     weights: FloatArray,
     corrected: FloatArray,
-    gaps: Gaps,
+    apertures: Apertures,
     blend: int,
     times: FloatArray | None,
 ) -> tuple[FloatArray, list[Finding]]:
-    limited_weights, limited, excess = limit_correction(weights, corrected, gaps)
+    limited_weights, limited, excess = limit_correction(weights, corrected, apertures)
     if limited.any() and blend:
-        # Smaller corrections may still change a gap more, so the limit is applied again.
+        # Smaller corrections may still change an aperture more, so the limit is applied again.
         limited_weights = limit_correction(
-            weights, blend_out(weights, corrected, limited_weights, blend, times), gaps
+            weights, blend_out(weights, corrected, limited_weights, blend, times), apertures
         )[0]
     findings = []
-    for contact in dict.fromkeys(gaps.contact):
-        own = np.array([name == contact for name in gaps.contact])
+    for contact in dict.fromkeys(apertures.contact):
+        own = np.array([name == contact for name in apertures.contact])
         frames = np.flatnonzero(limited[:, own].any(axis=1))
         if len(frames):
             message = (

@@ -6,16 +6,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.correction.expression_classifier import Classification, classifiers_of_sides
 from usdface.correction.features import MILLIMETRE, face_unit, measure, smooth
-from usdface.correction.likeness import Likeness, likeness_of_sides
-from usdface.correction.shown_motion import LEAST_MOTION, motion_gains, motion_products
-from usdface.correction.take_likeness import SidedMotion, carried_motion, take_likeness
+from usdface.correction.motion_gain import LEAST_MOTION, motion_gains, motion_products
+from usdface.correction.take_classification import SidedMotion, classify_take, recorded_motion
 from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import SIDES, Side, half_face, half_weights, midline, sides_of
 from usdface.face.symmetry import symmetric_pairs
-from usdface.frame_blocks import by_blocks
+from usdface.numerics.frame_blocks import by_blocks
 from usdface.options import MARKER_NOISE
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.pins import pin_nearness
@@ -44,14 +44,14 @@ class Features:
         The marker that each input reads.
     unit : float [m]
         The length that inputs are divided by.
-    likeness : mapping of "both", "left", "right" to Likeness
+    classifications : mapping of "both", "left", "right" to Classification
         How far the motion of each side is that of the expressions; empty where only rules count.
     """
 
     sides: Mapping[Side, FloatArray]
     markers: tuple[str, ...] = ()
     unit: float = MILLIMETRE
-    likeness: Mapping[Side, Likeness] = field(default_factory=dict)
+    classifications: Mapping[Side, Classification] = field(default_factory=dict)
 
 
 # Positions (B, M, 3) of markers in some frames.
@@ -97,8 +97,8 @@ def sided_features(
 ) -> Features:
     """Measure the inputs of the whole face and of each half, mirrored to the other side.
 
-    With `expressions` their likeness is measured, too, if the system uses it. Frames that `pins`
-    bend do not show how far the performer moves. Raises as `features`.
+    With `expressions` the motion is also classified, if the system uses it. Frames that
+    `pins` bend do not show how far the performer moves. Raises as `features`.
     """
     if system.space == "take":
         names, neutral, by_side = _take_markers(face, take, solution, sides)
@@ -119,7 +119,7 @@ def sided_features(
             )
 
         inputs[side] = smooth(by_blocks(len(take.times), measured), take.times, width)
-    likeness: Mapping[Side, Likeness] = {}
+    classifications: Mapping[Side, Classification] = {}
     if system.likeness and expressions and _whole_face(system, face, names):
 
         def moved(frames: slice) -> Mapping[Side, FloatArray]:
@@ -127,11 +127,11 @@ def sided_features(
 
         motion: SidedMotion = moved
         if solution:
-            motion = carried_motion(face, solution, sides, times=take.times, width=width)
-        judges = likeness_of_sides(face, expressions, sides)
-        likeness = take_likeness(judges, motion, len(take.times))
+            motion = recorded_motion(face, solution, sides, times=take.times, width=width)
+        classifiers = classifiers_of_sides(face, expressions, sides)
+        classifications = classify_take(classifiers, motion, len(take.times))
     markers = tuple(face.roles.get(f.role, f.role) for f in system.features)
-    return Features(inputs, markers, unit, likeness)
+    return Features(inputs, markers, unit, classifications)
 
 
 def _whole_face(system: ExpressionSystem, face: BoundFace, names: Sequence[str]) -> bool:

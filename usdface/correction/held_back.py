@@ -1,4 +1,4 @@
-"""Findings of emotions that are detected and not raised, as the face does not show their poses."""
+"""Findings of emotions that are detected but not raised: a region does not show their pose."""
 
 from collections.abc import Mapping
 
@@ -29,7 +29,7 @@ def held_back_findings(
     """
     message = (
         "detected by up to {output:.2f} in {frame_count} frames ({first_frame} to {last_frame}) "
-        "and not raised there: the weights of the {region} are not like its pose"
+        "and not raised there: the weights of the {region} do not match its pose"
     )
     findings = []
     whole, held = outputs["both"], ~_raised_on_a_half(system, outputs, missing)

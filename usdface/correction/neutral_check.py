@@ -12,7 +12,7 @@ from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
 from usdface.fuzzy.inference import evaluate
 from usdface.options import MARKER_NOISE
-from usdface.retarget_take import retarget
+from usdface.retarget_take import clean_and_solve
 from usdface.rigs import Rig
 from usdface.rule_design.paper_system import paper_system
 from usdface.setup.retarget_setup import RetargetSetup
@@ -97,6 +97,6 @@ def _jitter(rig: Rig, setup: RetargetSetup, system: ExpressionSystem) -> FloatAr
     jitter = np.random.default_rng(0).standard_normal((frames, *face.neutral.shape))
     positions = face.neutral + face.size * MARKER_NOISE * jitter
     take = MarkerTake(binding.markers, np.arange(frames) / _RATE, positions, _RATE)
-    taken, weights, solution, _ = retarget(take, face, setup)
+    taken, weights, solution, _ = clean_and_solve(take, face, setup)
     inputs = features(system, face, taken, weights=weights, solution=solution)
     return evaluate(system.fuzzy, inputs).outputs[first:]

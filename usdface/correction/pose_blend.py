@@ -7,8 +7,8 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
+from usdface.numerics.ramps import smooth_step
 from usdface.options import RESPONSE, CorrectionMode
-from usdface.smooth_step import smooth_step
 
 __all__ = ["correct", "ease_antagonists", "pose_shares", "respond"]
 

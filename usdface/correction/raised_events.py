@@ -3,8 +3,8 @@
 In an event (`usdface.correction.events`) every blend shape is raised by the difference from its
 mean at the peak to the pose, times its part in the expression (`usdface.correction.evidence`) and
 the envelope of the event. So the correction rises, holds and falls with the performance, and a full
-expression gets none. An event that likeness alone detects is raised as far as its output says, in
-the blend shapes that the markers determine: that evidence is thinner.
+expression gets none. An event that the classifier alone detects is raised as far as its output
+says, in the blend shapes that the markers determine: that evidence is thinner.
 """
 
 from collections.abc import Mapping
@@ -18,7 +18,7 @@ from usdface.correction.evidence import Evidence
 from usdface.correction.pose_blend import respond
 from usdface.face.regions import GainRegion
 
-__all__ = ["JudgedEvents", "judged_events"]
+__all__ = ["RaisedEvents", "raised_events"]
 
 # A region shows an expression from this share of the evidence on, in the trace.
 _SHOWN = 0.5
@@ -28,7 +28,7 @@ _HEADROOM = 1.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JudgedEvents:
+class RaisedEvents:
     """The events of an emotion, and how far the face shows its pose in each of their frames.
 
     Attributes
@@ -42,7 +42,7 @@ class JudgedEvents:
         The largest weight that a blend shape is raised to: 1 less its jitter at the peak.
     regions : mapping of str to (N,) float64
         How far each region shows the expression, 0 to 1.
-    taking : (N, T) float64
+    participation : (N, T) float64
         How far each blend shape takes part, 0 to 1, and is raised; 0 where a region is missing.
     """
 
@@ -51,7 +51,7 @@ class JudgedEvents:
     mean: FloatArray
     most: FloatArray
     regions: Mapping[GainRegion, FloatArray]
-    taking: FloatArray
+    participation: FloatArray
 
     def raise_part(
         self, part: FloatArray, gain: FloatArray, added: FloatArray, reached: FloatArray
@@ -65,11 +65,11 @@ class JudgedEvents:
         added, reached : (F, T) float64
             Changed in place.
         """
-        shapes = np.flatnonzero((part > 0) & self.taking.any(axis=0))
+        shapes = np.flatnonzero((part > 0) & self.participation.any(axis=0))
         frames, envelope = self.events.frames, self.events.envelope[:, None]
         target = (self.level * gain[frames])[:, None] * part[shapes]
         target = np.minimum(target, self.most[:, shapes])
-        share = envelope * self.taking[:, shapes]
+        share = envelope * self.participation[:, shapes]
         block = np.ix_(frames, shapes)
         lacking = np.maximum(target - self.mean[:, shapes], 0.0)
         added[block] = np.maximum(added[block], share * lacking)
@@ -79,7 +79,7 @@ class JudgedEvents:
         """Return the share of its pose that the emotion gets over a take, at gains (F,): (F,)."""
         shown = np.zeros(len(gain))
         at = self.events.frames
-        shown[at] = self.level * gain[at] * self.events.envelope * self.taking.max(axis=1)
+        shown[at] = self.level * gain[at] * self.events.envelope * self.participation.max(axis=1)
         return shown
 
     def missing(self, region: GainRegion, frames: int) -> BoolArray:
@@ -89,27 +89,28 @@ class JudgedEvents:
         return missing
 
 
-def judged_events(
+def raised_events(
     output: FloatArray,
     by_rules: FloatArray,
+    *,
     weights: FloatArray,
     judged: FloatArray,
     pose: FloatArray,
     evidence: Evidence,
     response: tuple[float, float],
     step: float | None,
-) -> JudgedEvents:
+) -> RaisedEvents:
     """Return the events of an emotion with their evidence.
 
     Parameters
     ----------
     output : (F,) float64
     by_rules : (F,) float64
-        The output of the rules alone, without likeness.
+        The output of the rules alone, without the classifier.
     weights : (F, T) float64
         Solved weights of the face, or of a half mirrored to the other side.
     judged : (F, T) float64
-        Those that are the evidence.
+        The weights that are judged: `weights`, or a mixture of both halves of the face.
     pose : (T,) float64
     evidence : Evidence
     response : (onset, full)
@@ -130,12 +131,12 @@ def judged_events(
     shown = np.ones(len(mean))
     for share in regions.values():
         shown = np.minimum(shown, share)
-    taking = evidence.takes_part(seen, pose, events.size, confirmed) * shown[:, None]
+    participation = evidence.participation(seen, pose, events.size, confirmed) * shown[:, None]
     level = np.maximum(
         respond(confirmed * events.size, response),
         np.minimum(respond(events.size, response), events.size),
     )
-    return JudgedEvents(events, level, mean, most, regions, taking)
+    return RaisedEvents(events, level, mean, most, regions, participation)
 
 
 def _at_peaks(
@@ -143,8 +144,9 @@ def _at_peaks(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return mean and variance of each weight (F, T) at the peak of each frame's event: (N, T).
 
-    And the share (N,) of the output there that is `ruled` (F,), of the rules, not of likeness. The
-    variance excludes the part that is linear in the output: that is the performance.
+    And the share (N,) of the output there that is `ruled` (F,), of the rules, not of the
+    classifier. The variance excludes the part that is linear in the output: that is the
+    performance.
     """
     column = output[:, None]
     moments = [weights, weights**2, column * weights, column, column**2, ruled[:, None]]

@@ -10,13 +10,14 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.evidence import Evidence
 from usdface.correction.gains import Gains
 from usdface.correction.pose_blend import correct, ease_antagonists, pose_shares
-from usdface.correction.raised_events import JudgedEvents, judged_events
+from usdface.correction.raised_events import RaisedEvents, raised_events
 from usdface.correction.temporal_blend import blend_frames, blended
 from usdface.expression_system import ExpressionSystem
 from usdface.face.layout import FaceLayout, split_poses
 from usdface.face.mirror import SIDES, Side, half_weights
 from usdface.face.regions import GainRegion
 from usdface.face.symmetry import symmetric_pairs
+from usdface.numerics.ramps import linear_ramp
 from usdface.takes import frame_step
 
 __all__ = ["Blended", "MissingRegions", "Outputs", "TakeBlending"]
@@ -87,7 +88,7 @@ class TakeBlending:
         return Blended(corrected, shown, {side: {} for side in outputs})
 
     def raise_up(self, outputs: Outputs, by_rules: Outputs) -> Blended:
-        """Raise weak expressions event by event; `by_rules` are the outputs without likeness."""
+        """Raise weak expressions event by event; `by_rules` are the outputs of the rules alone."""
         added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
         shown = {side: np.zeros(given.shape) for side, given in outputs.items()}
         missing = {
@@ -95,24 +96,24 @@ class TakeBlending:
             for side, given in outputs.items()
         }
 
-        def record(judged: JudgedEvents, row: int, side: Side) -> None:
-            shown[side][:, row] = judged.shown(self._gain(row, None))
+        def record(events: RaisedEvents, row: int, side: Side) -> None:
+            shown[side][:, row] = events.shown(self._gain(row, None))
             for region, absent in missing[side].items():
-                absent[:, row] = judged.missing(region, len(absent))
+                absent[:, row] = events.missing(region, len(absent))
 
         drives, ruled = _driving(outputs), _driving(by_rules)
         unrecorded = [(row, side) for side in outputs for row in range(len(self.poses))]
         # The events of one emotion and side at a time: those of a long take are many.
         parts = sorted(self._parts(), key=_row_and_side)
         for (row, side), own in groupby(parts, _row_and_side):
-            judged = self._judged(drives, ruled, row, side)
+            events = self._events(drives, ruled, row, side)
             for *_, region, part in own:
-                judged.raise_part(part, self._gain(row, region), added, reached)
+                events.raise_part(part, self._gain(row, region), added, reached)
             if drives[side] is outputs.get(side):
-                record(judged, row, side)
+                record(events, row, side)
                 unrecorded.remove((row, side))
         for row, side in unrecorded:
-            record(self._judged(outputs, by_rules, row, side), row, side)
+            record(self._events(outputs, by_rules, row, side), row, side)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames, self.times), 0.0, 1.0)
         return Blended(corrected, shown, missing)
@@ -120,7 +121,7 @@ class TakeBlending:
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
         return split_poses(self.poses, self.names, self.layout)
 
-    def _judged(self, outputs: Outputs, by_rules: Outputs, row: int, side: Side) -> JudgedEvents:
+    def _events(self, outputs: Outputs, by_rules: Outputs, row: int, side: Side) -> RaisedEvents:
         """Return an emotion's events on a side, of weights and pose mirrored to the other side.
 
         As far as both halves have the emotion, the mean of the two is the evidence: what is shown
@@ -136,12 +137,18 @@ class TakeBlending:
             other = outputs[opposite][:, row]
             shared = np.minimum(output, other) / np.maximum(np.maximum(output, other), 1e-12)
             across = half_weights(self.weights, pairs, opposite)
-            few, enough = _ALIKE
-            mixed = 0.5 * np.clip((shared - few) / (enough - few), 0.0, 1.0)
+            mixed = 0.5 * linear_ramp(shared, *_ALIKE)
             judged = weights + mixed[:, None] * (across - weights)
         step = None if self.times is None else frame_step(self.times)
-        return judged_events(
-            output, ruled, weights, judged, pose, self.evidence, self.system.response, step
+        return raised_events(
+            output,
+            ruled,
+            weights=weights,
+            judged=judged,
+            pose=pose,
+            evidence=self.evidence,
+            response=self.system.response,
+            step=step,
         )
 
     def _gain(self, row: int, region: GainRegion | None) -> FloatArray:

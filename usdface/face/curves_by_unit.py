@@ -22,7 +22,7 @@ _Unit = tuple[str, int]  # a naming convention, and the number of one of its act
 def curves_by_unit(
     curves: Sequence[str],
     shapes: Sequence[str],
-    told: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
+    curve_map: Mapping[str, Mapping[str, float]] = MappingProxyType({}),
 ) -> dict[str, dict[str, float]]:
     """Return the blend shapes of the action units that recorded curves are, with their factors.
 
@@ -38,7 +38,7 @@ def curves_by_unit(
         As ARKit names them, or another of `usdface.face.facs_names.NAMING_CONVENTIONS`.
     shapes : sequence of str
         Of the rig, in another convention; those in the same one go by their names.
-    told : mapping of str to mapping of str to float
+    curve_map : mapping of str to mapping of str to float
         The blend shapes that other curves drive, with factors.
 
     Returns
@@ -61,7 +61,7 @@ def curves_by_unit(
                 weight, movers = share, by
         for curve in movers:
             found.setdefault(curve, {})[shape] = round(weight / len(movers), 6)
-    driven = {shape_key(curve): by for curve, by in (*told.items(), *found.items())}
+    driven = {shape_key(curve): by for curve, by in (*curve_map.items(), *found.items())}
     for curve in curves:
         if shape_key(curve) == _CLOSE and driven.get(_JAW):
             found[curve] = {shape: -factor for shape, factor in driven[_JAW].items()}

@@ -1,9 +1,9 @@
 """Face motion: how several faces move at the same places, for each action unit.
 
 Every artist's and every person's brow goes up in a direction of its own. `face_motion.json` has the
-displacements of four rigs at places all over the face (`usdface.face.face_places`): the ICT face
-(USC ICT, MIT), MakeHuman's expression units (targets) and its pose units (joints; both CC0), and
-the project's example. Made by `python benchmarks/face_motion.py`; symmetric.
+displacements of four rigs at places all over the face (`usdface.face.face_coordinates`): the ICT
+face (USC ICT, MIT), MakeHuman's expression units (targets) and its pose units (joints; both CC0),
+and the project's example. Made by `python benchmarks/face_motion.py`; symmetric.
 """
 
 import json
@@ -17,7 +17,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
-from usdface.face.face_places import places_on
+from usdface.face.face_coordinates import coordinates_on
 
 __all__ = ["FaceMotion", "face_motion", "motion_at"]
 
@@ -40,7 +40,7 @@ class FaceMotion:
     places : (P, 2) float64
         Of the left half of the face and the midline: x to the left, y up from the eyes.
     slits : (P, 2) int64
-        As in `FacePlaces`.
+        As in `FaceCoordinates`.
     rigs : mapping of str to mapping of int to (P, 3) float64
         For each rig, of each action unit at full strength: x to the left, y up, z forward.
     """
@@ -81,7 +81,7 @@ def motion_at(
         For each rig, of each action unit: displacements [m]. None where
         lips, lids or nose tip are not known.
     """
-    on = places_on(face, face.neutral)
+    on = coordinates_on(face, face.neutral)
     if on is None:
         return None
     table = face_motion()

@@ -62,8 +62,8 @@ def facing(mesh: Mesh, bound: IntArray) -> float | None:
 def rig_to_front(rig: Rig) -> Rig:
     """Return a rig, turned for its face to look along +z: its meshes, their shapes and normals.
 
-    For a rig that nothing has placed; `usdface.io.usd.rig_ahead` knows the turn of a stage. The
-    joints stay.
+    For a rig that nothing has placed; `usdface.io.usd.front_facing_rig` knows the turn of a stage.
+    The joints stay.
     """
     looks = facing(rig.face(), _NO_MARKERS)
     degrees = 0.0 if looks is None else turn_to_front(looks, 0.0)
@@ -94,7 +94,7 @@ def turn_to_front(looks: float, yaw: float) -> float:
     looks : float [degrees]
         As `facing`: right but for the markers' distribution.
     yaw : float [degrees]
-        That the stage turns the character by: exact, but it may only put right the model's axes.
+        That the stage turns the character by: exact, but it may only correct the model's axes.
     """
     turned = yaw if abs(_wrapped(looks - yaw)) <= max(abs(looks), _SLIGHT) else 0.0
     if abs(_wrapped(looks - turned)) <= _UNEVEN:

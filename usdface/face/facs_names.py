@@ -73,7 +73,7 @@ def action_unit(text: str) -> ActionUnit:
     Raises
     ------
     InputError
-        If it is none of `UNITS`.
+        If it is not one of `UNITS`.
     """
     found = re.fullmatch(r"(?:AU)?(\d{1,2})([LR]?)", text, re.ASCII | re.IGNORECASE)
     if not found or int(found[1]) not in UNITS:

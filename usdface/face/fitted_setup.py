@@ -6,7 +6,7 @@ import numpy as np
 
 from usdface.errors import InputError, did_you_mean
 from usdface.face.landmark_sets import nose_tip_landmark
-from usdface.face.named_places import names_nose_tip
+from usdface.face.marker_name_places import names_nose_tip
 from usdface.findings import Finding, finding
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding

@@ -20,7 +20,7 @@ class LandmarkPlace:
     Attributes
     ----------
     part : str
-        One of `usdface.face.place_words.PARTS`.
+        One of `usdface.face.place_vocabulary.PARTS`.
     x, y : float [mm]
         x to the performer's left, y up from the line of the eyes.
     spread : float [mm]
@@ -34,10 +34,11 @@ class LandmarkPlace:
 
 
 # Of the left half and the midline, by iBUG's numbers. Corners, lids, nose, mouth and chin are those
-# of `usdface.face.named_places.LANDMARKS`; the rest follows iBUG's order along brows, lips and jaw.
-# Spreads were set by hand: a jaw line is where a tracker sees the outline of the face. Beside the
-# ears (0 to 2, 14 to 16) that outline is no place on the skin. Inner lips are as far apart as those
-# of MediaPipe's canonical face model: closed ones would be told apart by nothing else.
+# of `usdface.face.marker_name_places.LANDMARKS`; the rest follows iBUG's order along brows, lips
+# and jaw. Spreads were set by hand: a jaw line is where a tracker sees the outline of the face.
+# Beside the ears (0 to 2, 14 to 16) that outline is no place on the skin. Inner lips are as far
+# apart as those of MediaPipe's canonical face model: closed ones would be told apart by nothing
+# else.
 _LEFT: Mapping[int, LandmarkPlace] = MappingProxyType(
     {
         8: LandmarkPlace("chin", 0, -116, 8),

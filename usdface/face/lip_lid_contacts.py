@@ -35,7 +35,7 @@ _TIMES = 3.0
 _CLOSED = 0.3
 # Cosine between a normal and the way to the partner: within 78 degrees of it.
 _FACING = 0.2
-# Nearest vertices among which a partner is looked for: bounds time and memory on dense meshes.
+# Nearest vertices among which a partner is searched: bounds time and memory on dense meshes.
 _NEIGHBOURS = 24
 # Fewer pairs are a fold of the skin.
 _LEAST_LIDS = 4

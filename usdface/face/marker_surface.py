@@ -25,7 +25,7 @@ from usdface.rigs import BlendShape, Mesh
 
 __all__ = ["MarkerSurface", "PlacedMarkers"]
 
-# How far from its vertex a place is looked for, and how far around a vertex slopes are fitted, as
+# How far from its vertex a place is searched, and how far around a vertex slopes are fitted, as
 # shares of the RMS radius of the markers: 9 mm and 5 mm on the ICT face. Set by hand: markers that
 # are placed with care are within half a centimetre, and skin is smooth over less.
 _REACH, _AROUND = 0.15, 0.08

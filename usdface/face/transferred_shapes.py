@@ -31,7 +31,7 @@ def transferred_surface(
     placed : PlacedMarkers
         Where the markers sit on it.
     rest : (B, 3) float64 [m]
-        Where they rest on the other face, laid over the character.
+        Where they rest on the other face, aligned with the character.
 
     Returns
     -------
@@ -46,12 +46,12 @@ def transferred_surface(
     target = patch.points + patch.field(held, rest - placed.points)
     size = len(surface.mesh.points)  # a fine mesh is dense one shape at a time
     known = np.concatenate([_dense(shape, size)[:, patch.vertices] for shape in shapes])
-    carried = patch.transferred(target, known)
+    transferred = patch.transferred(target, known)
     inside = np.flatnonzero(patch.place_of >= 0)
     moved, done = [], 0
     for shape in shapes:
         own = _dense(shape, size)
-        own[:, inside] = carried[done : done + len(own), patch.place_of[inside]]
+        own[:, inside] = transferred[done : done + len(own), patch.place_of[inside]]
         moved.append(_sparse(shape, own))
         done += len(own)
     return surface.with_shapes(tuple(moved))

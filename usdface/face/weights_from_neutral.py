@@ -47,14 +47,14 @@ def weights_from_neutral(
     findings = []
     if names:
         message = (
-            "the neutral frames show {curves}, up to {weight:.2f}; taken off in the whole take"
+            "the neutral frames show {curves}, up to {weight:.2f}; subtracted from the whole take"
         )
         findings = [finding("NEUTRAL_REMOVED", take.source, message, names, float(rest.max()))]
     return replace(take, weights=weights), findings
 
 
 def rest_kept(take: WeightsTake, setup: RetargetSetup) -> list[Finding]:
-    """Return NEUTRAL_KEPT if a take that no neutral is taken off is up where it shows least."""
+    """Return NEUTRAL_KEPT if no neutral is subtracted and the take does not rest in any frames."""
     if setup.neutral_removed or len(take.times) < _FEWEST:
         return []
     first, last = resting_frames(take)
@@ -63,8 +63,8 @@ def rest_kept(take: WeightsTake, setup: RetargetSetup) -> list[Finding]:
     if not names:
         return []
     message = (
-        "where the take shows least, in frames {first_frame} to {last_frame}, {curves} are up to "
-        "{weight:.2f}; if the face rests there, `usdface shot --neutral auto` takes that off"
+        "in the least expressive frames, {first_frame} to {last_frame}, {curves} are up to "
+        "{weight:.2f}; if the face rests there, `usdface shot --neutral auto` subtracts that"
     )
     found = finding("NEUTRAL_KEPT", take.source, message, first, last, names, float(rest.max()))
     return [found]

@@ -1,8 +1,8 @@
 """Feature points of a rig's face, found by anatomy and never by the names of blend shapes.
 
 Lids and lips are where skin meets (`usdface.face.lip_lid_contacts`), the other points are those of
-an average face carried over through the landmarks. Where a dead shape hides an eye, every blend
-shape is joined by its mirror image while they are looked for. Each point is a small patch of skin,
+an average face mapped by the landmarks. Where a dead shape hides an eye, every blend
+shape is joined by its mirror image while they are searched. Each point is a small patch of skin,
 and its displacement is the mean of its vertices'.
 """
 
@@ -19,14 +19,14 @@ from usdface.binding.landmarks import FaceLandmarks, find_landmarks
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
-from usdface.face.named_places import LANDMARKS
+from usdface.face.marker_name_places import LANDMARKS
 from usdface.face.surface_graph import surface_graph
 from usdface.facs.movements import POINTS
 from usdface.rigs import Mesh, Rig
 
 __all__ = ["FeaturePoints", "find_feature_points"]
 
-# On the average face [mm], as `usdface.face.named_places`; x of the left half.
+# On the average face [mm], as `usdface.face.marker_name_places`; x of the left half.
 _SIDED = {
     "inner brow": (16, 24),
     "middle brow": (34, 25),
@@ -232,7 +232,7 @@ def _with_own_brows(landmarks: FaceLandmarks) -> FaceLandmarks:
 
 
 def _carried_over(landmarks: FaceLandmarks) -> dict[str, int]:
-    """Return the vertices of the points carried over from the average face."""
+    """Return the vertices of the points mapped from the average face."""
     places: dict[str, tuple[float, float]] = {}
     for half, sign in (("left", 1), ("right", -1)):
         places |= {f"{half} {point}": (sign * x, y) for point, (x, y) in _SIDED.items()}

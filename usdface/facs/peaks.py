@@ -31,7 +31,7 @@ class TakePeaks:
     neutral : (M, 3) float64 [m]
         The markers on the character's neutral face.
     markers : (K, M, 3) float64 [m]
-        The markers carried over to the character.
+        The markers mapped to the character.
     residual : (K,) float64 [m]
         Distance of the markers from the solved face (RMS).
     names : tuple of str, length S

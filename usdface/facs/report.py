@@ -194,7 +194,9 @@ def _shape_finding(shape: ShapeVerdict) -> Finding | None:
             message = "it does {shown}, and also {second}"
             return finding("FACS_UNITS_MIXED", shape.name, message, shown, _words(shape.second))
         case "not_done":
-            message = "the points of {unit} went {moved_mm:.1f} mm along its ways (fit {fit:.2f})"
+            message = (
+                "the points of {unit} moved {moved_mm:.1f} mm in its directions (fit {fit:.2f})"
+            )
             return finding(
                 "FACS_UNIT_NOT_DONE", shape.name, message, own, shape.moved_mm, shape.fit
             )

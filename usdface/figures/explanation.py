@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.explanation import HALF_SHOWN_APART, Explanation
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS, draw_value, name_terms
 from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.variables import Term
+from usdface.shot.explanation import HALF_SHOWN_APART, Explanation
 
 __all__ = ["write_explanation_figure"]
 

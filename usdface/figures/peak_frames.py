@@ -9,9 +9,9 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import evaluator_of
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import regions_of
-from usdface.local_maxima import local_maxima
+from usdface.numerics.local_maxima import local_maxima
 from usdface.rigs import Mesh
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.takes import frame_step
 
 __all__ = ["peak_frames", "sheet_frames"]

@@ -9,7 +9,7 @@ import numpy as np
 from usdface.figures.peak_frames import sheet_frames
 from usdface.figures.picture import save_figure
 from usdface.figures.rig_picture import face_view, rig_pictures
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 __all__ = ["write_sheet"]
 

@@ -10,7 +10,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.figures.picture import save_figure
 from usdface.figures.terms import COLOURS
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 __all__ = ["write_take_figure"]
 

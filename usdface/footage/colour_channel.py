@@ -96,7 +96,7 @@ def parse_colour(text: str) -> tuple[int, int, int]:
     Raises
     ------
     InputError
-        If it is none of these.
+        If it is not one of these.
     """
     if text in _NAMED:
         return _NAMED[text]

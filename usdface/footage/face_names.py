@@ -1,4 +1,4 @@
-"""Names of dots from a character's binding: its bound vertices laid over the dots of one image.
+"""Names of dots from a character's binding: its bound vertices matched with the dots of one image.
 
 A resting face is seen from the front, turned by a little, by a camera far away (an affine image of
 points in space), and one face differs smoothly from another. Camera and pairs of dots and vertices

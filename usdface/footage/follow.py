@@ -16,10 +16,10 @@ HIDDEN = -1
 
 # Place of tracks that have not begun [px].
 _AWAY = 1e6
-# Share of the distance between neighbouring dots within which a dot is looked for: at 30 images a
+# Share of the distance between neighbouring dots within which a dot is searched: at 30 images a
 # second the fastest dot of a face moves by less than half of it, the head's motion apart.
 _GATE = 0.4
-# A faint dot is looked for within this share of that.
+# A faint dot is searched within this share of that.
 _FAINT = 0.6
 # Growth of that share per frame while a dot is occluded, and its limit.
 _LONGER, _FARTHEST = 0.02, 0.6

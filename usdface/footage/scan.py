@@ -72,7 +72,7 @@ def _found(
 
 
 def _room(dots: Dots, size: tuple[int, int]) -> Box:
-    """Return the part of an image of a size in which the dots are looked for next."""
+    """Return the part of an image of a size in which the dots are searched next."""
     low, high = dots.centres.min(axis=0), dots.centres.max(axis=0)
     room = _ROOM * float((high - low).max()) + 4 * float(dots.radii.max())
     left, top = np.maximum(low - room, 0).astype(int).tolist()

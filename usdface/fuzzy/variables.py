@@ -19,7 +19,7 @@ _MOST_VARIABLES = _MOST_TERMS = 1_000
 
 
 def check_choice(subject: str, value: object, choices: Any) -> None:
-    """Refuse a setting that is none of the strings of a Literal.
+    """Refuse a setting that is not one of the strings of a Literal.
 
     Raises
     ------

@@ -71,7 +71,9 @@ class Camera:
             )
         away = np.abs(self.rotation @ self.rotation.T - np.eye(3)).max()
         if away > 1e-6 or np.linalg.det(self.rotation) < 0:
-            raise InputError(f"camera {self.name!r}: its rotation is none", "VALUES_WRONG")
+            raise InputError(
+                f"camera {self.name!r}: its rotation matrix is no rotation", "VALUES_WRONG"
+            )
 
 
 def project(camera: Camera, points: FloatArray) -> FloatArray:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.finding_values import Prose
+from usdface.findings.values import Prose
 
 __all__ = ["stray_move", "stray_point", "stray_points", "usual_size"]
 

@@ -140,7 +140,7 @@ def read_neutral(value: object, where: str) -> tuple[int, int] | None:
 
 
 def read_neutral_removed(value: object, where: str) -> bool | None:
-    """Read whether "neutral" is taken off a take of weights; None where it is not said."""
+    """Read whether "neutral" is subtracted from a take of weights; None where it is not given."""
     removed = value.get("removed") if isinstance(value, dict) else None
     if removed is None or isinstance(removed, bool):
         return removed

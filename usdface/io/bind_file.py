@@ -96,7 +96,7 @@ def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
     -------
     RetargetSetup
         If it names no neutral frames, the first is taken as neutral (`neutral_assumed`), until
-        they are looked for in a take.
+        they are detected in a take.
     list of Finding
         Empty: `usdface.face.fitted_setup.fit_setup` reports assumptions that were not resolved.
 

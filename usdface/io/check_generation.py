@@ -6,7 +6,7 @@ from pathlib import Path
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.generation import gltf_generation
-from usdface.io.gltf.files_beside import may_be_gltf
+from usdface.io.gltf.external_files import may_be_gltf
 from usdface.io.layer_paths import layer_paths
 
 __all__ = ["check_generations"]

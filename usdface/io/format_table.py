@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from usdface.errors import InputError, PluginError, UsdFaceError
-from usdface.finding_codes import CODES
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.codes import CODES
+from usdface.findings.values import Prose
 from usdface.formats import FileFormat, suffixes_of
 
 __all__ = ["FormatTable", "Registered", "conflicts"]

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from usdface.findings import Finding, finding
-from usdface.io.gltf.files_beside import metadata_of
-from usdface.shot import ShotResult
+from usdface.io.gltf.external_files import metadata_of
+from usdface.shot.shot import ShotResult
 
 __all__ = ["Generation", "generation_of", "gltf_generation", "outdated_gltf"]
 

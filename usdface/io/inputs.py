@@ -160,10 +160,10 @@ def _files_of(path: Path, apart: Collection[Path] = ()) -> list[Path]:
         film = may_be_images(path)
         files = [file for file in path.rglob("*") if file.is_file()]
         return [file for file in files if not (film and file.suffix.lower() in _USD)]
-    from usdface.io.gltf.files_beside import files_beside, may_be_gltf
+    from usdface.io.gltf.external_files import external_files, may_be_gltf
 
     if may_be_gltf(path):
-        return [path, *files_beside(path)]
+        return [path, *external_files(path)]
     from usdface.io.usd.dependencies import dependencies
     from usdface.io.usd.stage import is_usd
 

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 from pxr import Sdf
 
-from usdface.io.unused_name import unused_name
+from usdface.io.unique_name import unique_name
 
 __all__ = ["prim_names"]
 
@@ -22,7 +22,7 @@ def prim_names(originals: Iterable[str], taken: Iterable[str] = ()) -> tuple[str
     used = set(taken)
     result = [""] * len(names)
     for place in sorted(range(len(names)), key=lambda p: not Sdf.Path.IsValidIdentifier(names[p])):
-        result[place] = unused_name(_legal(names[place]), used)
+        result[place] = unique_name(_legal(names[place]), used)
         used.add(result[place])
     return tuple(result)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
-from usdface.io.unused_name import unused_name
+from usdface.io.unique_name import unique_name
 from usdface.materials import Material, Texture
 from usdface.rigs import MaterialSubset, Mesh, Rig
 
@@ -98,7 +98,7 @@ def _split(
         tiles = _tiles(mesh, faces, uvs)
         for tile in np.unique(tiles).tolist():
             if (name, tile) not in made:
-                made[name, tile] = unused_name(f"{name}_{tile}", names)
+                made[name, tile] = unique_name(f"{name}_{tile}", names)
                 names.add(made[name, tile])
             subsets.append(MaterialSubset(made[name, tile], faces[tiles == tile]))
     if all(s.material == mesh.material for s in subsets) and mesh.material not in tiled:

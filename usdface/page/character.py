@@ -14,13 +14,13 @@ from usdface.materials import Material, Placement
 from usdface.page.packed_data import Quantized
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
-__all__ = ["JOINTS_SHOWN", "character_data", "shown_meshes"]
+__all__ = ["JOINTS_SHOWN", "character_data", "page_meshes"]
 
 # Joints of a point that a page's renderer reads.
 JOINTS_SHOWN = 4
 
 
-def shown_meshes(rig: Rig, face_only: bool) -> tuple[Mesh, ...]:
+def page_meshes(rig: Rig, face_only: bool) -> tuple[Mesh, ...]:
     """Return the meshes that a page shows: all, or those that blend shapes move."""
     moved = tuple(mesh for mesh in rig.meshes if any(s.offsets.any() for s in mesh.shapes))
     return moved if face_only and moved else rig.meshes

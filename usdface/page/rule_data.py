@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from usdface.page.packed_data import Quantized
-from usdface.played_shot import PlayedShot
 from usdface.rule_design.marker_roles import known_roles
+from usdface.shot.played_shot import PlayedShot
 
 __all__ = ["rule_data"]
 

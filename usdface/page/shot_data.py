@@ -10,15 +10,15 @@ from usdface.closure.lip_contact import lip_gaps_of
 from usdface.face.bound_face import BoundFace
 from usdface.face.face_points import face_points
 from usdface.face.lip_lid_contacts import LipLidContacts
-from usdface.face.marker_heat import heat_of_markers
 from usdface.face.regions import shape_regions
+from usdface.face.residual_heat import heat_of_markers
 from usdface.page.clip_data import joint_motion, sampled_weights, ticks
 from usdface.page.packed_data import Quantized
 from usdface.page.performer import markers_on_face, performer_data
 from usdface.page.rule_data import rule_data
-from usdface.played_shot import PlayedShot
 from usdface.retarget.head_joint import carrying_joint
 from usdface.rigs import Mesh
+from usdface.shot.played_shot import PlayedShot
 from usdface.takes import MarkerTake, frame_step
 from usdface.verdict.judge import Verdict
 

@@ -13,14 +13,14 @@ from usdface.arrays import FloatArray, frozen
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.face.driven_shapes import rename_weights
+from usdface.face.curve_mapping import rename_weights
 from usdface.findings import Finding
+from usdface.numerics.solve_errors import solve_errors
 from usdface.options import MapOptions
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.rbf import fit_paper_map
 from usdface.retarget_take import clean, solve
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.solve_errors import solve_errors
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["PAPER", "ImagePoints", "WayScore", "compare_ways"]
@@ -127,7 +127,7 @@ def compare_ways(
     reference: WeightsTake | None = None,
     test_frame: int | None = None,
 ) -> tuple[ImagePoints, list[Finding]]:
-    """Carry the markers of a film over to a character by the paper's map, and by default.
+    """Map the markers of a film to a character by the paper's map, and by the default method.
 
     The paper's way is its equations 5 to 10 with the multiquadric and one radius for the whole face
     on the markers as the image shows them. "Solved" are the weights that the solve finds with that

@@ -17,8 +17,8 @@ from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.bind_file import bind_json, read_bind
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.played_shot import has_setup
-from usdface.io.usd.rig_ahead import rig_ahead
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
@@ -152,7 +152,7 @@ def _read(
         staged, findings = read_shot(stage, str(path))
         rig, recorded, setup = staged.shot.rig, staged.shot.take, staged.shot.setup
     else:
-        rig, _, findings = rig_ahead(stage)
+        rig, _, findings = front_facing_rig(stage)
     if take is not None:
         take_stage = open_stage(take)
         recorded, _ = read_take_prim(default_prim(take_stage, take))

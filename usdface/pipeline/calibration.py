@@ -8,8 +8,8 @@ from usdface.hooks import run_hooks
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.calibration_file import calibration_json
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.plugins import hook_report, installed_hooks
-from usdface.io.replaced import check_replaced
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
 from usdface.pipeline.schemas import register_schemas

@@ -7,7 +7,6 @@ from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.neutral_check import NeutralResponse, neutral_responses
 from usdface.errors import InputError
-from usdface.explanation import Explanation, check_frame, explain_result, nearest_frame
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read
@@ -18,8 +17,9 @@ from usdface.options import ProcessOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_shot import retarget
-from usdface.shot import Shot
+from usdface.shot.explanation import Explanation, check_frame, explain_result, nearest_frame
+from usdface.shot.retarget import retarget
+from usdface.shot.shot import Shot
 
 __all__ = ["check_neutral", "explain"]
 

@@ -12,11 +12,11 @@ from usdface.face.expression_poses import expressions_for
 from usdface.facs.peaks import TakePeaks, judge_peaks
 from usdface.facs.report import FacsReport, facs_findings, judge_rig
 from usdface.findings import Finding, finding
-from usdface.io.gltf.files_beside import may_be_gltf
+from usdface.io.gltf.external_files import may_be_gltf
 from usdface.io.rigs.files import read_rig_file
-from usdface.local_maxima import highest
+from usdface.numerics.local_maxima import highest
 from usdface.options import RESPONSE
-from usdface.played_shot import PlayedShot
+from usdface.shot.played_shot import PlayedShot
 from usdface.takes import frame_step
 
 __all__ = ["judge_file"]
@@ -44,7 +44,7 @@ def judge_file(path: Path, figure: Path | None = None) -> tuple[dict[str, Any], 
         return {}, [finding("FACS_NOT_JUDGED", str(path), "{error}", error)]
     findings = list(facs_findings(report))
     if not any(shape.claim for shape in report.shapes.verdicts):
-        message = "no name of its {shape_count} blend shapes tells an action unit"
+        message = "no name of its {shape_count} blend shapes is that of an action unit"
         findings.append(finding("FACS_NOT_JUDGED", str(path), message, len(report.shapes.verdicts)))
     if figure:
         from usdface.figures.facs import write_facs_figure
@@ -82,7 +82,7 @@ def _peaks(played: PlayedShot) -> TakePeaks | None:
     for emotion, curve in played.emotions.items():
         frames = events_of(curve, onset, step).frames
         events = np.split(frames, np.flatnonzero(np.diff(frames) > 1) + 1)
-        # An output has a flat top where the likeness alone raises it.
+        # An output has a flat top where the classifier alone raises it.
         found += [(int(event[highest(curve[event])]), emotion) for event in events if len(event)]
     if not found or not len(played.feature_points):
         return None

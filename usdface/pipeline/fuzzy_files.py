@@ -9,7 +9,7 @@ from usdface.findings import Finding
 from usdface.io.atomic import StrPath
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result

@@ -13,10 +13,10 @@ from usdface.io.expressions_file import expressions_json
 from usdface.io.fuzzy_formats.files import write_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.labels_file import read_labels
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.takes.files import read_take
+from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.layers import open_shot
-from usdface.io.usd.rig_ahead import rig_ahead
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
 from usdface.options import FitOptions
@@ -130,7 +130,7 @@ def _face(
         shot = staged.shot
         rig, setup, expressions = shot.rig, shot.setup, shot.expressions
     else:
-        rig, _, findings = rig_ahead(open_stage(source))
+        rig, _, findings = front_facing_rig(open_stage(source))
         setup, new_findings = read_bind(bind)
         expressions, pose_findings = expressions_for(rig.shape_names)
         findings += new_findings + pose_findings

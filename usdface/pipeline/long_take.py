@@ -12,7 +12,6 @@ import numpy as np
 
 from usdface.arrays import IntArray
 from usdface.blas_threads import one_blas_thread
-from usdface.correct_shot import check_gains
 from usdface.errors import ERROR_CODES, InputError, SolveError
 from usdface.findings import Finding
 from usdface.hooks import Hook
@@ -22,15 +21,16 @@ from usdface.io.mapped_arrays import MappedArrays
 from usdface.io.plugins import installed_hooks
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot, shot_frames
-from usdface.join_pieces import join
 from usdface.options import ProcessOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
-from usdface.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
-from usdface.retarget_shot import solve_inputs, with_overrides
 from usdface.rigs import Rig
-from usdface.shot import Shot, SolvedShot
+from usdface.shot.correct import check_gains
+from usdface.shot.join_pieces import join
+from usdface.shot.retarget import solve_inputs, with_overrides
+from usdface.shot.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
+from usdface.shot.shot import Shot, SolvedShot
 from usdface.show.places import places
 from usdface.show.stage_cache import StageCache
 from usdface.show.workers import cores, run_in_workers

@@ -10,8 +10,8 @@ from usdface.face.fitted_setup import fit_setup
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.inputs import check_outputs, files_read
-from usdface.io.replaced import check_replaced
-from usdface.io.usd.rig_ahead import rig_ahead
+from usdface.io.overwrite_protection import check_replaced
+from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.stage import open_stage
 from usdface.options import MarkerOptions
 from usdface.progress import OnProgress, Progress
@@ -77,7 +77,7 @@ def make_markers(
 
         check_picture(figure)
     with progress.step("read"):
-        character, _, findings = rig_ahead(open_stage(rig))
+        character, _, findings = front_facing_rig(open_stage(rig))
         if bind:
             setup, new_findings = read_bind(bind)
             findings += new_findings

@@ -1,4 +1,4 @@
-"""Images of a marked face carried over to a character: `usdface bench papers --images`."""
+"""Images of a marked face mapped to a character: `usdface bench papers --images`."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -50,7 +50,7 @@ def compare_images(
     Raises
     ------
     InputError
-        If a file is none of these, or they do not belong together.
+        If a file is not one of these, or they do not belong together.
     """
     character, findings = read_rig_file(rig)
     given, found = read_bind(bind)

@@ -10,10 +10,10 @@ from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.atomic import StrPath
 from usdface.io.generation import Generation
-from usdface.io.gltf.files_beside import check_gltf_name
+from usdface.io.gltf.external_files import check_gltf_name
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.layer_paths import layer_paths
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.animation import animation_path
 from usdface.io.usd.character_meshes import report_left_out
 from usdface.io.usd.generation import layer_generation
@@ -24,7 +24,7 @@ from usdface.io.usd.stage import Stage, check_usd_name, open_layer, open_stage
 from usdface.io.usd.stronger_opinions import check_weights_shown
 from usdface.options import DeliverOptions
 from usdface.result import Result
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 __all__ = ["ProcessOutputs", "process_outputs"]
 

@@ -23,8 +23,8 @@ from usdface.io.usd.animation import (
     express_animation,
     solve_animation,
 )
+from usdface.io.usd.detached_meshes import report_detached
 from usdface.io.usd.layers import open_shot, write_layers
-from usdface.io.usd.left_behind import report_left_behind
 from usdface.io.usd.own_motion import report_replaced
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
@@ -35,9 +35,9 @@ from usdface.pipeline.process_outputs import process_outputs
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_shot import retarget, retarget_in_stages
-from usdface.shot import ShotResult
-from usdface.shot_report import report_of
+from usdface.shot.report import report_of
+from usdface.shot.retarget import retarget, retarget_in_stages
+from usdface.shot.shot import ShotResult
 from usdface.verdict.judge import refuse_unusable
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def process(
     -------
     Result of ShotResult
         `written` begins with the file to open; the keys of `summary` are those of
-        `usdface.shot_report.report_of`, and ``head_carrier``; with a cache ``stages``, each
+        `usdface.shot.report.report_of`, and ``head_carrier``; with a cache ``stages``, each
         ``"cached"`` or ``"computed"``.
 
     Raises
@@ -168,16 +168,23 @@ def process(
         with progress.step("draw") if figure or sheet else nullcontext():
             outputs.draw(solved, reported)
         with progress.step("write"):
-            known = reported.verdict, _deviations(reported)
-            made = (*known, generation["generation"])
-            written = write_layers(path, stage, staged, solved, root, in_place, *made)
+            written = write_layers(
+                path,
+                stage,
+                staged,
+                solved,
+                root=root,
+                in_place=in_place,
+                verdict=reported.verdict,
+                deviations=_deviations(reported),
+                generation=generation["generation"],
+            )
     with progress.step("deliver") if deliver else nullcontext():
         lost += outputs.write_deliverable(written[0], staged, delivery)
-    reported = replace(reported, findings=(*reported.findings, *lost))
     written += [*(files_written(outputs.gltf, read) if outputs.gltf else ()), *outputs.beside]
-    older = outdated_gltf(written[0].parent, generation, written)
-    reported = replace(reported, findings=(*reported.findings, *older))
-    return replace(reported, written=tuple(written), seconds=progress.seconds)
+    lost += outdated_gltf(written[0].parent, generation, written)
+    found = (*reported.findings, *lost)
+    return replace(reported, written=tuple(written), findings=found, seconds=progress.seconds)
 
 
 @one_blas_thread()
@@ -308,7 +315,7 @@ def _retarget(
     lost = (
         *report_undriven(stage, staged),
         *report_replaced(stage, staged, solved),
-        *report_left_behind(stage, staged, solved),
+        *report_detached(stage, staged, solved),
     )
     found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)

@@ -11,9 +11,9 @@ from usdface.io.usd.played_shot import read_played_shot
 from usdface.io.usd.stage import open_stage
 from usdface.options import RigOptions, TakeOptions
 from usdface.pipeline.schemas import register_schemas
-from usdface.played_shot import PlayedShot
 from usdface.rigs import Rig
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.shot.played_shot import PlayedShot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["read_bind", "read_result", "read_rig", "read_take"]

@@ -7,7 +7,7 @@ from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read, files_written
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import check_usd_name

@@ -18,8 +18,8 @@ from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath
 from usdface.io.export_targets import EXPORT_TARGETS, GLTF, pack_stage, write_scene
 from usdface.io.inputs import check_outputs, files_read, files_written
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.plugins import hook_report, installed_hooks
-from usdface.io.replaced import check_replaced
 from usdface.options import ExportOptions, ImportOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
@@ -221,7 +221,7 @@ def _rig_with_clips(
     source: Path, rig: Path, folder: Path | None
 ) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     from usdface.io.clips_for_rig import rig_with_clips
-    from usdface.io.gltf.files_beside import may_be_gltf
+    from usdface.io.gltf.external_files import may_be_gltf
     from usdface.io.gltf.read import read_gltf
     from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.stage import open_stage

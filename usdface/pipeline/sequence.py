@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from usdface.blas_threads import one_blas_thread
-from usdface.finding_values import Prose
 from usdface.findings import finding
+from usdface.findings.values import Prose
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.inputs import check_outputs, files_read
 from usdface.progress import OnProgress, Progress, Step

@@ -13,7 +13,7 @@ from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
 from usdface.io.atomic import StrPath
 from usdface.io.bind_file import read_bind
-from usdface.io.usd.rig_ahead import rig_ahead
+from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.shot_write import author_shot
 from usdface.io.usd.stage import Stage
 from usdface.io.usd.take import read_take_prim
@@ -25,8 +25,8 @@ from usdface.schemas import tokens
 from usdface.setup.calibration import Calibration
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot
-from usdface.shot_assembly import assemble_shot
+from usdface.shot.assembly import assemble_shot
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["set_up"]
@@ -98,7 +98,7 @@ def set_up(
     where = stage.GetRootLayer().identifier
     with progress.step("read"):
         _refuse_other_setups(stage, scope)
-        character, _, findings = rig_ahead(stage, rig, joints=True)
+        character, _, findings = front_facing_rig(stage, rig, joints=True)
         findings += report_size(character) + report_stray(character)
         recorded = _take_at(stage, take) if isinstance(take, str) else take
         bind_file = ""

@@ -14,7 +14,7 @@ from usdface.io.calibration_file import read_calibration_file
 from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.shared_layers import SharedLayers
 from usdface.io.usd.shot import read_character
 from usdface.io.usd.shot_write import write_shot
@@ -26,8 +26,8 @@ from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.rigs import Mesh
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import Shot
-from usdface.shot_assembly import assemble_shot
+from usdface.shot.assembly import assemble_shot
+from usdface.shot.shot import Shot
 
 __all__ = ["make_shot"]
 
@@ -65,11 +65,11 @@ def make_shot(
     calibration : path, optional
         Of the performer, as `calibrate` writes it.
     expressions : path, optional
-        Expression poses that go before the known ones, JSON or USD.
+        Expression poses that override the known ones, JSON or USD.
     fuzzy : path, optional
         A fuzzy system in place of one designed for the rig: USD, .fis, .fcl or .fll.
     correction : mapping, optional
-        Fields of `CorrectionOptions` that go before those of the system.
+        Fields of `CorrectionOptions` that override those of the system.
     write_bind : path, optional
         Also write the binding as it is used, and the places that are too unsure to be, JSON;
         also where most of them are, and no shot is written.

@@ -10,14 +10,14 @@ import numpy as np
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.inputs import files_read
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.named_files import named_files
 from usdface.options import BindOptions, DeliverOptions, ProcessOptions
 from usdface.pipeline.processing import process
 from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.shot import make_shot
 from usdface.result import Result, peak_memory
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.show.making_record import is_made, making_findings, note_making, read_making
 from usdface.show.plan import Making, ShotPlan, plan_of
 from usdface.show.record import Record, read_record, record_of, record_path, write_record

@@ -11,7 +11,7 @@ from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.images.sequence import is_pattern, may_be_images
 from usdface.io.inputs import check_outputs, files_read
-from usdface.io.replaced import check_replaced
+from usdface.io.overwrite_protection import check_replaced
 from usdface.io.takes.camera_views import read_views
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS

@@ -10,11 +10,11 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, write_text
-from usdface.io.gltf.files_beside import may_be_gltf
+from usdface.io.gltf.external_files import may_be_gltf
 from usdface.io.images.footage_files import read_confidence
 from usdface.io.inputs import check_outputs, files_read
 from usdface.options import ViewOptions
-from usdface.page.character import JOINTS_SHOWN, character_data, shown_meshes
+from usdface.page.character import JOINTS_SHOWN, character_data, page_meshes
 from usdface.page.clip_data import clip_data
 from usdface.page.document import finding_lines, page_html
 from usdface.page.footage_data import face_box, footage_data, images_of_frames, shown_frames
@@ -79,7 +79,7 @@ def view(
     with progress.step("read"):
         rig, data, findings = _read(path, options)
     with progress.step("page"):
-        meshes = shown_meshes(rig, options.face_only)
+        meshes = page_meshes(rig, options.face_only)
         findings += _left_out(rig, len(meshes))
         images, new_findings = images_of(rig, meshes) if options.textures else ({}, [])
         findings += new_findings
@@ -190,7 +190,7 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
 
     played, findings = read_played_shot(stage, str(path), folder)
     shapes = _shapes(played.rig, options)
-    data = shot_data(played, shapes, shown_meshes(played.rig, options.face_only))
+    data = shot_data(played, shapes, page_meshes(played.rig, options.face_only))
     facts = {"take": played.shot.take.source or "", "rig": played.rig.name}
     facts["rate"] = f"{played.shot.take.rate:g} Hz"
     if options.footage is not None:
@@ -219,7 +219,7 @@ def _footage(take: MarkerTake | WeightsTake, options: ViewOptions) -> dict[str, 
 
 
 def _shapes(rig: Rig, options: ViewOptions) -> tuple[str, ...]:
-    meshes = shown_meshes(rig, options.face_only)
+    meshes = page_meshes(rig, options.face_only)
     return tuple(dict.fromkeys(name for mesh in meshes for name in mesh.shape_names))
 
 

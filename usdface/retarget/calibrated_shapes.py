@@ -33,8 +33,8 @@ def performed(
     names : tuple of str, length S
     calibration : Calibration
     rested : collection of str
-        Shapes whose weights at rest were taken off the markers' neutral already: their offsets,
-        which describe the same, do not count.
+        Shapes whose weights at rest were subtracted from the markers' neutral already: their
+        offsets, which describe the same, do not count.
 
     Returns
     -------

@@ -196,7 +196,7 @@ def _face(
 def _weights_in_wide_bounds(
     solution: Solution, free: IntArray, setup: RetargetSetup
 ) -> tuple[FloatArray, FloatArray]:
-    """Solve the markers as carried over, with weights that may leave 0 to 1: (F, S), (S,)."""
+    """Solve the markers as mapped, with weights that may leave 0 to 1: (F, S), (S,)."""
     assert solution.model is not None
     axes = 3 if solution.in_space else 2
     offsets = solution.model.offsets[free].reshape(len(free), -1, 3)

@@ -1,4 +1,4 @@
-"""Performer laid over character: the places of the markers and the space map between the two."""
+"""Fit of performer to character: the places of the markers and the space map between the two."""
 
 from dataclasses import dataclass, replace
 
@@ -24,7 +24,7 @@ __all__ = [
     "fit_transferred",
 ]
 
-# Name of the map that carries displacements by the similarity, to the performer's own shapes.
+# Name of the map that maps displacements by the similarity, to the performer's own shapes.
 TRANSFER = "similarity, shapes transferred"
 # Places estimated from the neutral are taken if they leave at most this share of the motion
 # unexplained: between two people the neutrals differ mostly by the faces themselves. Set by hand.
@@ -141,7 +141,7 @@ def _as_another_face(
 ) -> FaceFit:
     """Return the fit with the shapes transferred to the performer, if motion is evidence for it.
 
-    Displacements are then carried by the similarity.
+    Displacements are then mapped by the similarity.
     """
     assert fit.placed is not None
     if options.choice == "fixed":

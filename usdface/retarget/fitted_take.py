@@ -1,4 +1,4 @@
-"""A take laid over a face and solved: usable markers, neutral, places, space map, weights."""
+"""A take fitted to a face and solved: usable markers, neutral, places, space map, weights."""
 
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -16,7 +16,6 @@ from usdface.retarget.calibrated_shapes import as_large, as_performed
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
-from usdface.retarget.laid_markers import LaidMarkers, lay_markers
 from usdface.retarget.marker_errors import (
     LARGE_ERROR,
     estimate_marker_errors,
@@ -29,8 +28,10 @@ from usdface.retarget.neutral_weights import (
     neutral_weight_findings,
 )
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights
+from usdface.retarget.prepared_markers import PreparedMarkers, prepare_markers
 from usdface.retarget.refined_fit import best_fit, refine_places
 from usdface.retarget.shrinkage import restored_findings, restoring_factors
+from usdface.retarget.solve_problem import SolveProblem
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.take_amplitudes import with_found_gains
 from usdface.retarget.take_estimates import TakeEstimates
@@ -47,13 +48,13 @@ _TRIAL_ROUNDS = 8
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FittedTake:
-    """A take laid over a face and solved.
+    """A take fitted to a face and solved.
 
     Attributes
     ----------
-    laid : LaidMarkers
+    prepared : PreparedMarkers
     fit : FaceFit
-    joint : PoseAndWeights
+    solved : PoseAndWeights
     setup : RetargetSetup
         Without head markers that do not determine a pose, and with the gains and the neutral
         weights that the take shows.
@@ -63,32 +64,32 @@ class FittedTake:
         Of the markers, by those around them; None = alike.
     """
 
-    laid: LaidMarkers
+    prepared: PreparedMarkers
     fit: FaceFit
-    joint: PoseAndWeights
+    solved: PoseAndWeights
     setup: RetargetSetup
     factors: FloatArray
     errors: FloatArray | None
 
     def estimates(self, shapes: BlendShapeEvaluator) -> TakeEstimates:
         """Return the estimates that hold for all frames; `shapes` are those of the performer."""
-        found = self.joint.regularisation
+        found = self.solved.regularisation
         return TakeEstimates(
-            markers=self.laid.names,
-            neutral=self.laid.neutral,
+            markers=self.prepared.names,
+            neutral=self.prepared.neutral,
             neutral_weights=dict(self.setup.neutral_weights),
             points=self.fit.points,
             shapes=shapes,
-            space=self.joint.space,
+            space=self.solved.space,
             marker_maps=self.fit.space.derivative,
             choice=self.fit.choice,
             shifts=self.fit.shifts,
             head=self.setup.head,
-            head_neutral=self.laid.head_neutral,
+            head_neutral=self.prepared.head_neutral,
             noise=found.noise,
             misfit=found.misfit,
             covariance=found.covariance,
-            rounds=self.joint.rounds,
+            rounds=self.solved.rounds,
             factors=self.factors,
             errors=self.errors,
         )
@@ -96,12 +97,12 @@ class FittedTake:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _TakeSolver:
-    """Solves the laid markers of a take by fits of the performer's face.
+    """Solves the prepared markers of a take by fits of the performer's face.
 
     Attributes
     ----------
     times : (F,) float64 [s]
-    laid : LaidMarkers
+    prepared : PreparedMarkers
     shape_names : tuple of str, length S
     noisy : (M,) int64 or None
         Frames that each marker's neutral is the mean of; None = its error is not corrected.
@@ -112,7 +113,7 @@ class _TakeSolver:
     """
 
     times: FloatArray
-    laid: LaidMarkers
+    prepared: PreparedMarkers
     shape_names: tuple[str, ...]
     noisy: IntArray | None
     views: Views | None
@@ -120,7 +121,7 @@ class _TakeSolver:
     some: IntArray = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "some", _some_frames(visible(self.laid.positions)))
+        object.__setattr__(self, "some", _some_frames(visible(self.prepared.positions)))
 
     def solve(
         self,
@@ -131,13 +132,13 @@ class _TakeSolver:
     ) -> PoseAndWeights:
         """Solve the whole take; without a pose from the first guess."""
         return self._solved(
-            fit, setup, pose or self.laid.pose, slice(None), errors=errors,
+            fit, setup, pose or self.prepared.pose, slice(None), errors=errors,
             neutral_frames=self.noisy, progress=self.progress,
         )  # fmt: skip
 
     def trial(self, fit: FaceFit, setup: RetargetSetup, **settings: Any) -> PoseAndWeights:
         """Solve some frames, without a word."""
-        return self._solved(fit, setup, self.laid.pose, self.some, **settings)
+        return self._solved(fit, setup, self.prepared.pose, self.some, **settings)
 
     def _solved(
         self,
@@ -150,17 +151,20 @@ class _TakeSolver:
     ) -> PoseAndWeights:
         model, space = as_performed(fit, self.shape_names, setup)
         pose = Pose(pose.rotations[frames], pose.translations[frames])
-        times, positions = self.times[frames], self.laid.positions[frames]
-        noise = self.laid.least_noise
+        problem = SolveProblem(
+            self.times[frames],
+            self.prepared.positions[frames],
+            fit.points,
+            model,
+            space,
+            pose,
+            setup,
+            self.shape_names,
+            self.prepared.least_noise,
+        )
         if self.views is not None:
-            return solve_projected_weights(
-                times, positions, fit.points, model, space, pose, setup, self.shape_names,
-                self.views.at(frames), least_noise=noise,
-            )  # fmt: skip
-        return solve_pose_and_weights(
-            times, positions, fit.points, model, space, pose, setup, self.shape_names,
-            errors=errors, least_noise=noise, **settings,
-        )  # fmt: skip
+            return solve_projected_weights(problem, self.views.at(frames))
+        return solve_pose_and_weights(problem, errors=errors, **settings)
 
 
 def fit_take(
@@ -176,33 +180,40 @@ def fit_take(
     correct_neutral: bool = True,
     progress: Progress | None = None,
 ) -> tuple[FittedTake, list[Finding]]:
-    """Lay a take over a face, refine the places of its markers, and solve it.
+    """Fit a take to a face, refine the places of its markers, and solve it.
 
     Parameters, findings and errors are those of `usdface.retarget.solve_take.solve_take`.
     """
 
-    def begun(setup: RetargetSetup) -> tuple[_TakeSolver, FaceFit, RetargetSetup, list[Finding]]:
-        laid, own, notes = lay_markers(take, points, offsets, shape_names, setup, model, surface)
-        noisy, seen = laid.frames if correct_neutral else None, views and views.of(laid.names)
-        solver = _TakeSolver(take.times, laid, shape_names, noisy, seen, progress)
+    def first_fit(
+        setup: RetargetSetup,
+    ) -> tuple[_TakeSolver, FaceFit, RetargetSetup, list[Finding]]:
+        prepared, own, notes = prepare_markers(
+            take, points, offsets, shape_names, setup, model, surface
+        )
+        noisy, seen = (
+            prepared.frames if correct_neutral else None,
+            views and views.of(prepared.names),
+        )
+        solver = _TakeSolver(take.times, prepared, shape_names, noisy, seen, progress)
         fit, found = _fit(take, solver, own)
         return solver, fit, own, notes + found
 
-    solver, fit, own, findings = begun(setup)
+    solver, fit, own, findings = first_fit(setup)
     shown, errors = _shown_and_errors(take, solver, fit, own, wanted=correct_neutral)
     if shown:
-        solver, fit, own, findings = begun(replace(setup, neutral_weights=shown))
-        findings += neutral_weight_findings(own, solver.laid.model, shape_names, take.source)
+        solver, fit, own, findings = first_fit(replace(setup, neutral_weights=shown))
+        findings += neutral_weight_findings(own, solver.prepared.model, shape_names, take.source)
         _, errors = _shown_and_errors(take, solver, fit, own, wanted=False)
-    findings += marker_error_findings(errors, solver.laid.names, take.source)
-    joint = solver.solve(fit, own, errors)
-    larger, notes = with_found_gains(own, fit, joint, shape_names, take, errors)
+    findings += marker_error_findings(errors, solver.prepared.names, take.source)
+    solved = solver.solve(fit, own, errors)
+    larger, notes = with_found_gains(own, fit, solved, shape_names, take, errors)
     if notes:
-        joint = solver.solve(fit, larger, errors, joint.pose)
-    factors = restoring_factors(larger, fit, joint, shape_names, take, surface)
-    findings += notes + markers_beside(fit.shifts, fit.points, solver.laid.names, take.source)
+        solved = solver.solve(fit, larger, errors, solved.pose)
+    factors = restoring_factors(larger, fit, solved, shape_names, take, surface)
+    findings += notes + markers_beside(fit.shifts, fit.points, solver.prepared.names, take.source)
     findings += restored_findings(factors)
-    return FittedTake(solver.laid, fit, joint, larger, factors, errors), findings
+    return FittedTake(solver.prepared, fit, solved, larger, factors, errors), findings
 
 
 def _shown_and_errors(
@@ -219,22 +230,22 @@ def _shown_and_errors(
     alike = alike or solver.views is not None  # which have the errors of a film
     if is_paper or (known and alike):
         return {}, None
-    joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS)
+    solved = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS)
     model, _ = as_performed(fit, names, setup)
     times, axes, head_moves = take.times[solver.some], take.dimension, setup.head == "solve"
     errors, shown = None, {}
     if not alike:
         errors = estimate_marker_errors(
-            times, joint.weights, joint.displaced, fit.points, model,
-            variance=joint.regularisation.variance, axes=axes, head_moves=head_moves,
+            times, solved.weights, solved.displaced, fit.points, model,
+            variance=solved.regularisation.variance, axes=axes, head_moves=head_moves,
         )  # fmt: skip
     if not known:
         if errors is not None and (errors > LARGE_ERROR).any():
             # A slip would be taken for an expression of the neutral.
-            joint = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS, errors=errors)
+            solved = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS, errors=errors)
         own = errors if solver.views is None else solver.views.errors
         found = estimate_neutral_weights(
-            times, joint, fit.points, model, own, axes=axes, head_moves=head_moves
+            times, solved, fit.points, model, own, axes=axes, head_moves=head_moves
         )
         shown = _on_character(found, solver, setup)
     return shown, errors
@@ -242,7 +253,7 @@ def _shown_and_errors(
 
 def _on_character(shown: FloatArray, solver: _TakeSolver, setup: RetargetSetup) -> dict[str, float]:
     """Return neutral weights (S,) of the performer's blend shapes as those of the character's."""
-    names, model = solver.shape_names, solver.laid.model
+    names, model = solver.shape_names, solver.prepared.model
     if setup.calibration is not None:
         # Offsets of a performer's file that have a weight in the neutral do not count.
         amplitudes, offsets = setup.calibration.of(names)
@@ -256,15 +267,15 @@ def _on_character(shown: FloatArray, solver: _TakeSolver, setup: RetargetSetup) 
 def _fit(
     take: MarkerTake, solver: _TakeSolver, setup: RetargetSetup
 ) -> tuple[FaceFit, list[Finding]]:
-    """Return the fit of the laid markers that explains some frames of the take best."""
-    laid, names = solver.laid, solver.shape_names
-    evidence = laid.evidence(take.times)
-    fits = laid.fits(setup, names, evidence)
+    """Return the fit of the prepared markers that explains some frames of the take best."""
+    prepared, names = solver.prepared, solver.shape_names
+    evidence = prepared.evidence(take.times)
+    fits = prepared.fits(setup, names, evidence)
     trial = partial(solver.trial, setup=setup)
-    if laid.surface is not None:
+    if prepared.surface is not None:
         refine = partial(
-            refine_places, neutral=laid.neutral, options=setup.map, evidence=evidence,
-            surface=laid.surface, solve=partial(trial, rounds=_TRIAL_ROUNDS),
+            refine_places, neutral=prepared.neutral, options=setup.map, evidence=evidence,
+            surface=prepared.surface, solve=partial(trial, rounds=_TRIAL_ROUNDS),
             sized=partial(as_large, shape_names=names, setup=setup),
             head_moves=setup.head == "solve",
         )  # fmt: skip

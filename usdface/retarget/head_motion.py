@@ -8,9 +8,9 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, similarity_fit
 from usdface.geometry.rigid_modes import small_motions
+from usdface.numerics.visibility_patterns import visibility_patterns
 from usdface.retarget.solver.curvature import curvature_bands
 from usdface.takes import frame_step
-from usdface.visibility_patterns import visibility_patterns
 
 __all__ = ["head_motion", "smooth_motion", "turned_at_neutral"]
 

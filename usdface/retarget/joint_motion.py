@@ -50,7 +50,7 @@ def named_joint(skeleton: Skeleton, name: str) -> int:
 
 
 def joint_track(skeleton: Skeleton, moved: JointMotion) -> FloatArray:
-    """Return a joint's transforms to its parent that move its skin as told: (F, 4, 4).
+    """Return a joint's transforms to its parent that move its skin as given: (F, 4, 4).
 
     Row vectors, metres. The motion is applied in the bind pose and followed by the skeleton's rest
     pose, so that it stays relative to a neck that something else animates.

@@ -15,7 +15,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solver.noise import Unexplained, frames_apart
+from usdface.retarget.solver.noise import ResidualSpace, independent_lags
 from usdface.takes import visible
 
 __all__ = ["MotionEvidence"]
@@ -64,13 +64,13 @@ class MotionEvidence:
         coordinates = np.arange(3 * len(points)).reshape(-1, 3)[:, :axes].ravel()
         rigid = motion_basis(points, axes)
         directions = evaluator.select(coordinates).directions
-        apart = frames_apart(self.times)
-        rest = Unexplained.beside_head(directions, rigid, points, seen, apart)
-        left, count = rest.squares(flat)
+        lags = independent_lags(self.times)
+        residual = ResidualSpace.beside_head(directions, rigid, points, seen, lags)
+        left, count = residual.squares(flat)
         if not len(left) or np.median(count) < _FEWEST_LEFT:
             return np.nan
-        noise = rest.noise(flat) ** 2
-        size = float(Unexplained.of(rigid.T, seen).squares(flat)[0].mean())
+        noise = residual.noise(flat) ** 2
+        size = float(ResidualSpace.of(rigid.T, seen).squares(flat)[0].mean())
         rounding = (_ROUNDING * rms_radius(points)) ** 2
         if size <= max(_ABOVE_NOISE * noise, rounding):
             return np.nan

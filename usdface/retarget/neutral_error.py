@@ -8,6 +8,7 @@ residual in most frames.
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.numerics.ramps import linear_ramp
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
@@ -58,9 +59,8 @@ def bootstrap_residual(
         return again, simulated - rows.displacements(again)
 
     squared = [((solved_again(weights, noise)[0] - weights) ** 2).mean(axis=0) for noise in flat]
-    few, enough = _RESTING
     deviation = np.maximum(np.sqrt(np.mean(squared, axis=0)), 1e-12)
-    resting = np.clip((weights / deviation - few) / (enough - few), 0.0, 1.0) * weights
+    resting = linear_ramp(weights / deviation, *_RESTING) * weights
     left = np.mean([solved_again(resting, noise)[1] for noise in (*flat, *-flat)], axis=0)
     count = np.maximum(seen.sum(axis=0), 1)[:, None]
     seen_left = np.where(seen[..., None], left.reshape(*seen.shape, -1), 0.0)

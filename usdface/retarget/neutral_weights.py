@@ -12,8 +12,8 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
@@ -70,7 +70,7 @@ _LEAST = 0.01  # smaller ones change nothing that is seen
 
 def estimate_neutral_weights(
     times: FloatArray,
-    joint: PoseAndWeights,
+    solved: PoseAndWeights,
     points: FloatArray,
     model: BlendShapeEvaluator,
     errors: FloatArray | None = None,
@@ -87,7 +87,7 @@ def estimate_neutral_weights(
     Parameters
     ----------
     times : (F,) float64 [s]
-    joint : PoseAndWeights
+    solved : PoseAndWeights
         The take, solved without a correction of the neutral.
     points : (M, 3) float64 [m]
         The markers' places on the neutral character.
@@ -100,7 +100,7 @@ def estimate_neutral_weights(
     head_moves : bool
         The head's pose was solved with the weights.
     """
-    cost, unlike = _in_errors(times, joint, points, model, errors, axes, head_moves)
+    cost, unlike = _in_errors(times, solved, points, model, errors, axes, head_moves)
     found = np.zeros(len(model.offsets))
     if len(cost.moved) < _FEWEST_WINDOWS or not cost.offsets.any():
         return found
@@ -131,7 +131,7 @@ def _shown(cost: NeutralCost, unlike: float) -> FloatArray:
 
 def _in_errors(
     times: FloatArray,
-    joint: PoseAndWeights,
+    solved: PoseAndWeights,
     points: FloatArray,
     model: BlendShapeEvaluator,
     errors: FloatArray | None,
@@ -142,7 +142,7 @@ def _in_errors(
 
     Of free shapes, without the head's motion if it moves; the share is that of the variance.
     """
-    moved, frames = _windows(times, joint, model)
+    moved, frames = _windows(times, solved, model)
     seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
     moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
     own = 1.0 if errors is None else np.repeat(errors, axes)
@@ -150,8 +150,8 @@ def _in_errors(
     if head_moves:
         rigid = motion_basis(points, axes, errors)
         moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
-    lasting = joint.regularisation.lasting_variance
-    still = joint.regularisation.noise**2 / frames + (_ERROR * rms_radius(points)) ** 2
+    lasting = solved.regularisation.lasting_variance
+    still = solved.regularisation.noise**2 / frames + (_ERROR * rms_radius(points)) ** 2
     # Misfit is in proportion to motion: windows in which the face rests are surest.
     ways = (moved**2).sum(axis=1)
     precision = 1.0 / (still + lasting * ways / max(float(ways.mean()), 1e-30))
@@ -161,14 +161,14 @@ def _in_errors(
 
 
 def _windows(
-    times: FloatArray, joint: PoseAndWeights, model: BlendShapeEvaluator
+    times: FloatArray, solved: PoseAndWeights, model: BlendShapeEvaluator
 ) -> tuple[FloatArray, float]:
     """Return mean displacements (W, 3 M) [m] over windows of a take, and their number of frames.
 
     Occluded markers are where the weights have them.
     """
-    predicted = model.displacements(joint.weights)
-    moved = joint.displaced.reshape(predicted.shape)
+    predicted = model.displacements(solved.weights)
+    moved = solved.displaced.reshape(predicted.shape)
     moved = np.where(np.isnan(moved), predicted, moved)
     span = max(float(times[-1] - times[0]), 1e-9)
     length = min(_WINDOW, span / _WINDOWS)
@@ -196,9 +196,9 @@ def neutral_weight_findings(
     weights = setup.neutral_weights
     shown = sorted(weights, key=lambda name: -weights[name])
     message = (
-        "the neutral frames show {shape_count} blend shapes (most: {most}), which are taken off "
-        'them and stay there as weights; usdface:solve:neutral = "given" takes the frames as they '
-        "are"
+        "the neutral frames show {shape_count} blend shapes (most: {most}), which are subtracted "
+        "from the neutral and stay there as weights; "
+        'usdface:solve:neutral = "given" takes the frames as they are'
     )
     most = Prose(", ".join(f"{name} {weights[name]:.2f}" for name in shown[:_NAMED]))
     found = finding("NEUTRAL_SHOWS", source, message, len(shown), most, shapes=shown)
@@ -206,8 +206,8 @@ def neutral_weight_findings(
     if not cut:
         return [found]
     message = (
-        "the neutral frames show an expression ({shapes}), more of it than is taken off; name "
-        "frames in which the face rests"
+        "the neutral frames show an expression ({shapes}) that is larger than what is "
+        "subtracted; name frames in which the face rests"
     )
     return [found, finding("NEUTRAL_AT_LIMIT", source, message, [*cut[:_NAMED]])]
 

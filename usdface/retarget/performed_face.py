@@ -1,4 +1,4 @@
-"""A performer's face in a take: learned from its solution, and laid over the character again."""
+"""A performer's face in a take: learned from its solution, and fitted to the character again."""
 
 from dataclasses import dataclass, replace
 
@@ -222,7 +222,7 @@ def fit_known_face(
     """Lay a performer whose face is known over the character.
 
     Markers keep their learned places, shifted by the change of their neutral. Displacements are
-    carried by the similarity, and shapes are the performer's; markers and shapes that the face
+    mapped by the similarity, and shapes are the performer's; markers and shapes that the face
     does not know are the character's.
     """
     neutral = matched.neutral
@@ -237,10 +237,10 @@ def fit_known_face(
     turned, _ = similarity_fit(face.rest[matched.own], neutral[matched.known])
     shapes = np.array([k for k, name in enumerate(face.shapes) if name in shape_names], np.int64)
     columns = np.array([shape_names.index(face.shapes[k]) for k in shapes], np.int64)
-    carried = face.displacements[np.ix_(shapes, matched.own)] @ turned @ linear
+    mapped = face.displacements[np.ix_(shapes, matched.own)] @ turned @ linear
     expected = before.evaluator.offsets.reshape(len(shape_names), -1, 3)
     deviations = np.zeros_like(expected)
-    deviations[np.ix_(columns, matched.known)] = carried - expected[np.ix_(columns, matched.known)]
+    deviations[np.ix_(columns, matched.known)] = mapped - expected[np.ix_(columns, matched.known)]
     evaluator = placed.evaluator
     others = deviations.reshape(len(expected), -1)
     paths = tuple(

@@ -6,10 +6,10 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
+from usdface.numerics.ramps import smooth_step
 from usdface.options import PIN_REACH
 from usdface.retarget.solver.bounds import Bounds
 from usdface.setup.pin import Pin
-from usdface.smooth_step import smooth_step
 
 __all__ = ["check_pins", "faded_at_pins", "pin_bounds", "pin_nearness", "with_pins"]
 

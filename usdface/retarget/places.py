@@ -117,7 +117,7 @@ def guess_in_image(neutral: FloatArray, points: FloatArray) -> PlaceGuess:
     Parameters
     ----------
     neutral : (M, 2) float64 [m]
-        The performer's markers, laid over the character.
+        The performer's markers, aligned with the character.
     points : (M, 3) float64 [m]
         The vertices that they are bound to.
     """

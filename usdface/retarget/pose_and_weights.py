@@ -20,14 +20,14 @@ from usdface.retarget.neutral import on_plane
 from usdface.retarget.neutral_error import bootstrap_residual, neutral_correction
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.solve_problem import SolveProblem
 from usdface.retarget.solve_round import Recording, Round, measured, next_round
 from usdface.retarget.solver.bounds import Bounds
-from usdface.retarget.solver.noise import Unexplained, frames_apart
+from usdface.retarget.solver.noise import ResidualSpace, independent_lags
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import reach
 from usdface.retarget.take_rows import TakeRows
 from usdface.setup.pin import Pin
-from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import visible
 
 __all__ = ["PoseAndWeights", "reach_of_ends", "solve_pose_and_weights"]
@@ -67,19 +67,11 @@ class PoseAndWeights:
 
 
 def solve_pose_and_weights(
-    times: FloatArray,
-    positions: FloatArray,
-    target: FloatArray,
-    model: BlendShapeEvaluator,
-    space: SpaceMap,
-    pose: Pose,
-    setup: RetargetSetup,
-    names: tuple[str, ...] = (),
+    problem: SolveProblem,
     *,
     errors: FloatArray | None = None,
     neutral_frames: IntArray | None = None,
     rounds: int = _ROUNDS,
-    least_noise: float = 0.0,
     known: Regularisation | None = None,
     exactly: bool = False,
     progress: Progress | None = None,
@@ -88,28 +80,13 @@ def solve_pose_and_weights(
 
     Parameters
     ----------
-    times : (F,) float64 [s]
-    positions : (F, M, D) float64
-        NaN where occluded.
-    target : (M, 3) float64 [m]
-        Neutral feature points on the character.
-    model : BlendShapeEvaluator
-        Of their displacements by the blend shapes: S shapes, 3 M coordinates.
-    space : SpaceMap
-        From the performer's neutral (its centres) to `target`.
-    pose : Pose
-        A first guess, or the pose where it is known.
-    setup : RetargetSetup
-    names : tuple of str, length S
-        The blend shapes; needed for pins, symmetry and gaze.
+    problem : SolveProblem
     errors : (M,) float64 [1], optional
         Of the markers (`usdface.retarget.marker_errors`); equal, if left out.
     neutral_frames : (M,) int64, optional
         Number of frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int
         At most.
-    least_noise : float [m]
-        Standard deviation of a marker coordinate, as far as it is known before.
     known : Regularisation, optional
         With noise, misfit and covariance of the take that these frames are a part of; they are
         estimated, if left out.
@@ -118,19 +95,18 @@ def solve_pose_and_weights(
     progress : Progress, optional
         Announces each round of the step "solve".
     """
-    free = tuple(names[shape] for shape in model.free) if names else ()
-    rows = TakeRows.of(target, model, positions.shape[2], setup.head == "solve", errors)
-    take = _recording(times, positions, target, rows, space, least_noise, known is None)
-    state = Round(
-        0,
-        pose,
-        pose.to_head(take.markers),
-        space,
-        known or Regularisation(0.0, 0.0, setup.solve, free, size=rms_radius(target)),
-        np.zeros(take.hidden.shape),
+    target, model, setup = problem.target, problem.model, problem.setup
+    axes = problem.positions.shape[2]
+    rows = TakeRows.of(target, model, axes, setup.head == "solve", errors)
+    take = _recording(problem, rows, known is None)
+    regularisation = known or Regularisation(
+        0.0, 0.0, setup.solve, problem.free_names, size=rms_radius(target)
     )
+    in_head, no_residual = problem.pose.to_head(take.markers), np.zeros(take.hidden.shape)
+    state = Round(0, problem.pose, in_head, problem.space, regularisation, no_residual)
     steps = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
-    neutral = _Neutral(target, neutral_frames, space.start, np.zeros((len(target), 3)), steps)
+    start, no_correction = problem.space.start, np.zeros((len(target), 3))
+    neutral = _Neutral(target, neutral_frames, start, no_correction, steps)
     if take.over is None and take.seen.all() and not (steps or exactly):
         state = measured(take, state)
     else:
@@ -148,26 +124,19 @@ def solve_pose_and_weights(
     )
 
 
-def _recording(
-    times: FloatArray,
-    positions: FloatArray,
-    target: FloatArray,
-    rows: TakeRows,
-    space: SpaceMap,
-    least_noise: float,
-    is_measured: bool,
-) -> Recording:
-    """Return what is alike in all rounds; parameters as of `solve_pose_and_weights`."""
-    seen = visible(positions)
-    unexplained = None
+def _recording(problem: SolveProblem, rows: TakeRows, is_measured: bool) -> Recording:
+    """Return what all rounds share."""
+    seen = visible(problem.positions)
+    residual_space = None
     if is_measured:
-        coordinates, apart = np.repeat(seen, rows.axes, axis=1), frames_apart(times)
-        unexplained = Unexplained.beside_head(
-            rows.weighted.directions, rows.weighted_rigid, target, coordinates, apart
+        coordinates, lags = np.repeat(seen, rows.axes, axis=1), independent_lags(problem.times)
+        residual_space = ResidualSpace.beside_head(
+            rows.weighted.directions, rows.weighted_rigid, problem.target, coordinates, lags
         )
     fit_pose = rows.axes == 3 and rows.rigid.shape[1] > 0
-    over = similarity_fit(space.centres, target)[0] if fit_pose else None
-    return Recording(times, on_plane(positions), seen, rows, over, unexplained, least_noise)
+    over = similarity_fit(problem.space.centres, problem.target)[0] if fit_pose else None
+    markers = on_plane(problem.positions)
+    return Recording(problem.times, markers, seen, rows, over, residual_space, problem.least_noise)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -193,7 +162,7 @@ class _Neutral:
     steps: int
 
     def corrected(self, take: Recording, state: Round) -> "_Neutral":
-        """Return it with the correction that the mean residual of the take tells."""
+        """Return it with the correction by the mean residual of the take."""
         assert self.frames is not None and state.iterate is not None
         regularisation = state.regularisation
         leftover = state.residual.reshape(*take.seen.shape, -1) - bootstrap_residual(
@@ -239,7 +208,7 @@ def _alternated(
 
 def _learned(take: Recording, state: Round) -> Round:
     """Return the state with the covariance of its weights; itself where there is one, or none."""
-    if take.unexplained is None or state.regularisation.covariance is not None:
+    if take.residual_space is None or state.regularisation.covariance is not None:
         return state
     found = take.rows.learned(state.observed, take.times, state.regularisation, state.iterate)
     return state if found.covariance is None else replace(state, regularisation=found)
@@ -283,7 +252,7 @@ def reach_of_ends(
     times : (F,) float64 [s]
         Of some frames at the take's rate.
     target, model
-        As of `solve_pose_and_weights`.
+        As of `SolveProblem`.
     axes : int
         Of a marker, 2 or 3.
     moving_head : bool

@@ -4,10 +4,10 @@ Two forms of Troy, Pranowo and Gunanto, "2D to 3D Space Transformation for Facia
 Based on Marker Data" (InAES 2016), [RBF] below:
 
 * the paper's own (equations 5 to 10): exact interpolation, no polynomial term;
-* neutral-relative: a similarity (2D sources: an affine map) carries the face over, a
+* neutral-relative: a similarity (2D sources: an affine map) maps the face, a
   smoothed radial field bends the remainder, and only *displacements from neutral* are used,
   so that a neutral face stays neutral and a map between equal faces is the identity. Each marker's
-  displacement is carried by the map's derivative at its neutral place: of a performer and a
+  displacement is mapped by the map's derivative at its neutral place: of a performer and a
   character that are bent differently, weights are a quarter nearer than with the difference of two
   mapped places (python -m benchmarks.stylised), since the field is only known where markers rest.
 """
@@ -67,7 +67,7 @@ class SpaceMap:
     radius : float
         In units of the source.
     local : bool
-        Displacements are carried by the derivative at the centres, not as the difference of two
+        Displacements are mapped by the derivative at the centres, not as the difference of two
         mapped places.
     start : (M, 3) float64 or None
         How far the centres themselves count as displaced; None = not at all.

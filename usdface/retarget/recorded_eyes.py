@@ -6,7 +6,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray
-from usdface.face.driven_shapes import undecided
+from usdface.face.curve_mapping import undecided
 from usdface.face.eye_joints import eye_joints, is_turned_by_shapes
 from usdface.face.gaze_curves import Side, gaze_angles, is_gaze_curve
 from usdface.face.shape_names import shape_key

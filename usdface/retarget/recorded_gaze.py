@@ -3,8 +3,8 @@
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.face.curve_mapping import rename_weights, undecided
 from usdface.face.curves_by_unit import curves_by_unit
-from usdface.face.driven_shapes import rename_weights, undecided
 from usdface.face.gaze_curves import GAZE_CURVES, gaze_weights
 from usdface.setup.pin import Pin
 from usdface.setup.retarget_setup import RetargetSetup

@@ -71,7 +71,7 @@ def recorded_head(
 
 
 def _joint(rig: Rig, mesh: Mesh, setup: RetargetSetup) -> int | None:
-    """Return the joint that carries the face; None for a root that is no head's and was not told.
+    """Return the joint that carries the face; None for a root joint that is not named.
 
     Such a root, as rigs without a skeleton get one, may be anywhere.
     """

@@ -8,12 +8,12 @@ from usdface.arrays import FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.numerics.ramps import smooth_step
 from usdface.options import MapOptions
 from usdface.retarget.face_fit import FaceFit, fit_places, fit_transferred
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_in_motion, search_in_motion
 from usdface.retarget.pose_and_weights import PoseAndWeights
-from usdface.smooth_step import smooth_step
 from usdface.takes import visible
 
 __all__ = ["best_fit", "refine_places"]
@@ -82,35 +82,35 @@ def refine_places(
     """
     if fit.placed is None:
         return fit
-    joint = solve(fit)
+    solved = solve(fit)
     for _ in range(_STEPS):
-        if joint.regularisation.variance == 0.0:
+        if solved.regularisation.variance == 0.0:
             break
         assert fit.guess is not None
         skin = fit.transferred or surface
-        shifts = _refined_shifts(fit, skin, joint, sized, head_moves)
+        shifts = _refined_shifts(fit, skin, solved, sized, head_moves)
         if fit.transferred:
             refined = fit_transferred(fit, neutral, shifts, skin)
         else:
             refined = fit_places(neutral, shifts, options, evidence, surface, fit.guess)
         again = solve(refined)
-        if again.regularisation.misfit >= joint.regularisation.misfit:
+        if again.regularisation.misfit >= solved.regularisation.misfit:
             break
-        fit, joint = refined, again
+        fit, solved = refined, again
     return fit
 
 
 def _refined_shifts(
     fit: FaceFit,
     surface: MarkerSurface,
-    joint: PoseAndWeights,
+    solved: PoseAndWeights,
     sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
     head_moves: bool,
 ) -> FloatArray:
     """Return shifts (M, 3) [m] that the solved frames make more probable than those of `fit`."""
     assert fit.placed is not None and fit.guess is not None
-    weights, displaced = joint.weights, joint.displaced
-    variance = joint.regularisation.variance
+    weights, displaced = solved.weights, solved.displaced
+    variance = solved.regularisation.variance
     rigid = motion_basis(fit.points, 3) if head_moves else np.zeros((fit.points.size, 0))
     placed = fit.placed.mapped(sized)
     shifts = guess_in_motion(fit.guess, fit.shifts, placed, weights, displaced, rigid, variance)

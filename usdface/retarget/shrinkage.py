@@ -18,8 +18,8 @@ from usdface.face.head_size import human_size
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.regions import named_regions
 from usdface.findings import Finding, finding
-from usdface.frame_blocks import frame_blocks
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.exaggeration import scaled_weights
 from usdface.retarget.face_fit import FaceFit
@@ -123,7 +123,7 @@ def brow_factors(
 def restoring_factors(
     setup: RetargetSetup,
     fit: FaceFit,
-    joint: PoseAndWeights,
+    solved: PoseAndWeights,
     shape_names: tuple[str, ...],
     take: MarkerTake,
     surface: MarkerSurface | None,
@@ -139,7 +139,7 @@ def restoring_factors(
         return np.ones(len(shape_names))
     model, _ = as_performed(fit, shape_names, setup)
     return brow_factors(
-        joint.weights, take.times, joint.displaced, fit.points, model, shape_names,
+        solved.weights, take.times, solved.displaced, fit.points, model, shape_names,
         moving_head=setup.head == "solve", size=human_size(surface.mesh) if surface else 1.0,
     )  # fmt: skip
 
@@ -165,7 +165,7 @@ def restored_findings(factors: FloatArray) -> list[Finding]:
     most = float(factors.max(initial=1.0))
     if most <= _REPORTED:
         return []
-    message = "the solve shrank them; they are up to {factor:.2f} times as large"
+    message = "the solve made them too small; scaled up by up to {factor:.2f}"
     return [finding("BROWS_RESTORED", "brows", message, most)]
 
 

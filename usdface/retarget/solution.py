@@ -30,7 +30,7 @@ class Solution:
     residual : (F,) float64 [m]
         RMS distance, on the character, between seen markers and the face as solved.
     feature_points : (F, M, 3) float64 [m]
-        Markers carried over to the character; occluded ones as the rig predicts them.
+        Markers mapped to the character; occluded ones as the rig predicts them.
     rest : (M, 3) float64 [m]
         Where they rest on the character: on their vertices, or beside them (`shifts`).
     markers : tuple of str, length M

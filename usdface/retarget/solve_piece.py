@@ -13,6 +13,7 @@ from usdface.retarget.pose_and_weights import (
     solve_pose_and_weights,
 )
 from usdface.retarget.solution import Solution
+from usdface.retarget.solve_problem import SolveProblem
 from usdface.retarget.solve_take import solution_of
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.setup.retarget_setup import RetargetSetup
@@ -35,14 +36,14 @@ def solve_piece(
     Parameters
     ----------
     take : MarkerTake
-        The frames, with those around them that `overlap_frames` asks for.
+        The frames, with those around them that `overlap_frames` counts.
     estimates : TakeEstimates
     shape_names : tuple of str, length S
     setup : RetargetSetup
         Its neutral frames do not count.
     """
-    joint = _solved(take, estimates, shape_names, setup, exactly=True)
-    return solution_of(take, joint, estimates, shape_names, setup.pins)
+    solved = _solved(take, estimates, shape_names, setup, exactly=True)
+    return solution_of(take, solved, estimates, shape_names, setup.pins)
 
 
 def settled(
@@ -52,8 +53,8 @@ def settled(
     setup: RetargetSetup,
 ) -> TakeEstimates:
     """Return the estimates with the number of rounds after which these frames settle."""
-    joint = _solved(take, estimates, shape_names, setup, exactly=False)
-    return replace(estimates, rounds=joint.rounds)
+    solved = _solved(take, estimates, shape_names, setup, exactly=False)
+    return replace(estimates, rounds=solved.rounds)
 
 
 def _solved(
@@ -79,10 +80,19 @@ def _solved(
     known = estimates.regularisation(setup.solve, shape_names)
     if not exactly:
         known = replace(known, options=setup.solve)
+    problem = SolveProblem(
+        take.times,
+        positions,
+        estimates.points,
+        estimates.shapes,
+        estimates.space,
+        pose,
+        setup,
+        shape_names,
+    )
     return solve_pose_and_weights(
-        take.times, positions, estimates.points, estimates.shapes, estimates.space, pose, setup,
-        shape_names, rounds=estimates.rounds, errors=estimates.errors, known=known, exactly=exactly,
-    )  # fmt: skip
+        problem, rounds=estimates.rounds, errors=estimates.errors, known=known, exactly=exactly
+    )
 
 
 def overlap_frames(

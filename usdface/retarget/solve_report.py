@@ -9,14 +9,14 @@ from usdface.advice import advice
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.place import Place
-from usdface.face.place_names import places_of
+from usdface.face.place_descriptions import places_of
 from usdface.face.region_residuals import region_errors
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.solution import Solution
-from usdface.retarget.solver.noise import MOST
+from usdface.retarget.solver.noise import EXPRESSIVE_QUANTILE
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.rigs import Mesh
 from usdface.setup.retarget_setup import RetargetSetup
@@ -168,7 +168,7 @@ def _confidence(
 def usual_misfit(solution: Solution) -> float:
     """Return the misfit of a marker coordinate over all frames, not only expressive ones [m]."""
     squares = solution.residual**2
-    most = float(np.quantile(squares, MOST))
+    most = float(np.quantile(squares, EXPRESSIVE_QUANTILE))
     return solution.misfit * float(np.sqrt(min(1.0, squares.mean() / most))) if most else 0.0
 
 

@@ -3,7 +3,7 @@
 The weights are solved with small head motions projected out of the problem (so that one normal
 matrix serves the whole take); the residual is then taken as the pose's error. Occluded markers are
 filled with the rig's prediction and the residual that they had before and have after
-(`usdface.retarget.carried_residual`).
+(`usdface.retarget.occluded_residual`).
 """
 
 from dataclasses import dataclass, field, replace
@@ -13,9 +13,9 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit
-from usdface.retarget.carried_residual import carried_residual
+from usdface.retarget.occluded_residual import occluded_residual
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solver.noise import Unexplained
+from usdface.retarget.solver.noise import ResidualSpace
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
@@ -48,7 +48,7 @@ class Recording:
     over : (3, 3) float64 or None
         The similarity from the take to the character, without its offset, where the head's pose is
         solved; None where it is known.
-    unexplained : Unexplained or None
+    residual_space : ResidualSpace or None
         Noise and misfit of the typical marker are measured on it; None where they are known.
     least_noise : float [m]
     hidden : (F, M * axes) bool
@@ -60,7 +60,7 @@ class Recording:
     seen: BoolArray
     rows: TakeRows
     over: FloatArray | None
-    unexplained: Unexplained | None
+    residual_space: ResidualSpace | None
     least_noise: float
     hidden: BoolArray = field(init=False)
 
@@ -82,7 +82,7 @@ class Round:
     space : SpaceMap
     regularisation : Regularisation
         With noise and misfit.
-    carried : (F, M * axes) float64 [m]
+    occluded : (F, M * axes) float64 [m]
         Residual of occluded markers.
     least_misfit : float [m]
     iterate : Iterate or None
@@ -98,7 +98,7 @@ class Round:
     here: FloatArray
     space: SpaceMap
     regularisation: Regularisation
-    carried: FloatArray
+    occluded: FloatArray
     least_misfit: float = 0.0
     iterate: Iterate | None = None
     observed: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -127,7 +127,7 @@ class Round:
         if iterate is None:
             # A marker that no frame of a piece shows begins at rest.
             return displaced, np.nan_to_num(interpolate_gaps(observed, hidden, take.times))
-        predicted = rows.displacements(iterate.weights) + self.carried
+        predicted = rows.displacements(iterate.weights) + self.occluded
         return displaced, np.where(hidden, predicted, observed)
 
 
@@ -136,16 +136,16 @@ def measured(take: Recording, before: Round) -> Round:
     number = before.number + 1
     _, observed = before.displaced(take, before.iterate if number > _HELD else None)
     found = replace(before, number=number, observed=observed)
-    if take.unexplained is None:
+    if take.residual_space is None:
         return found
     noise, least_misfit = before.regularisation.noise, before.least_misfit
     weighted = observed / take.rows.errors
     if number <= _NOISE_ROUNDS:
-        own = take.unexplained.noise(weighted)
+        own = take.residual_space.noise(weighted)
         noise = max(own, take.least_noise)
-        least_misfit = take.unexplained.least_misfit(weighted, own)
+        least_misfit = take.residual_space.least_misfit(weighted, own)
     # An error of the pose in the first rounds resembles misfit.
-    misfit = max(take.unexplained.misfit(weighted, noise), least_misfit)
+    misfit = max(take.residual_space.misfit(weighted, noise), least_misfit)
     regularisation = replace(before.regularisation, noise=noise, misfit=misfit)
     return replace(found, regularisation=regularisation, least_misfit=least_misfit)
 
@@ -157,12 +157,12 @@ def next_round(take: Recording, before: Round) -> Round:
     iterate = rows.solve(observed, take.times, regularisation, before.iterate)
     residual = observed - rows.displacements(iterate.weights)
     # Over all coordinates, as the error is: what fills few markers changes few.
-    moved = _rms(np.where(take.hidden, residual - before.carried, 0.0))
+    moved = _rms(np.where(take.hidden, residual - before.occluded, 0.0))
     found = replace(begun, iterate=iterate, residual=residual, moved=moved)
     if take.hidden.any():
         noise, misfit = regularisation.noise, regularisation.misfit
-        carried = carried_residual(residual, take.hidden, take.times, noise=noise, misfit=misfit)
-        found = replace(found, carried=carried)
+        occluded = occluded_residual(residual, take.hidden, take.times, noise=noise, misfit=misfit)
+        found = replace(found, occluded=occluded)
     return found if take.over is None else _posed(take, found, take.over)
 
 

@@ -75,9 +75,9 @@ def solve_take(
         surface=surface, views=views, correct_neutral=correct_neutral, progress=progress,
     )  # fmt: skip
     shapes, _ = as_performed(fitted.fit, shape_names, fitted.setup)
-    findings += unsolved_frames(visible(fitted.joint.displaced), take.source)
+    findings += unsolved_frames(visible(fitted.solved.displaced), take.source)
     return solution_of(
-        take, fitted.joint, fitted.estimates(shapes), shape_names, setup.pins
+        take, fitted.solved, fitted.estimates(shapes), shape_names, setup.pins
     ), findings
 
 
@@ -102,14 +102,14 @@ def estimate_take(
 
 def solution_of(
     take: MarkerTake,
-    joint: PoseAndWeights,
+    solved: PoseAndWeights,
     learned: TakeEstimates,
     shape_names: tuple[str, ...],
     pins: tuple[Pin, ...],
 ) -> Solution:
     """Return the solution of a take, with its residuals on the character."""
-    displaced, shapes = joint.displaced, learned.shapes
-    weights = restored(joint.weights, take.times, learned.factors, shapes, shape_names, pins)
+    displaced, shapes = solved.displaced, learned.shapes
+    weights = restored(solved.weights, take.times, learned.factors, shapes, shape_names, pins)
     predicted = shapes.displacements(weights).reshape(displaced.shape)
     hidden = np.isnan(displaced)
     misfit = np.where(hidden, 0.0, displaced - predicted)
@@ -120,7 +120,7 @@ def solution_of(
     names, times = shape_names, take.times
     return Solution(
         weights=WeightsTake(names, times, weights, take.rate, take.start_timecode, take.source),
-        pose=joint.pose,
+        pose=solved.pose,
         residual=np.sqrt(squares.sum(axis=1) / np.maximum(is_visible.sum(axis=1), 1)),
         feature_points=learned.points + np.where(hidden, predicted, displaced),
         rest=learned.points,
@@ -128,7 +128,7 @@ def solution_of(
         neutral=learned.neutral,
         noise=learned.noise,
         misfit=learned.misfit,
-        rounds=joint.rounds,
+        rounds=solved.rounds,
         choice=learned.choice,
         distances=np.where(is_visible, np.sqrt(squares), np.nan),
         in_space=take.dimension == 3,

@@ -11,6 +11,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.numerics.ramps import smooth_step
 from usdface.options import AMPLITUDE_RANGE
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.calibrated_shapes import as_performed, enlarged
@@ -19,7 +20,6 @@ from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.wide_bounds import held_peaks, weights_in_wide_bounds
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.smooth_step import smooth_step
 from usdface.takes import MarkerTake
 
 __all__ = ["take_amplitudes", "with_found_gains"]
@@ -61,7 +61,7 @@ def take_amplitudes(peaks: FloatArray, deviations: FloatArray) -> FloatArray:
 def with_found_gains(
     setup: RetargetSetup,
     fit: FaceFit,
-    joint: PoseAndWeights,
+    solved: PoseAndWeights,
     shape_names: tuple[str, ...],
     take: MarkerTake,
     errors: FloatArray | None = None,
@@ -72,7 +72,7 @@ def with_found_gains(
     ----------
     setup : RetargetSetup
     fit : FaceFit
-    joint : PoseAndWeights
+    solved : PoseAndWeights
         The take solved without them.
     shape_names : tuple of str, length S
     take : MarkerTake
@@ -84,13 +84,13 @@ def with_found_gains(
     # Weights beyond 1 extrapolate linearly, which inbetweens and combinations do not.
     if not (wanted and model.linear and take.dimension == 3 and len(take.times) >= FEWEST_FRAMES):
         return setup, []
-    predicted = model.displacements(joint.weights).reshape(joint.displaced.shape)
+    predicted = model.displacements(solved.weights).reshape(solved.displaced.shape)
     weights, deviations = weights_in_wide_bounds(
-        np.where(np.isnan(joint.displaced), predicted, joint.displaced),
+        np.where(np.isnan(solved.displaced), predicted, solved.displaced),
         fit.points,
         model.offsets[model.free].reshape(-1, *fit.points.shape),
         take.times,
-        joint.regularisation,
+        solved.regularisation,
         moving_head=setup.head == "solve",
         within=(0.0, AMPLITUDE_RANGE[1]),
         errors=errors,
@@ -101,8 +101,8 @@ def with_found_gains(
         return setup, []
     names = tuple(shape_names[shape] for shape in model.free)
     message = (
-        "movements go beyond the character's, {shape} {gain:.2f} times as far; they are taken to "
-        "be larger in the whole take: {shapes}"
+        "movements exceed the character's, {shape} by a gain of {gain:.2f}; the gains hold in the "
+        "whole take: {shapes}"
     )
     most = int(gains.argmax())
     shapes = [names[shape] for shape in beyond]

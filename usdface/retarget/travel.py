@@ -22,9 +22,9 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import regions_of
-from usdface.frame_blocks import by_blocks, frame_blocks
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, similarity_fit
+from usdface.numerics.frame_blocks import by_blocks, frame_blocks
 from usdface.retarget.solution import Solution
 from usdface.takes import MarkerTake
 
@@ -55,7 +55,7 @@ class Travel:
     ratio : float [1]
         Travel of the skin by that of the markers; NaN where the region rests: not determined.
     map_ratio : float [1]
-        Travel of the markers carried over by the space map, likewise by that of the performer's.
+        Travel of the markers mapped by the space map, likewise by that of the performer's.
     correlation : float [1]
         Of both travels: near 1 where the skin follows, however little it moves.
     """
@@ -123,7 +123,7 @@ def region_travel(
     )
 
 
-# From frames to displacements (3, B, M, D) [m]: the performer's, carried over, and the skin's.
+# From frames to displacements (3, B, M, D) [m]: the performer's, mapped, and the skin's.
 _Displaced = Callable[[slice], FloatArray]
 
 
@@ -139,14 +139,14 @@ def _displaced(
 
     def displaced(frames: slice) -> FloatArray:
         seen = ~np.isnan(solution.distances[frames])[..., None]
-        carried = solution.displaced(frames)
-        performed = carried
+        mapped = solution.displaced(frames)
+        performed = mapped
         if solution.in_space:
             pose = Pose(solution.pose.rotations[frames], solution.pose.translations[frames])
             still = pose.to_head(take.positions[frames][:, columns])
             performed = np.where(seen, still - solution.neutral, 0.0) @ turn
         moved = face.displacements(weights[frames])[:, places]
-        return np.where(seen, np.stack([performed, carried, moved])[..., :axes], 0.0)
+        return np.where(seen, np.stack([performed, mapped, moved])[..., :axes], 0.0)
 
     return displaced
 
@@ -164,7 +164,7 @@ class _Lines:
 
     `displaced` from the mean `middle` (3, M, D) [m], where `distances` (F, M) are seen; `products`
     (4, M) [m^2]: the sums over the take of a^2, a b, b^2 and a c, of the performer's displacements
-    a, the skin's b and those carried over c.
+    a, the skin's b and those mapped c.
     """
 
     displaced: _Displaced
@@ -220,7 +220,7 @@ def _travel(
     """Return the travel of the markers `own` (M,) of one region, of sizes (F,) [m]."""
     sizes = sizes[~np.isnan(sizes)]
     peak = float(np.quantile(sizes, 1.0 - _RARELY)) if len(sizes) else 0.0
-    squares, both, skin, carried = lines.products[:, own].sum(axis=1).tolist()
+    squares, both, skin, mapped = lines.products[:, own].sum(axis=1).tolist()
     seen = int((~np.isnan(lines.distances[:, own])).sum())
     squares -= seen * noise**2
     determined = (
@@ -236,6 +236,6 @@ def _travel(
         count,
         peak,
         both / squares,
-        carried / squares,
+        mapped / squares,
         both / sizes_of_both if sizes_of_both else 0.0,
     )

@@ -7,8 +7,8 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError, did_you_mean
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.geometry.rigid_fit import IN_LINE
 from usdface.retarget.neutral import neutral_markers, on_plane, resting_frames
 from usdface.setup.retarget_setup import RetargetSetup
@@ -156,8 +156,9 @@ def determined(
     known = take.dimension * basis.shape[1] - (6 if setup.head == "solve" else 0)
     if known < shapes:
         message = (
-            "{marker_count} markers say {known_count} numbers of the face for {shape_count} "
-            "blend shapes; undetermined weights stay as small as possible. Bind more markers"
+            "{marker_count} markers measure {known_count} coordinates of the face for "
+            "{shape_count} blend shapes; undetermined weights stay as small as possible. Bind "
+            "more markers"
         )
         findings.append(
             finding("MARKERS_FEW", take.source, message, basis.shape[1], max(known, 0), shapes)

@@ -16,8 +16,8 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
-from usdface.face.both_halves import shown_by_both_halves
 from usdface.face.bound_face import BoundFace
+from usdface.face.full_face_expressions import moves_brows_and_mouth
 from usdface.face.mirror import midline, mirrored_markers
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import parse_rule
@@ -88,7 +88,7 @@ def design_system(
             feature_errors(shown[i], jitter, misplaced[i]),
             upper,
             twins,
-            shown_by_both_halves(face, expression),
+            moves_brows_and_mouth(face, expression),
         )
         for i, expression in enumerate(expressions)
     }

@@ -14,6 +14,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.numerics.ramps import linear_ramp
 from usdface.rule_design.feature_errors import FeatureErrors
 from usdface.rule_design.feature_noise import exceeds_noise
 from usdface.rule_design.movements import Movements
@@ -22,7 +23,6 @@ from usdface.rule_design.negative_conditions import (
     NegativeCondition,
     Ramp,
     negative_conditions,
-    ramp_membership,
 )
 from usdface.rule_design.selection_cost import (
     FEWEST,
@@ -136,7 +136,7 @@ def select_features(
     moved = features_at(features, poses[others])
 
     def rule(rows: FloatArray) -> FloatArray:
-        held = [[ramp_membership(rows[:, f], *used[f]) for f in group] for group in groups]
+        held = [[linear_ramp(rows[:, f], *used[f]) for f in group] for group in groups]
         return np.asarray(np.min([group_firing(group) for group in held], axis=0))
 
     movements = features_at(features, moves.single)

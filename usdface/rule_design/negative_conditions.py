@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.numerics.ramps import linear_ramp
 from usdface.rule_design.feature_errors import FeatureErrors
 from usdface.rule_design.feature_noise import exceeds_noise
 
@@ -19,7 +20,6 @@ __all__ = [
     "NegativeCondition",
     "Ramp",
     "negative_conditions",
-    "ramp_membership",
     "suppression",
 ]
 
@@ -48,11 +48,6 @@ _ERROR_COST = 0.02
 # Numerical: scores and motions [m] are rounded, as the choice between mirrored markers must not
 # hang on last bits.
 _SCORE_DIGITS, _MOTION_DIGITS = 3, 6
-
-
-def ramp_membership(x: FloatArray, foot: FloatArray | float, top: FloatArray | float) -> FloatArray:
-    """Return the membership in a ramp, on either side of 0: 0 at the foot, 1 from the top on."""
-    return np.asarray(np.clip((x - foot) / (top - foot), 0.0, 1.0))
 
 
 def negative_conditions(
@@ -98,7 +93,7 @@ def negative_conditions(
 
 def suppression(rows: FloatArray, condition: NegativeCondition) -> FloatArray:
     """Return how far a negative condition suppresses a rule on features (N, I): (N,)."""
-    return np.asarray(np.min([ramp_membership(rows[:, f], *ramp) for f, ramp in condition], axis=0))
+    return np.asarray(np.min([linear_ramp(rows[:, f], *ramp) for f, ramp in condition], axis=0))
 
 
 def _condition(

@@ -7,8 +7,9 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.fuzzy.norms import most_of
+from usdface.numerics.ramps import linear_ramp
 from usdface.rule_design.feature_errors import FeatureErrors
-from usdface.rule_design.negative_conditions import Ramp, ramp_membership
+from usdface.rule_design.negative_conditions import Ramp
 from usdface.rule_design.trial_faces import TrialFaces
 
 __all__ = ["FEWEST", "FeaturePair", "SelectionCost", "feature_ramps", "group_firing"]
@@ -76,9 +77,7 @@ class SelectionCost:
         ramps = feature_ramps(own)
 
         def met(rows: FloatArray) -> list[list[FloatArray]]:
-            return [
-                [ramp_membership(rows[:, f], *ramps[f]) for f in p.features] for p in candidates
-            ]
+            return [[linear_ramp(rows[:, f], *ramps[f]) for f in p.features] for p in candidates]
 
         self._wanted, self._rivals = met(scene.wanted), met(scene.rivals)
         self._known: dict[frozenset[int], tuple[FloatArray, FloatArray]] = {}

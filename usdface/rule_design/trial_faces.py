@@ -13,7 +13,7 @@ __all__ = ["TrialFaces", "features_at", "trial_faces"]
 
 # Tuned by hand against benchmarks/expressions.py and benchmarks/expression_takes.py, which judge
 # them, unless noted otherwise; see docs/constants.md.
-# Likeness to the pose (cosine; either half of the face counts alike) from which a movement
+# Similarity to the pose (cosine; both halves of the face count equally) from which a movement
 # is the expression, or a part of it, and up to which it is a rival.
 _SAME, _PART, _RIVAL = 0.85, 0.8, 0.6
 # Costs of not firing: at the pose, at a movement that is the expression, at the pose without a
@@ -23,7 +23,7 @@ _POSE, _LIKE, _WITHOUT, _WITH = 6.0, 3.0, 2.0, 4.0
 # more movement, at movements alone, and at several.
 _OTHER_POSE, _VARIED, _ALONE, _MIXED = 250.0, 40.0, 60.0, 120.0
 _MORE, _HALF = 0.6, 0.5
-# Least motion of a half of the face that counts in likeness [m]: noise is no expression.
+# Least motion of a half of the face that counts in the similarity [m]: noise is no expression.
 _STILL = 0.0015
 
 
@@ -50,11 +50,11 @@ def trial_faces(
     others = np.delete(poses, index, axis=0)
 
     def unlike(weights: FloatArray, most: float) -> FloatArray:
-        return weights[_likeness(features_at(features, weights), own, upper) < most]
+        return weights[_similarity(features_at(features, weights), own, upper) < most]
 
     def like(weights: FloatArray, least: float) -> FloatArray:
         weights = weights[weights.any(axis=1)]
-        return weights[_likeness(features_at(features, weights), own, upper) > least]
+        return weights[_similarity(features_at(features, weights), own, upper) > least]
 
     without = np.unique(np.where(moves.whole > 0, 0.0, pose), axis=0)
     varied = np.clip(others[:, None] + _MORE * moves.whole, 0.0, 1.0).reshape(-1, len(pose))
@@ -86,7 +86,7 @@ def _costs(parts: Sequence[tuple[FloatArray, float]]) -> FloatArray:
     )
 
 
-def _likeness(moved: FloatArray, own: FloatArray, upper: BoolArray) -> FloatArray:
+def _similarity(moved: FloatArray, own: FloatArray, upper: BoolArray) -> FloatArray:
     """Return the cosine between faces (P, I) and the expression (I,): (P,).
 
     Each half of the face is divided by the largest motion of the expression in it, so that a jaw

@@ -19,7 +19,7 @@ from usdface.geometry.marker_spread import marker_spread
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.progress import Progress
 from usdface.retarget.solution import Solution
-from usdface.retarget_take import retarget
+from usdface.retarget_take import clean_and_solve
 from usdface.rule_design.design import face_features
 from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.marker_roles import direction_names, known_roles, marker_features
@@ -133,7 +133,7 @@ def _stretches(
     rest = [f for f, label in zip(frames, labels, strict=True) if label.emotion == NEUTRAL]
     if rest:
         setup = replace(setup, neutral=(int(rest[0][0]), int(rest[0][-1])))
-    take, weights, solution, findings = retarget(take, face, setup)
+    take, weights, solution, findings = clean_and_solve(take, face, setup)
     weights = weights.reordered(face.shape_names)
     measured = _features(take, weights, solution, face, space, columns)
     is_neutral = [label.emotion == NEUTRAL for label in labels]

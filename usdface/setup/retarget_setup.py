@@ -132,9 +132,9 @@ class RetargetSetup:
                 raise InputError(
                     f"the neutral weight of {name!r} is {weight}; expected 0 to 1", "SETTING_WRONG"
                 )
-        told = {curve: MappingProxyType(dict(own)) for curve, own in self.curves.items()}
-        object.__setattr__(self, "curves", MappingProxyType(told))
-        for curve, own in told.items():
+        curves = {curve: MappingProxyType(dict(own)) for curve, own in self.curves.items()}
+        object.__setattr__(self, "curves", MappingProxyType(curves))
+        for curve, own in curves.items():
             for name, factor in own.items():
                 check_curve_factor(curve, name, factor)
         pinned = [pin.shape for pin in self.pins]

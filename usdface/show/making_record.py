@@ -9,8 +9,8 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from usdface.finding_codes import CODES
 from usdface.findings import Finding, finding
+from usdface.findings.codes import CODES
 from usdface.show.plan import Making, ShotPlan
 from usdface.show.record import Record, read_record, record_path, relative_name, write_record
 

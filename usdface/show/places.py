@@ -19,7 +19,7 @@ def places(index: str, count: int, option: str, things: str) -> range:
     Raises
     ------
     InputError
-        If it is none of these, or outside of the list.
+        If it is not one of these, or outside of the list.
     """
     if not index:
         return range(count)

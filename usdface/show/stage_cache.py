@@ -27,8 +27,8 @@ from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.retarget_pieces import EstimatedTake
-from usdface.shot import ShotResult, SolvedShot
+from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.shot import ShotResult, SolvedShot
 from usdface.show.keys import program
 from usdface.show.packed import UnpackError, read_packed, write_packed
 from usdface.takes import MarkerTake, WeightsTake

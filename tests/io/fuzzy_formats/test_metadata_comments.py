@@ -115,5 +115,5 @@ def test_the_unit_of_a_file_that_names_none_is_taken_from_how_far_its_terms_reac
     place.write_text("\n".join(lines))
     system, findings = read_fuzzy_file(place)
     assert system.face_unit == unit
-    (said,) = (f.message for f in findings if f.code == "UNITS_ASSUMED")
-    assert f"reach to {top:g}" in said and ("millimetres" in said) == (unit == "none")
+    (reported,) = (f.message for f in findings if f.code == "UNITS_ASSUMED")
+    assert f"reach to {top:g}" in reported and ("millimetres" in reported) == (unit == "none")

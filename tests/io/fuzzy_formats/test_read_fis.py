@@ -200,16 +200,16 @@ def test_files_of_matlabs_first_version_fill_up_with_zeros_and_count_as_they_lik
 
 
 def test_what_matlab_answers_in_another_way_is_said(file):
-    def said(text):
+    def messages(text):
         return [f.message for f in read_fis(file(text))[1] if f.code == "MEANING_DIFFERS"]
 
     smallest = TIPPER.replace("'centroid'", "'som'")
-    assert said(TIPPER) == said(smallest) == said(OCTAVE) == []
-    (message,) = said(smallest.replace("Range=[0 30]", "Range=[-1 30]"))
+    assert messages(TIPPER) == messages(smallest) == messages(OCTAVE) == []
+    (message,) = messages(smallest.replace("Range=[0 30]", "Range=[-1 30]"))
     assert "their distance to 0" in message
-    (message,) = said(OCTAVE.replace("'constant', [9]", "'linear', [1 2 3]"))
+    (message,) = messages(OCTAVE.replace("'constant', [9]", "'linear', [1 2 3]"))
     assert "the outputs of risk are clipped to its range, 0 to 10" in message
-    (message,) = said(OCTAVE.replace("'constant', [9]", "'constant', [11]"))
+    (message,) = messages(OCTAVE.replace("'constant', [9]", "'constant', [11]"))
     assert "clipped to its range" in message
 
 

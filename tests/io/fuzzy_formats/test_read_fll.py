@@ -52,9 +52,9 @@ def conditions(count, seed):
 def sugeno(and_, or_, **settings):
     terms = (Term("plane", "linear", (0.5, -1, 0.25, 1)), Term("flat", "constant", (-0.5,)))
     out = Variable("out", "output", terms=terms, range=(-9, 9), default=0.125)
-    said = ("plane", "0.75", "flat", "-3")
+    result = ("plane", "0.75", "flat", "-3")
     rules = tuple(
-        parse_rule(f"IF {condition} THEN out IS {said[i % 4]}", (20 - i) / 20)
+        parse_rule(f"IF {condition} THEN out IS {result[i % 4]}", (20 - i) / 20)
         for i, condition in enumerate(conditions(15, 1))
     )
     plain = {"normalisation": "per_output", "else_rule": False, "face_unit": "none"}

@@ -141,8 +141,8 @@ def test_a_bone_that_is_no_joint_is_announced(write_glb, tmp_path: Path, name: s
     path = write(write_glb, tmp_path / "a.vrm", {name: (ONE | ZERO)[name] | more})
     rig, _, found = read_gltf(path)
     assert rig.asset["vrm"]["humanoid"] == {"hips": "Hips"}
-    told = [f.message for f in found if f.where == name]
-    assert any(m.startswith(f"head of {name} are left out: the bones are no joints") for m in told)
+    given = [f.message for f in found if f.where == name]
+    assert any(m.startswith(f"head of {name} are left out: the bones are no joints") for m in given)
 
 
 def test_bones_whose_joints_are_not_written_are_announced() -> None:
@@ -233,5 +233,5 @@ def test_instances_of_a_skin_are_counted(write_glb, tmp_path: Path) -> None:
     document["nodes"][2]["extensions"] = instancing
     arrays = [POINTS, JOINTS, WEIGHTS, 0.1 * POINTS, 0.2 * POINTS, np.zeros((2500, 3), "<f4")]
     _, _, found = read_gltf(write_glb(tmp_path / "a.glb", document, arrays))
-    said = {f.where: f.message for f in found if f.severity == "warning"}
-    assert said["EXT_mesh_gpu_instancing"].startswith("2500 instances of node 2")
+    result = {f.where: f.message for f in found if f.severity == "warning"}
+    assert result["EXT_mesh_gpu_instancing"].startswith("2500 instances of node 2")

@@ -52,9 +52,9 @@ def test_what_is_no_moving_point_is_told(read):
     text += "Effects\tPoint Control #9\tPoint\n\tFrame\tX pixels\tY pixels\n\t\t360\t288\n"
     take, findings = read(text)
     assert take.names == ("Position",)
-    told = next(f.message for f in findings if f.code == "CHANNEL_IGNORED")
+    reported = next(f.message for f in findings if f.code == "CHANNEL_IGNORED")
     for name in ("Anchor Point", "Rotation", "Point Control #9"):
-        assert name in told
+        assert name in reported
 
 
 def test_text_without_points_is_refused(read):

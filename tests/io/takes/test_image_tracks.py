@@ -39,11 +39,11 @@ def test_every_format_gives_the_same_take(tmp_path, name, line_end):
     np.testing.assert_allclose(
         take.positions, expected_positions(TRACKS), atol=writer.tolerance, rtol=0
     )
-    told = codes(findings)
-    assert ("MARKER_NEVER_SEEN" in told) == writer.keeps_empty_tracks
-    assert "RATE_ASSUMED" not in told
-    assert "IMAGE_SIZE_UNKNOWN" not in told
-    assert "FRAMES_RENUMBERED" not in told
+    reported = codes(findings)
+    assert ("MARKER_NEVER_SEEN" in reported) == writer.keeps_empty_tracks
+    assert "RATE_ASSUMED" not in reported
+    assert "IMAGE_SIZE_UNKNOWN" not in reported
+    assert "FRAMES_RENUMBERED" not in reported
 
 
 @pytest.mark.parametrize("name", WRITERS)

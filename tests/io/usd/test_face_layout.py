@@ -61,7 +61,7 @@ def test_a_shot_can_say_otherwise(prim):
 
 
 @pytest.mark.parametrize(
-    ("name", "kind", "value", "said"),
+    ("name", "kind", "value", "message"),
     [
         (tokens.ANTAGONISTS, "TokenArray", Vt.TokenArray(["a", "b", "c"]), "3 entries"),
         (tokens.LEFT_SHAPES, "TokenArray", Vt.TokenArray(["mouthSmileRight"]), "both sides"),
@@ -70,10 +70,10 @@ def test_a_shot_can_say_otherwise(prim):
         (tokens.CONTACT_TOLERANCE, "Token", "wide", "expected a"),
     ],
 )
-def test_what_cannot_be_is_refused_with_the_prim(prim, name, kind, value, said):
+def test_what_cannot_be_is_refused_with_the_prim(prim, name, kind, value, message):
     write_layout(prim, PARTS, 1.0)
     author(prim, name, kind, value)
-    with pytest.raises(InputError, match=said) as error:
+    with pytest.raises(InputError, match=message) as error:
         read_layout(prim, 1.0)
     assert "/Shot/Retarget" in str(error.value)
 

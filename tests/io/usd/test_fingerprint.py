@@ -8,8 +8,8 @@ from worlds import make_world
 
 import usdface
 from usdface.errors import OutputError
+from usdface.io.usd.file_kind import kind_of_usd
 from usdface.io.usd.fingerprint import is_signed, is_unedited, sign
-from usdface.io.usd.own_layers import kind_of_usd
 
 
 def make(folder: Path, name: str = "shot.usda", overwrite: bool = False) -> Path:

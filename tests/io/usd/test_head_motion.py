@@ -118,8 +118,8 @@ def test_a_character_that_is_turned_moves_in_its_own_space(tmp_path: Path, degre
     flags = ("--report", str(report))
     turned = processed(tmp_path / "turned", *flags, skinned=False, turned=degrees)
     found = json.loads(report.read_text())["findings"]
-    (said,) = (each for each in found if each["code"] == "CHARACTER_TURNED")
-    assert said["values"] == {"turned_degrees": pytest.approx(degrees)}
+    (result,) = (each for each in found if each["code"] == "CHARACTER_TURNED")
+    assert result["values"] == {"turned_degrees": pytest.approx(degrees)}
     matrix = Rotation.from_euler("y", degrees, degrees=True).as_matrix().T
     codes = ahead.GetPrimAtPath("/Shot/Capture/Take").GetAttribute("points").GetTimeSamples()
     for code in codes[::5]:

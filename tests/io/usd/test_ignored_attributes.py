@@ -11,7 +11,7 @@ from usdface.io.usd.shot import read_shot
 SHOT = Path(__file__).resolve().parents[3] / "examples" / "shot.usda"
 
 
-def said(tmp_path: Path, where: str, text: str) -> dict[str, str]:
+def findings_by_place(tmp_path: Path, where: str, text: str) -> dict[str, str]:
     """Messages by place of a layer over the example's shot that has `text` in an override."""
     layer = Sdf.Layer.CreateNew(str(tmp_path / "over.usda"))
     opened = "".join(f'over "{name}" {{\n' for name in where.split("/"))
@@ -65,7 +65,7 @@ def test_what_nothing_reads_is_named(
     tmp_path: Path, where: str, text: str, place: str, message: str
 ) -> None:
     path = f"</{where}{place}>" if place.startswith("/") else f"</{where}>{place}"
-    found = said(tmp_path, where, text)
+    found = findings_by_place(tmp_path, where, text)
     assert list(found) == [path] and message in found[path]
 
 
@@ -82,4 +82,4 @@ def test_what_nothing_reads_is_named(
     ],
 )  # fmt: skip
 def test_what_is_read_or_not_ours_is_not(tmp_path: Path, where: str, text: str) -> None:
-    assert said(tmp_path, where, text) == {}
+    assert findings_by_place(tmp_path, where, text) == {}

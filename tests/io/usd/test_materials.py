@@ -130,8 +130,8 @@ def test_inputs_that_change_over_time_stay_at_the_first():
 def test_sides_that_differ_within_a_mesh_are_announced_and_come_back(face_rig, tmp_path):
     """The lips show both sides, the skin does not; USD knows it of meshes alone."""
     found = write_rig(face_rig, tmp_path / "a.usda")
-    (said,) = (f for f in found if f.code == "FEATURE_APPROXIMATED")
-    assert "also of skin" in said.message
+    (result,) = (f for f in found if f.code == "FEATURE_APPROXIMATED")
+    assert "also of skin" in result.message
     back = read_rig(tmp_path / "a.usda")[0]
     assert {m.name: m.double_sided for m in back.materials} == {"skin": False, "lips": True}
     one = replace(face_rig.meshes[0], subsets=(), material="lips")

@@ -50,7 +50,7 @@ def test_gains_alone_have_no_face() -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "said"),
+    ("name", "value", "message"),
     [
         (tokens.CALIBRATION_DISPLACEMENTS, Vt.Vec3dArray(3), "expected 4, of 2 shapes"),
         (tokens.CALIBRATION_REST, Vt.Vec3dArray(1), "rest"),
@@ -59,10 +59,12 @@ def test_gains_alone_have_no_face() -> None:
         (tokens.CALIBRATION_FRAMES, -1, "frames"),
     ],
 )
-def test_arrays_that_do_not_belong_together_are_said(name: str, value: object, said: str) -> None:
+def test_arrays_that_do_not_belong_together_are_said(
+    name: str, value: object, message: str
+) -> None:
     face = prim()
     face.GetAttribute(name).Set(value)
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         read_setup(face)
 
 

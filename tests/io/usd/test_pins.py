@@ -68,7 +68,7 @@ def test_blocked_samples_are_none_through_a_layer_offset(rate: float, offset: fl
 
 
 @pytest.mark.parametrize(
-    ("samples", "said"),
+    ("samples", "message"),
     [
         ({"tail": {10.0: 0.5}}, "no blend shape 'tail'"),
         ({"jawOpen": {11.0: 0.5}}, "no frame at time code 11"),
@@ -80,9 +80,9 @@ def test_blocked_samples_are_none_through_a_layer_offset(rate: float, offset: fl
         ({"mouth_open": {10.0: 0.5}, "mouth open".replace(" ", "__"): {10.0: 0.5}}, "mouth__open"),
     ],
 )
-def test_what_fits_nothing_is_said_and_left_out(samples: dict[str, object], said: str) -> None:
+def test_what_fits_nothing_is_said_and_left_out(samples: dict[str, object], message: str) -> None:
     pins, findings = read_pins(prim_with(samples), NAMES, CODES)
-    assert [f.code for f in findings] == ["PIN_IGNORED"] and said in findings[0].message
+    assert [f.code for f in findings] == ["PIN_IGNORED"] and message in findings[0].message
     assert len(pins) == len(samples) - 1
 
 
@@ -155,8 +155,8 @@ def test_a_pin_survives_the_solve_and_the_expressions(
         bytes_now = [p.read_bytes() for p in sorted((tmp_path / "shot.usdface").iterdir())]
     assert main(["process", str(shot), "--solve", mode]) == 0
     assert bytes_now == [p.read_bytes() for p in sorted((tmp_path / "shot.usdface").iterdir())]
-    said = [f for f in json.loads(report.read_text())["findings"] if f["code"] == "PIN_IGNORED"]
-    assert len(said) == 1 and said[0]["values"]["shape"] == "tail"
+    text = [f for f in json.loads(report.read_text())["findings"] if f["code"] == "PIN_IGNORED"]
+    assert len(text) == 1 and text[0]["values"]["shape"] == "tail"
     for old, muted in zip(before, ("", "express.usdc"), strict=True):
         new = animation_of(root, muted=muted)
         curve, free = new.column("mouthSmileLeft"), old.column("mouthSmileLeft")

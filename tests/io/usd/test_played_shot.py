@@ -11,8 +11,8 @@ from usdface.io.usd.animation import Animation, Inputs, author
 from usdface.io.usd.played_shot import has_setup, read_played_shot
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import new_layer
-from usdface.played_shot import PlayedShot
 from usdface.schemas import tokens
+from usdface.shot.played_shot import PlayedShot
 
 
 @pytest.fixture(scope="module")

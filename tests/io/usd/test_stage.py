@@ -12,7 +12,7 @@ BELOW = '#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n timeCodesPerSecond = 
 
 
 @pytest.mark.parametrize(
-    ("said", "codes"),
+    ("message", "codes"),
     [
         ("", ["UNITS_ASSUMED", "UP_AXIS_ASSUMED", "RATE_ASSUMED"]),
         (' metersPerUnit = 0.01\n upAxis = "Z"\n timeCodesPerSecond = 24\n', []),
@@ -20,11 +20,11 @@ BELOW = '#usda 1.0\n(\n metersPerUnit = 1\n upAxis = "Z"\n timeCodesPerSecond = 
     ],
 )
 def test_what_a_layer_leaves_to_usds_fallback_against_the_shot_below_is_said(
-    tmp_path: Path, said: str, codes: list[str]
+    tmp_path: Path, message: str, codes: list[str]
 ) -> None:
     (tmp_path / "shot.usda").write_text(BELOW)
     over = tmp_path / "over.usda"
-    over.write_text(f"#usda 1.0\n(\n{said} subLayers = [@shot.usda@]\n)\n")
+    over.write_text(f"#usda 1.0\n(\n{message} subLayers = [@shot.usda@]\n)\n")
     stage = Usd.Stage.Open(str(over))
     found = missing_metrics(stage)
     assert [f.code for f in found] == codes

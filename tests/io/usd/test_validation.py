@@ -6,7 +6,7 @@ import sys
 import pytest
 import usd_validators
 
-from usdface.finding_codes import CODES
+from usdface.findings.codes import CODES
 from usdface.io.usd.check import check_usd
 
 STAGE = """#usda 1.0

@@ -7,7 +7,7 @@ from filmed import CAMERA, FOCAL, NEUTRAL, VERTICES, WORLD, filmed, found, true_
 from usdface.arrays import FloatArray
 from usdface.retarget.film.filmed_errors import filmed_marker_errors
 from usdface.retarget.film.filmed_take import FilmedTake
-from usdface.retarget.film.solved_film import solve_film
+from usdface.retarget.film.solve_film import solve_film
 from usdface.takes import MarkerTake
 
 DRIFTS = 5

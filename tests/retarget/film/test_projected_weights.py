@@ -16,6 +16,7 @@ from usdface.retarget.film.projected_weights import solve_projected_weights
 from usdface.retarget.film.views import Views
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.solve_problem import SolveProblem
 from usdface.setup.binding import Binding
 from usdface.setup.pin import Pin
 from usdface.setup.retarget_setup import RetargetSetup
@@ -53,9 +54,10 @@ def solve(
         positions[10:30, 2] = np.nan
     positions[lost] = np.nan
     setup = replace(SETUP, **settings)
-    return solve_projected_weights(
-        WORLD.take.times, positions, FACE, model, identity(), STILL, setup, names, views
+    problem = SolveProblem(
+        WORLD.take.times, positions, FACE, model, identity(), STILL, setup, names
     )
+    return solve_projected_weights(problem, views)
 
 
 @pytest.mark.parametrize("hidden", [False, True])

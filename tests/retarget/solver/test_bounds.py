@@ -24,13 +24,13 @@ def test_some_frames_of_the_bounds_are_the_bounds_of_some_frames() -> None:
 
 
 @pytest.mark.parametrize(
-    ("fields", "said"),
+    ("fields", "message"),
     [
         ({"lower": np.array([0.0, np.nan])}, "finite"),
         ({"lower": np.array([0.5]), "upper": np.array([0.4])}, "above its upper"),
         ({"rows": np.zeros(3)}, "shape"),
     ],
 )
-def test_bounds_that_leave_no_weight_are_refused(fields: dict, said: str) -> None:
-    with pytest.raises(InputError, match=said):
+def test_bounds_that_leave_no_weight_are_refused(fields: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         Bounds(**fields)

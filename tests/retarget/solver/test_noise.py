@@ -5,7 +5,7 @@ from scipy.signal import butter, filtfilt
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.rigid_modes import motion_basis
-from usdface.retarget.solver.noise import Unexplained, frames_apart, white_noise
+from usdface.retarget.solver.noise import ResidualSpace, independent_lags, white_noise
 
 
 def all_seen(observed: FloatArray) -> BoolArray:
@@ -27,7 +27,7 @@ def a_take_with_gaps() -> tuple[FloatArray, FloatArray, BoolArray]:
     return explained, motion + 1e-3 * rng.normal(size=(600, 40)), seen
 
 
-def a_slow_take(rate: float) -> tuple[FloatArray, Unexplained, FloatArray]:
+def a_slow_take(rate: float) -> tuple[FloatArray, ResidualSpace, FloatArray]:
     """Return times of 20 s, the unexplained part, and displacements with a slow misfit."""
     rng = np.random.default_rng(11)
     times = np.arange(0.0, 20.0, 1.0 / rate)
@@ -35,7 +35,7 @@ def a_slow_take(rate: float) -> tuple[FloatArray, Unexplained, FloatArray]:
     motion = np.sin(times[:, None] * rng.uniform(1, 5, 5)) @ explained
     misfit = 1e-2 * np.sin(times[:, None] * 2.0) * rng.normal(size=40)
     observed = motion + misfit
-    return times, Unexplained.of(explained, all_seen(observed), frames_apart(times)), observed
+    return times, ResidualSpace.of(explained, all_seen(observed), independent_lags(times)), observed
 
 
 def test_the_noise_is_found_under_motion_and_misfit() -> None:
@@ -46,7 +46,7 @@ def test_the_noise_is_found_under_motion_and_misfit() -> None:
     motion = np.sin(times[:, None] * rng.uniform(1, 5, 5)) @ explained
     misfit = 1e-2 * np.sin(times[:, None] * 2.0) * rng.normal(size=40)
     observed = motion + misfit + 1e-3 * rng.normal(size=(600, 40))
-    part = Unexplained.of(explained, all_seen(observed))
+    part = ResidualSpace.of(explained, all_seen(observed))
     assert part.noise(observed) == pytest.approx(1e-3, rel=0.05)
     observed[::50] += 1.0  # spikes
     assert part.noise(observed) == pytest.approx(1e-3, rel=0.15)
@@ -76,12 +76,12 @@ def test_the_noise_of_an_interpolated_take_is_that_of_its_own_frames(factor: int
 def test_the_noise_of_a_short_take_is_no_larger(rate: float, frames: int, unexplained: int) -> None:
     """The stillest of a few frames moves more than the stillest twentieth of many."""
     rng = np.random.default_rng(7)
-    apart = frames_apart(np.arange(frames) / rate)
+    lags = independent_lags(np.arange(frames) / rate)
     found = []
     for _ in range(40):
         observed = 1e-3 * rng.normal(size=(frames, 12))
         explained = rng.normal(size=(12 - unexplained, 12))
-        found.append(Unexplained.of(explained, all_seen(observed), apart).noise(observed))
+        found.append(ResidualSpace.of(explained, all_seen(observed), lags).noise(observed))
     assert np.mean(found) == pytest.approx(1e-3, rel=0.5)
 
 
@@ -90,7 +90,7 @@ def test_noise_that_gaps_leave_as_white_hides_no_misfit() -> None:
     observed = 1e-3 * rng.normal(size=(60, 6))
     seen = all_seen(observed)
     seen[np.arange(60), np.arange(60) % 4] = False  # no coordinate of four is seen for four frames
-    part = Unexplained.of(np.eye(6)[4:], seen, frames_apart(np.arange(60) / 60))
+    part = ResidualSpace.of(np.eye(6)[4:], seen, independent_lags(np.arange(60) / 60))
     assert part.noise(observed) == pytest.approx(1e-3, rel=0.3)
     assert part.least_misfit(observed, part.noise(observed)) == 0.0
 
@@ -100,17 +100,17 @@ def test_the_noise_does_not_depend_on_the_order_of_shapes_and_coordinates(gaps: 
     explained, observed, seen = a_take_with_gaps()
     observed += 0.01 * np.sin(np.arange(600)[:, None] * 0.3) ** 3  # a misfit
     seen = seen if gaps else all_seen(observed)
-    noise = Unexplained.of(explained, seen).noise(observed)
-    assert Unexplained.of(explained[::-1], seen).noise(observed) == pytest.approx(noise, rel=1e-9)
+    noise = ResidualSpace.of(explained, seen).noise(observed)
+    assert ResidualSpace.of(explained[::-1], seen).noise(observed) == pytest.approx(noise, rel=1e-9)
     others = np.random.default_rng(5).permutation(40)
-    part = Unexplained.of(explained[:, others], seen[:, others])
+    part = ResidualSpace.of(explained[:, others], seen[:, others])
     assert part.noise(observed[:, others]) == pytest.approx(noise, rel=1e-9)
 
 
 def test_noise_cannot_be_told_from_too_little() -> None:
     short, explained = np.zeros((3, 4)), np.zeros((9, 2))
-    assert Unexplained.of(np.zeros((1, 4)), all_seen(short)).noise(short) == 0.0
-    assert Unexplained.of(np.eye(2), all_seen(explained)).noise(explained) == 0.0
+    assert ResidualSpace.of(np.zeros((1, 4)), all_seen(short)).noise(short) == 0.0
+    assert ResidualSpace.of(np.eye(2), all_seen(explained)).noise(explained) == 0.0
     assert white_noise(np.full((9, 2), np.nan)) == 0.0
 
 
@@ -123,7 +123,7 @@ def test_the_misfit_is_found_under_motion_rest_and_noise() -> None:
     misfit = (direction / np.sqrt(np.mean(direction**2))) @ rest
     size = np.where(np.arange(1000) < 600, 0.0, 1e-2)[:, None]
     observed = motion + size * misfit
-    part = Unexplained.of(explained, all_seen(observed))
+    part = ResidualSpace.of(explained, all_seen(observed))
     assert part.misfit(observed, 0.0) == pytest.approx(1e-2)
     noise = 1e-3 * rng.normal(size=(1000, 60))
     assert part.misfit(motion + noise, 1e-3) < 4e-4
@@ -139,7 +139,7 @@ def test_a_misfit_below_its_standard_error_is_not_taken_for_none() -> None:
     least = []
     for frames in (200, 3200):
         noise = 1e-3 * rng.normal(size=(frames, 60))
-        part = Unexplained.of(explained, all_seen(noise))
+        part = ResidualSpace.of(explained, all_seen(noise))
         least.append(part.misfit(noise, 1.1e-3))  # noise explains more than all of it
         assert part.misfit(0.0 * noise, 0.0) == 0.0
     assert 0.0 < least[1] < least[0] < 1.1e-4
@@ -148,15 +148,15 @@ def test_a_misfit_below_its_standard_error_is_not_taken_for_none() -> None:
 
 def test_misfit_cannot_be_told_from_too_little() -> None:
     values = np.ones((9, 4))
-    assert Unexplained.of(np.eye(4), all_seen(values)).misfit(values, 0.0) == 0.0
+    assert ResidualSpace.of(np.eye(4), all_seen(values)).misfit(values, 0.0) == 0.0
     hidden = np.zeros((9, 4), dtype=bool)
-    assert Unexplained.of(np.eye(4)[:1], hidden).misfit(values, 0.0) == 0.0
+    assert ResidualSpace.of(np.eye(4)[:1], hidden).misfit(values, 0.0) == 0.0
 
 
 def test_occluded_markers_are_no_evidence_of_noise_and_misfit() -> None:
     """Whatever fills the gaps: noise is the seen markers', and there is no misfit."""
     explained, observed, seen = a_take_with_gaps()
-    part = Unexplained.of(explained, seen)
+    part = ResidualSpace.of(explained, seen)
     for filling in (0.0, 5.0):
         filled = np.where(seen, observed, filling)
         assert part.noise(filled) == pytest.approx(1e-3, rel=0.02)
@@ -165,7 +165,7 @@ def test_occluded_markers_are_no_evidence_of_noise_and_misfit() -> None:
 
 def test_a_frame_is_judged_by_the_best_fit_to_its_seen_coordinates() -> None:
     explained, observed, seen = a_take_with_gaps()
-    part = Unexplained.of(explained, seen)
+    part = ResidualSpace.of(explained, seen)
     squares, counts = part.squares(np.where(seen, observed, -3.0))
     for place in (0, 100, -1):
         frame = part.frames[place]
@@ -177,13 +177,13 @@ def test_a_frame_is_judged_by_the_best_fit_to_its_seen_coordinates() -> None:
 
 def test_rounds_find_what_is_occluded_once() -> None:
     explained, observed, seen = a_take_with_gaps()
-    part = Unexplained.of(explained, seen, (1, 6))
+    part = ResidualSpace.of(explained, seen, (1, 6))
     noise = part.noise(observed)
     windows = dict(part.windows)
     assert set(windows) == {1, 6}
     assert part.noise(2.0 * observed) == pytest.approx(2.0 * noise)
     part.least_misfit(observed, noise)
-    assert all(part.windows[apart] is known for apart, known in windows.items())
+    assert all(part.windows[lag] is known for lag, known in windows.items())
 
 
 def test_white_noise_skips_gaps() -> None:
@@ -203,7 +203,7 @@ def test_blend_shapes_that_differ_by_the_rounding_of_a_file_are_one() -> None:
     found = []
     for seed in range(4):
         rounded = 1e-8 * np.random.default_rng(seed).standard_normal((2, 6, 60))
-        rest = Unexplained.of(np.vstack([shapes + rounded[0], shapes + rounded[1]]), seen)
+        rest = ResidualSpace.of(np.vstack([shapes + rounded[0], shapes + rounded[1]]), seen)
         noise = rest.noise(observed)
         found.append((rest.basis.shape[1], noise, rest.misfit(observed, noise)))
     assert {size for size, _, _ in found} == {54}
@@ -214,9 +214,9 @@ def test_occluded_coordinates_that_are_explained_anyway_take_no_evidence_away() 
     explained, observed, seen = a_take_with_gaps()
     explained = np.concatenate([explained, np.eye(40)[:3]])
     seen[:, :3] = True
-    whole = Unexplained.of(explained, seen)
+    whole = ResidualSpace.of(explained, seen)
     seen[100:300, :3] = False
-    part = Unexplained.of(explained, seen)
+    part = ResidualSpace.of(explained, seen)
     np.testing.assert_array_equal(part.frames, whole.frames)
     for found, expected in zip(part.squares(observed), whole.squares(observed), strict=True):
         np.testing.assert_allclose(found, expected, rtol=1e-9)
@@ -227,7 +227,7 @@ def test_noise_of_few_markers_is_that_of_their_displacements() -> None:
     rng = np.random.default_rng(14)
     motion = 5e-3 * np.sin(np.arange(600)[:, None] * rng.uniform(0.02, 0.1, 24))
     observed = motion + 3e-4 * rng.normal(size=(600, 24))
-    part = Unexplained.of(rng.normal(size=(53, 24)), all_seen(observed))
+    part = ResidualSpace.of(rng.normal(size=(53, 24)), all_seen(observed))
     assert part.noise(observed) == pytest.approx(3e-4, rel=0.1)
 
 
@@ -239,7 +239,7 @@ def test_noise_is_found_where_gaps_leave_nothing_unexplained() -> None:
     for frame in range(600):
         seen[frame, frame // 30] = False
     observed[~seen] = 5.0
-    part = Unexplained.of(rng.normal(size=(24, 25)), seen)
+    part = ResidualSpace.of(rng.normal(size=(24, 25)), seen)
     assert part.noise(observed) == pytest.approx(3e-4, rel=0.1)
 
 
@@ -252,7 +252,8 @@ def test_noise_is_that_of_the_face_in_any_unit() -> None:
     observed = rng.uniform(0, 1, (200, 10)) @ shapes + 3e-4 * rng.normal(size=(200, 36))
     rigid, seen = motion_basis(rest, 3), all_seen(observed)
     parts = [
-        Unexplained.beside_head(k * shapes, rigid, k * rest, seen, (1,)) for k in (0.01, 1.0, 100.0)
+        ResidualSpace.beside_head(k * shapes, rigid, k * rest, seen, (1,))
+        for k in (0.01, 1.0, 100.0)
     ]
     assert [part.basis.shape[1] for part in parts] == [36 - 6 - 10] * 3
     found = [

@@ -16,8 +16,8 @@ from usdface.io.fuzzy_formats.read_fll import read_fll
 from usdface.io.fuzzy_formats.write_fcl import fcl_text
 from usdface.io.fuzzy_formats.write_fis import fis_text
 from usdface.io.fuzzy_formats.write_fll import fll_text
-from usdface.io.usd.closed_layers import hold_layers, hold_specs
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
+from usdface.io.usd.held_layers import hold_layers, hold_specs
 from usdface.io.usd.stage import open_stage
 from usdface.schemas import tokens, write_fallback_types
 

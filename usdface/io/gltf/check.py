@@ -17,8 +17,8 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.decompress import decompress

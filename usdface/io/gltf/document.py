@@ -20,7 +20,7 @@ from usdface.errors import InputError, OutputError
 from usdface.io.asset_folder import OUTSIDE, is_inside, read_file
 from usdface.io.atomic import all_or_none, staged_files, write_bridge, write_bytes
 from usdface.io.gltf.decode import decode_document
-from usdface.io.gltf.files_beside import check_gltf_name
+from usdface.io.gltf.external_files import check_gltf_name
 from usdface.io.gltf.user_data import UserData, user_data_of
 from usdface.io.staging import finish_dead_runs
 

@@ -19,9 +19,9 @@ from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.errors import schema_errors
 from usdface.io.gltf.extras import read_extras
 from usdface.io.gltf.groups import hang_in_groups, read_groups, read_joint_extras
+from usdface.io.gltf.ignored_parts import report_extensions, report_extras
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.instances import expand_instances
-from usdface.io.gltf.left_out import report_extensions, report_extras
 from usdface.io.gltf.materials import read_materials
 from usdface.io.gltf.nodes import NodeTree, node_tree
 from usdface.io.gltf.read_animation import animated_nodes, clips_of

@@ -29,7 +29,7 @@ from usdface.io.gltf.image import (
 )
 from usdface.io.inputs import first_free
 from usdface.io.udim import is_udim
-from usdface.io.unused_name import unused_name
+from usdface.io.unique_name import unique_name
 from usdface.materials import Placement, Texture, Wrap
 
 __all__ = ["TextureBuilder", "read_texture", "read_uv_names", "uv_name", "uv_name_extras"]
@@ -46,7 +46,7 @@ _MAG, _MIN = (9728, 9729), (9728, 9729, 9984, 9985, 9986, 9987)
 
 def uv_name(index: int, names: Sequence[str] = ()) -> str:
     """Return the name of TEXCOORD_`index`: of `names`, else st, st1, st2, ..., none twice."""
-    return names[index] if index < len(names) else unused_name(f"st{index or ''}", names)
+    return names[index] if index < len(names) else unique_name(f"st{index or ''}", names)
 
 
 def uv_name_extras(names: Sequence[str]) -> dict[str, Any]:

@@ -16,10 +16,10 @@ from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.extras import extras_with_metadata
-from usdface.io.gltf.fewer_influences import fewer_influences
 from usdface.io.gltf.groups import SKELETON_ROOT, write_groups
 from usdface.io.gltf.hard_edges import split_hard_edges
 from usdface.io.gltf.inbetweens import flat_weights
+from usdface.io.gltf.limit_influences import limit_influences
 from usdface.io.gltf.quantize import Box, bounding_box
 from usdface.io.gltf.scene import write_scene
 from usdface.io.gltf.textures import TextureBuilder, uv_name_extras
@@ -73,7 +73,7 @@ def write_gltf(
         Store vertices as 16-bit integers (`usdface.io.gltf.quantize`); POINTS_ROUNDED says by how
         much they are off at most.
     influences : int
-        Joints that a point keeps at most; 0 = all (`usdface.io.gltf.fewer_influences`).
+        Joints that a point keeps at most; 0 = all (`usdface.io.gltf.limit_influences`).
     read : iterable of Path
         Files that textures beside a .gltf must not replace; those of the rig's own never are.
     metadata : mapping of str to str
@@ -163,7 +163,7 @@ def _by_name(carriers: Sequence[tuple[int, Mesh]]) -> dict[str, int]:
 def _with_fewer_influences(
     rig: Rig, skeleton: Skeleton, clips: Sequence[Clip], most: int
 ) -> tuple[Rig, list[Finding]]:
-    done = [fewer_influences(mesh, skeleton, clips, most) for mesh in rig.meshes]
+    done = [limit_influences(mesh, skeleton, clips, most) for mesh in rig.meshes]
     meshes = tuple(mesh for mesh, _ in done)
     return replace(rig, meshes=meshes), [f for _, found in done for f in found]
 

@@ -143,7 +143,7 @@ def _exposure(files: Sequence[ImageFile]) -> float:
         try:
             factors.append(exposure_of(paths[index]))
         except InputError:
-            continue  # it is reported where its dots are looked for
+            continue  # it is reported where its dots are searched
     return float(np.median(factors or [1.0]))
 
 

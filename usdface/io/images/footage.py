@@ -84,7 +84,7 @@ def read_image_take(path: Path, options: TakeOptions) -> tuple[MarkerTake, list[
     path : Path
         ``face.####.png``, ``face.%04d.png``, a folder, one image, a GIF or a movie.
     options : TakeOptions
-        Its `dots`, `names` and `fixes` are of images; `rate` goes before that of the headers.
+        Its `dots`, `names` and `fixes` are of images; `rate` overrides that of the headers.
 
     Raises
     ------
@@ -218,7 +218,7 @@ def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
         message = "at frames {frames}"
         found.append(finding("FOOTAGE_CUT", where, message, list(tracks.cuts)))
     if tracks.left_out:
-        message = "{track_count} spots that are seen for a short time are left out"
+        message = "{track_count} short-lived detections are left out"
         found.append(finding("DOTS_IGNORED", where, message, tracks.left_out))
     if tracks.unmatched:
         message = "no dot is near: {markers}"

@@ -19,7 +19,7 @@ def read_rig_file(path: Path, options: RigOptions | None = None) -> tuple[Rig, l
     Raises
     ------
     InputError
-        If it is none of these, cannot be read, has no blend shapes, or its format does not
+        If it is not one of these, cannot be read, has no blend shapes, or its format does not
         follow one of the `options`.
     PluginError
         If the reader of another package fails, or returns something else than a rig.

@@ -90,8 +90,8 @@ def _left_out_targets(folder: Path) -> list[Finding]:
     """Report MakeHuman's targets, which need a folder with one mesh or `base.obj`."""
     count = len(target_files(folder)[1])
     message = "{file_count} .target files are left out: MakeHuman's need their mesh as base.obj"
-    told = finding("FEATURE_DROPPED", str(folder), message, count, feature="makehuman_targets")
-    return [told] if count else []
+    dropped = finding("FEATURE_DROPPED", str(folder), message, count, feature="makehuman_targets")
+    return [dropped] if count else []
 
 
 def _neutral(folder: Path, files: list[Path], wanted: str) -> Path:

@@ -187,7 +187,7 @@ _LARGEST_SKEW = 1e-2  # of a rotation that was written with three digits
 def _rotation(name: str, numbers: FloatArray) -> FloatArray:
     """Return the rotation nearest to a matrix, or that of a rotation vector."""
     if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) > 1e3:
-        raise InputError(f"the rotation of camera {name!r} is none", "VALUES_WRONG")
+        raise InputError(f"the rotation matrix of camera {name!r} is no rotation", "VALUES_WRONG")
     if numbers.size == 3:
         return np.asarray(Rotation.from_rotvec(numbers.copy()).as_matrix())
     if numbers.size != 9:
@@ -199,7 +199,7 @@ def _rotation(name: str, numbers: FloatArray) -> FloatArray:
     left, _, right = np.linalg.svd(matrix)
     nearest = left @ right
     if np.abs(nearest - matrix).max() > _LARGEST_SKEW or np.linalg.det(nearest) < 0:
-        raise InputError(f"the rotation of camera {name!r} is none", "VALUES_WRONG")
+        raise InputError(f"the rotation matrix of camera {name!r} is no rotation", "VALUES_WRONG")
     return np.asarray(nearest)
 
 

@@ -74,10 +74,10 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     columns, weights, absent = _columns_with_weights(path, header, columns, weights)
     names = tuple(header[c][0].lower() + header[c][1:] for c in columns)
     findings += absent
-    angles, told = _head_angles(path, header, kept)
-    findings += told
-    named = () if angles is None and not told else _HEAD
-    ignored = [name for name in header[2:] if name.endswith(_ROTATION) and name not in named]
+    angles, new_findings = _head_angles(path, header, kept)
+    findings += new_findings
+    used = () if angles is None and not new_findings else _HEAD
+    ignored = [name for name in header[2:] if name.endswith(_ROTATION) and name not in used]
     if ignored:
         of_eyes = all(name.startswith(_EYES) for name in ignored)
         why = ", as the curves of gaze say the same" if of_eyes else ""
@@ -149,7 +149,7 @@ def _columns_with_weights(
 def _head_angles(
     path: Path, header: list[str], rows: list[Row]
 ) -> tuple[FloatArray | None, list[Finding]]:
-    """Return yaw, pitch and roll of the head (F, 3) [rad], NaN where missing; None if not told."""
+    """Return yaw, pitch and roll of the head (F, 3) [rad], NaN where missing; None without them."""
     if not all(name in header for name in _HEAD):
         return None, []
     if repeated := next((name for name in _HEAD if header.count(name) > 1), None):
@@ -183,8 +183,8 @@ def _head(times: FloatArray, angles: FloatArray) -> FloatArray:
     """
     from scipy.spatial.transform import Rotation  # costs more to import than most takes need
 
-    told = ~np.isnan(angles[:, 0])
-    yaw, pitch, roll = (np.interp(times, times[told], curve[told]) for curve in angles.T)
+    known = ~np.isnan(angles[:, 0])
+    yaw, pitch, roll = (np.interp(times, times[known], curve[known]) for curve in angles.T)
     turns = Rotation.from_euler("YXZ", np.stack([yaw, -pitch, roll], axis=1))
     return np.asarray(turns.as_rotvec())
 

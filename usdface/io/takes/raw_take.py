@@ -130,7 +130,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     ----------
     raw : RawTake
     options : TakeOptions
-        They go before the file.
+        They override the file.
 
     Returns
     -------
@@ -141,7 +141,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     ------
     InputError
         If there is no frame or marker, nothing is ever visible, times do not increase, or
-        a 3D take is asked from two coordinates.
+        a 3D take is requested of two coordinates.
 
     Examples
     --------

@@ -65,40 +65,21 @@ def take_times(
     InputError
         If there is no frame, or times do not increase by a microsecond or more.
     """
-    findings: list[Finding]
     if count == 0:
         raise InputError(
             f"{path}: there are no frames of data; expected at least one", "TAKE_EMPTY"
         )
     if override is not None and not _SLOWEST <= override <= _FASTEST:
         raise InputError(
-            f"{path}: a rate of {override} Hz is asked; expected 0.001 to 1000000", "SETTING_WRONG"
+            f"{path}: a rate of {override} Hz is requested; expected 0.001 to 1000000",
+            "SETTING_WRONG",
         )
     rate = rate if _SLOWEST <= rate <= _FASTEST else 0.0
     if seconds is not None:
-        seconds = _from_zero(path, seconds, "time")
-        own = nominal_rate(seconds)
-        if own > _FASTEST:
-            raise InputError(
-                f"{path}: frames follow each other after {1 / own:.3g} s; expected a microsecond "
-                "or more, so the times are in another unit than seconds",
-                "TIMES_WRONG",
-            )
-        findings = []
-        if rate and _agree(1000.0 * own, rate):
-            message = "at {named_hz:g} Hz its times are milliseconds, not seconds; read as such"
-            findings = [finding("TIMES_IN_MILLISECONDS", str(path), message, rate)]
-            seconds, own = seconds / 1000.0, 1000.0 * own
-        elif rate and not _agree(own, rate) and _is_regular(seconds, own):
-            message = "its times step at {times_hz:g} Hz, not at {named_hz:g}; the times count"
-            if override is None:
-                findings = [finding("RATE_CONTRADICTED", str(path), message, own, rate)]
-            rate = own
-        rate = rate or own or (override or 0.0)
+        seconds, rate, findings = _of_times(path, seconds, rate, override)
     else:
-        if rate or override:
-            findings = []
-        else:
+        findings = []
+        if not (rate or override):
             findings = [finding("RATE_ASSUMED", str(path), "taken as {rate_hz:g} Hz", ASSUMED_RATE)]
         rate = rate or override or ASSUMED_RATE
         numbers = np.arange(count) if frames is None else _from_zero(path, frames, "frame number")
@@ -117,6 +98,34 @@ def take_times(
     if override and rate:
         return seconds * (rate / override), override, findings
     return seconds, rate, findings
+
+
+def _of_times(
+    path: Path, seconds: FloatArray, rate: float, override: float | None
+) -> tuple[FloatArray, float, list[Finding]]:
+    """Return times (F,) [s] from 0 on, the rate [Hz] that they have, and findings.
+
+    `rate` is that of the file, 0 = not named.
+    """
+    seconds = _from_zero(path, seconds, "time")
+    own = nominal_rate(seconds)
+    if own > _FASTEST:
+        raise InputError(
+            f"{path}: frames follow each other after {1 / own:.3g} s; expected a microsecond "
+            "or more, so the times are in another unit than seconds",
+            "TIMES_WRONG",
+        )
+    findings = []
+    if rate and _agree(1000.0 * own, rate):
+        message = "at {named_hz:g} Hz its times are milliseconds, not seconds; read as such"
+        findings = [finding("TIMES_IN_MILLISECONDS", str(path), message, rate)]
+        seconds, own = seconds / 1000.0, 1000.0 * own
+    elif rate and not _agree(own, rate) and _is_regular(seconds, own):
+        message = "its times step at {times_hz:g} Hz, not at {named_hz:g}; the times count"
+        if override is None:
+            findings = [finding("RATE_CONTRADICTED", str(path), message, own, rate)]
+        rate = own
+    return seconds, rate or own or (override or 0.0), findings
 
 
 def _agree(own: float, rate: float) -> bool:

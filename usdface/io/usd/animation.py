@@ -12,7 +12,6 @@ from usdface.arrays import FloatArray
 from usdface.cleanup.repairs import Repair
 from usdface.errors import OutputError
 from usdface.findings import Finding
-from usdface.frame_blocks import frame_blocks
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.animation_source import define_animation
 from usdface.io.usd.head_motion import author_head
@@ -23,10 +22,11 @@ from usdface.io.usd.stage import (
     to_si,
 )
 from usdface.io.usd.stronger_opinions import hidden_by
+from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.joint_motion import JointMotion, matrices_of
 from usdface.retarget.solution import Solution
 from usdface.schemas import tokens
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.verdict.judge import Verdict
 
 __all__ = [

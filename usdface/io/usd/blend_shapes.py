@@ -8,8 +8,8 @@ from pxr import Usd, UsdSkel
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.io.usd.combinations import read_combination
 from usdface.rigs import BlendShape, Inbetween
 

@@ -7,9 +7,9 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.io.usd.rendered_meshes import placed_meshes, rendered_meshes
 from usdface.io.usd.rig import spaces_of_meshes
 from usdface.io.usd.shot import ShotPrims, StagedShot
-from usdface.io.usd.shown_meshes import placed_meshes, shown_meshes
 from usdface.io.usd.stage import to_si
 
 __all__ = ["character_meshes", "near_face", "points_of", "report_left_out"]
@@ -27,7 +27,7 @@ def character_meshes(stage: Usd.Stage, prims: ShotPrims) -> list[Usd.Prim]:
     own = [path for path in above if not setup.HasPrefix(path)] or above[-1:]
     if not own:
         return []
-    meshes, _ = shown_meshes(placed_meshes(stage.GetPrimAtPath(own[0])))
+    meshes, _ = rendered_meshes(placed_meshes(stage.GetPrimAtPath(own[0])))
     return meshes
 
 

@@ -1,6 +1,6 @@
 """Checks of the blend shapes of a USD stage, beyond those of UsdValidation.
 
-One function for one rule. Severities (see `usdface.findings.CODES`): an *error* makes
+One function for one rule. Severities (see `usdface.findings.codes.CODES`): an *error* makes
 UsdSkel or a common reader move nothing, or something else than authored. A *warning* plays,
 but differently in different programs. An *info* is legal and often meant: weights beyond 0
 and 1 (over-driven shapes), unsorted point indices (some importers need them sorted).
@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel
 
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.geometry.stray_points import stray_move, stray_point
 from usdface.io.usd.check_bindings import check_bindings
 from usdface.io.usd.errors import usd_errors

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.errors import did_you_mean
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 
 __all__ = ["check_bindings"]
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pxr import Sdf, Usd, UsdSkel
 
 from usdface.findings import Finding, finding
-from usdface.io.usd.closed_layers import hold_layers
+from usdface.io.usd.held_layers import hold_layers
 from usdface.io.usd.rig import skel_roots
 from usdface.io.usd.stage import check_clocks
 

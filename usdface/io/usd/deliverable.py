@@ -88,7 +88,7 @@ def _frames(
 ) -> tuple[FloatArray, tuple[float, float], list[Finding]]:
     """Return the frames to write, the first and last of the cut, and findings."""
     at = codes * (rate / metrics.time_codes_per_second)
-    # 0 is added because a ceiling of -0 would be told, and written, as -0
+    # 0 is added because a ceiling of -0 would be reported, and written, as -0
     first, last = float(np.ceil(at[0] - _ROUNDING)) + 0.0, float(np.floor(at[-1] + _ROUNDING))
     start = first if options.start is None else float(options.start)
     end = last if options.end is None else float(options.end)

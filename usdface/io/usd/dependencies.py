@@ -6,9 +6,9 @@ from pathlib import Path
 from pxr import Ar, Sdf, Tf, UsdShade, UsdUtils
 
 from usdface.errors import InputError
-from usdface.io.usd.closed_layers import hold_specs
+from usdface.io.usd.held_layers import hold_specs
+from usdface.io.usd.sandbox import RefusedError
 from usdface.io.usd.stage import is_usd, open_stage
-from usdface.io.usd.trial import RefusedError
 
 __all__ = ["dependencies"]
 

@@ -34,7 +34,7 @@ def usd_errors(source: str) -> Iterator[None]:
     """Raise as InputError, naming `source`, any error while a stage is read.
 
     USD's own warnings are kept off standard error, where our one line goes.
-    A damaged file fails late: USD reads values when they are asked for, and names that are
+    A damaged file fails late: USD reads values when they are requested, and names that are
     not UTF-8 or values of another type than their schema's fail in Python.
     """
     delegate = UsdUtils.CoalescingDiagnosticDelegate()

@@ -14,11 +14,11 @@ from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix
-from usdface.io.usd.shown_meshes import (
+from usdface.io.usd.rendered_meshes import (
     outside_meshes,
     placed_meshes,
     placed_roots,
-    shown_meshes,
+    rendered_meshes,
 )
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import points_move
@@ -215,7 +215,7 @@ def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdM
         prims |= dict.fromkeys(outside_meshes(stage))
         si = to_si(metrics_of(stage))
         meshes = []
-        for prim in shown_meshes(prims, purposes)[0]:
+        for prim in rendered_meshes(prims, purposes)[0]:
             used = np.unique(UsdGeom.Mesh(prim).GetFaceVertexIndicesAttr().Get(_START) or [])
             if len(used):
                 inside = UsdSkel.Root.Find(prim)

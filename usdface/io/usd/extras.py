@@ -7,8 +7,8 @@ from typing import Any
 from pxr import Sdf, Usd, Vt
 
 from usdface.findings import Finding, finding
-from usdface.io.usd.closed_layers import hold
 from usdface.io.usd.conversion_metadata import KEY
+from usdface.io.usd.held_layers import hold
 from usdface.scene import Extras
 
 __all__ = ["json_values", "read_asset", "read_extras", "usd_values", "write_asset", "write_extras"]

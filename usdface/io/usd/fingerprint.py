@@ -8,8 +8,8 @@ from collections.abc import Mapping
 
 from pxr import Sdf
 
-from usdface.io.usd.closed_layers import hold_specs
 from usdface.io.usd.conversion_metadata import KEY
+from usdface.io.usd.held_layers import hold_specs
 
 __all__ = ["is_signed", "is_unedited", "sign"]
 

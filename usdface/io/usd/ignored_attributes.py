@@ -6,8 +6,8 @@ from functools import cache
 from pxr import Sdf, Usd
 
 from usdface.errors import did_you_mean
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.schemas import plugin_dir, tokens
 
 __all__ = ["ignored_attributes"]

@@ -31,7 +31,7 @@ from usdface.io.usd.stage import (
 )
 from usdface.io.usd.stronger_opinions import check_shown
 from usdface.schemas import write_fallback_types
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 from usdface.verdict.judge import Verdict
 
 __all__ = ["open_shot", "write_layers"]
@@ -60,6 +60,7 @@ def write_layers(
     stage: Usd.Stage,
     shot: StagedShot,
     result: ShotResult,
+    *,
     root: Path | None,
     in_place: bool,
     verdict: Verdict | None,
@@ -70,11 +71,22 @@ def write_layers(
 
     A layer of an earlier run that has no successor is removed.
 
-    `deviations` are the standard deviations of the weights of the solved blend shapes, by name;
-    they and the verdict are kept in the solve layer.
-    All but the shot itself get the `generation` of the result.
-    With `in_place` the layers are added to the shot's own subLayers instead of a new root;
-    that is idempotent.
+    Parameters
+    ----------
+    shot_path : Path
+    stage : Usd.Stage
+    shot : StagedShot
+    result : ShotResult
+    root : Path or None
+        The root layer of the result; None = beside the shot.
+    in_place : bool
+        Add the layers to the shot's own subLayers instead of a new root; that is idempotent.
+    verdict : Verdict or None
+        Kept in the solve layer, as are `deviations`.
+    deviations : mapping of str to float
+        Standard deviation of the weight of each solved blend shape.
+    generation : str
+        Of the result; all layers but the shot itself get it.
 
     Returns
     -------

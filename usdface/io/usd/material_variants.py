@@ -10,8 +10,8 @@ from dataclasses import replace
 from pxr import Sdf, Usd, UsdShade
 
 from usdface.io.prim_names import prim_names
-from usdface.io.usd.closed_layers import hold_layers
 from usdface.io.usd.conversion_metadata import read_metadata, write_metadata
+from usdface.io.usd.held_layers import hold_layers
 from usdface.io.usd.mesh import bound_material
 from usdface.io.usd.stage import check_clocks
 from usdface.rigs import MaterialVariant, Mesh

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pxr import Ar, Tf, UsdUtils
 
-from usdface.io.usd.closed_layers import hold_specs
+from usdface.io.usd.held_layers import hold_specs
 
 __all__ = ["named_files"]
 

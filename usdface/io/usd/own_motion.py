@@ -15,7 +15,7 @@ from usdface.io.usd.rigid_animation import transform_time_codes
 from usdface.io.usd.shot import ShotPrims, StagedShot
 from usdface.io.usd.world_transforms import world_transform
 from usdface.schemas import tokens
-from usdface.shot import ShotResult
+from usdface.shot.shot import ShotResult
 
 __all__ = ["moving_joints", "own_joints", "report_replaced", "report_unmoved"]
 

@@ -17,8 +17,8 @@ from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.shot import StagedShot, base_weights, read_shot
 from usdface.io.usd.stage import Metrics, metrics_of, to_si
-from usdface.played_shot import PlayedShot
 from usdface.schemas import tokens
+from usdface.shot.played_shot import PlayedShot
 from usdface.takes import WeightsTake
 from usdface.verdict.judge import Verdict, verdict_from
 

@@ -17,14 +17,14 @@ from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
-from usdface.io.usd.scene import read_scene
-from usdface.io.usd.shown_meshes import (
+from usdface.io.usd.rendered_meshes import (
     outside_meshes,
     placed_meshes,
     placed_roots,
+    rendered_meshes,
     report_unconverted,
-    shown_meshes,
 )
+from usdface.io.usd.scene import read_scene
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
@@ -144,7 +144,7 @@ def _rig(
     prims = [prim for prim in _meshes_of(roots) if prim.GetPath().HasPrefix(below)]
     outside = set() if root else set(outside_meshes(stage))
     if not root:  # a scene: visible prims only; a character may be hidden for now
-        prims, new_findings = shown_meshes([*prims, *outside_meshes(stage)], purposes)
+        prims, new_findings = rendered_meshes([*prims, *outside_meshes(stage)], purposes)
         findings += new_findings + report_unconverted(stage)
     for prim in prims:
         binding = bound.get(prim.GetPath())

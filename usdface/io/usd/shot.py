@@ -11,12 +11,12 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.face_layout import read_exaggeration, read_gains, read_layout
+from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.fuzzy import read_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
 from usdface.io.usd.ignored_attributes import ignored_attributes
 from usdface.io.usd.pins import read_pins
 from usdface.io.usd.retarget_setup import check_neutral, read_expressions, read_setup
-from usdface.io.usd.rig_ahead import rig_ahead
 from usdface.io.usd.stage import (
     Metrics,
     check_clocks,
@@ -29,7 +29,7 @@ from usdface.io.usd.take import count_frames, read_take_prim
 from usdface.rigs import Rig
 from usdface.schemas import tokens
 from usdface.setup.binding_origin import check_mesh
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
@@ -102,7 +102,7 @@ def read_character(path: Path) -> tuple[Rig, list[Finding]]:
             "itself, from which that shot was made",
             "SHOT_AS_RIG",
         )
-    rig, _, findings = rig_ahead(stage)
+    rig, _, findings = front_facing_rig(stage)
     return rig, findings
 
 
@@ -150,7 +150,7 @@ def _read(
     check_neutral(prim, setup, take, count)
     scope = prim.GetRelationship(tokens.RIG).GetTargets()
     root = str(scope[0]) if scope else ""
-    rig, turn, findings = rig_ahead(
+    rig, turn, findings = front_facing_rig(
         stage,
         root,
         joints=True,

@@ -9,10 +9,10 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding
 from usdface.io.usd.animation import editable_layer
-from usdface.io.usd.closed_layers import hold_specs
 from usdface.io.usd.face_layout import write_layout
 from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.fuzzy import write_fuzzy
+from usdface.io.usd.held_layers import hold_specs
 from usdface.io.usd.retarget_setup import write_expressions, write_setup
 from usdface.io.usd.shared_layers import SharedLayers, share
 from usdface.io.usd.stage import (
@@ -28,7 +28,7 @@ from usdface.io.usd.stage import (
 )
 from usdface.io.usd.take import define_take
 from usdface.schemas import tokens, write_fallback_types
-from usdface.shot import Shot
+from usdface.shot.shot import Shot
 
 __all__ = ["author_shot", "write_shot"]
 
@@ -162,7 +162,7 @@ def _stage_of(rig: Metrics, take: Metrics) -> Usd.Stage:
     stage = new_stage(
         replace(take, meters_per_unit=rig.meters_per_unit, up_axis=rig.up_axis), "Shot"
     )
-    # The units of the take are put right on a parent, which every reader of USD understands.
+    # The units of the take are corrected on a parent, which every reader of USD understands.
     capture = UsdGeom.Xform.Define(stage, _CAPTURE)
     matrix = to_si(take) @ np.linalg.inv(to_si(rig))
     if not np.allclose(matrix, np.eye(4), rtol=0, atol=1e-12):

@@ -4,8 +4,8 @@ import numpy as np
 from pxr import Usd, UsdSkel
 
 from usdface.arrays import FloatArray
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.rigs import Skeleton, Skin
 
 __all__ = ["parent_frames", "read_skeleton", "read_skin"]

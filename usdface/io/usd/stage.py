@@ -22,9 +22,9 @@ from usdface.io.atomic import (
     write_bridge,
 )
 from usdface.io.staging import finish_dead_runs
-from usdface.io.usd.closed_layers import hold_layers, hold_specs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
-from usdface.io.usd.trial import try_to_open
+from usdface.io.usd.held_layers import hold_layers, hold_specs
+from usdface.io.usd.sandbox import try_to_open
 from usdface.plain_text import plain
 
 __all__ = [
@@ -78,7 +78,7 @@ class Metrics:
 def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     """Open a USD file, leaving out layers at `without`, be they there or not.
 
-    One that is not known is opened by a process of its own first (`usdface.io.usd.trial`).
+    One that is not known is opened by a process of its own first (`usdface.io.usd.sandbox`).
 
     Raises
     ------

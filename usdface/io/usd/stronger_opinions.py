@@ -9,7 +9,7 @@ from pxr import Sdf, Usd
 
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
-from usdface.io.usd.closed_layers import hold_specs
+from usdface.io.usd.held_layers import hold_specs
 from usdface.io.usd.overs import prims_of
 
 __all__ = ["check_shown", "check_weights_shown", "hidden_by"]

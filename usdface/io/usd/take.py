@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
-from usdface.frame_blocks import frame_blocks
 from usdface.io.usd.attributes import author
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import (
@@ -24,6 +23,7 @@ from usdface.io.usd.stage import (
     vec3f_array,
 )
 from usdface.io.usd.world_transforms import moves_in_world, world_transform
+from usdface.numerics.frame_blocks import frame_blocks
 from usdface.plain_text import plain
 from usdface.schemas import tokens, write_fallback_types
 from usdface.takes import MarkerTake, WeightsTake, check_range

@@ -12,13 +12,13 @@ import numpy as np
 from pxr import Ar, Sdf, Usd, UsdShade
 
 from usdface.errors import InputError
-from usdface.finding_values import Prose
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.io.asset_folder import OUTSIDE, is_inside
 from usdface.io.udim import udim_tiles
 from usdface.io.usd.assets import folders_of, outer_file, read_asset
-from usdface.io.usd.closed_layers import hold
 from usdface.io.usd.conversion_metadata import read_metadata
+from usdface.io.usd.held_layers import hold
 from usdface.materials import ColourSpace, Placement, Texture, Wrap
 
 __all__ = ["read_texture", "scale_of", "value_of"]

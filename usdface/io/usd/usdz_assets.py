@@ -14,7 +14,7 @@ from usdface.findings import Finding, finding
 from usdface.io.asset_folder import OUTSIDE, is_inside
 from usdface.io.udim import is_udim, udim_tiles
 from usdface.io.usd.assets import folders_of, outer_file, read_asset
-from usdface.io.usd.closed_layers import hold_specs
+from usdface.io.usd.held_layers import hold_specs
 from usdface.materials import Texture
 
 __all__ = ["localise"]

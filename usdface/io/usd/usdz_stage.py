@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
-from usdface.io.usd.closed_layers import hold_layers
+from usdface.io.usd.held_layers import hold_layers
 
 __all__ = ["complete_stage"]
 

@@ -15,7 +15,7 @@ from pxr import Usd, UsdGeom
 from usdface.arrays import FloatArray
 from usdface.blend_shapes import BlendShape
 from usdface.findings import Finding, finding
-from usdface.io.unused_name import unused_name
+from usdface.io.unique_name import unique_name
 from usdface.rigs import Mesh, Rig
 from usdface.takes import WeightsTake
 
@@ -162,7 +162,7 @@ def _named_shapes(
 ) -> tuple[BlendShape, ...]:
     shapes = []
     for number, part in enumerate(parts):
-        name = unused_name(f"{mesh.name}.points.{number}", taken)
+        name = unique_name(f"{mesh.name}.points.{number}", taken)
         taken.add(name)
         shapes.append(BlendShape.from_dense(name, part, tolerance=nowhere))
     return tuple(shapes)

@@ -5,8 +5,8 @@ from scipy.sparse import csr_array
 
 from usdface.arrays import FloatArray
 from usdface.face.dot_skin import DotSkin
-from usdface.frame_blocks import by_blocks
 from usdface.geometry.rigid_fit import Pose
+from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.film.one_camera import PinholeCamera
 
 __all__ = ["dot_centre_offsets", "foreshortening"]

@@ -2,7 +2,7 @@
 
 An image has no depth, but the character does: its neutral and its blend shapes give every marker a
 third coordinate. With it the head pose is fitted by a perspective camera, and the weights are
-solved in the view of each image, alternately (`usdface.retarget.film.solved_film`). Where the head
+solved in the view of each image, alternately (`usdface.retarget.film.solve_film`). Where the head
 turns, the depths of the performer's own face are estimated, too, and then the places of the markers
 on the skin.
 """
@@ -23,7 +23,7 @@ from usdface.retarget.film.filmed_places import refined_shifts
 from usdface.retarget.film.filmed_take import FilmedTake, Sized, as_they_are
 from usdface.retarget.film.focal_length import film_camera
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget.film.solved_film import SolvedFilm, solve_film
+from usdface.retarget.film.solve_film import SolvedFilm, solve_film
 from usdface.retarget.film.views import Views
 from usdface.retarget.marker_errors import LARGE_ERROR, marker_error_findings
 from usdface.retarget.neutral import neutral_markers
@@ -105,7 +105,7 @@ def film_head(
     refined : bool
         Markers may sit beside their vertices.
     weighted : bool
-        Markers that move unlike the face around them count less.
+        Markers that move unlike the face around them get less weight.
     shown : (M, 2) float64 [px], or 0
         Displacements of the M markers of the film in its neutral frames, by weights that they show.
 

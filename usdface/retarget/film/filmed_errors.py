@@ -7,7 +7,7 @@ spot or trembles counts less in the head's pose, in its depths and in the weight
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.retarget.film.solved_film import SolvedFilm
+from usdface.retarget.film.solve_film import SolvedFilm
 from usdface.retarget.marker_errors import estimate_marker_errors
 
 __all__ = ["filmed_marker_errors"]

@@ -17,7 +17,7 @@ from usdface.retarget.film.filmed_depths import DEPTH_SPREAD, error_directions
 from usdface.retarget.film.filmed_head import certainty
 from usdface.retarget.film.filmed_take import Sized
 from usdface.retarget.film.image_residual import ImageResidual, image_residual
-from usdface.retarget.film.solved_film import SolvedFilm
+from usdface.retarget.film.solve_film import SolvedFilm
 from usdface.retarget.places import PlaceGuess
 from usdface.takes import visible
 

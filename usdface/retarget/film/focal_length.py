@@ -6,7 +6,7 @@ from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.retarget.film.filmed_take import FilmedTake
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget.film.solved_film import SolveProjected, solve_film
+from usdface.retarget.film.solve_film import SolveProjected, solve_film
 from usdface.takes import MarkerTake
 
 __all__ = ["film_camera", "usual_camera"]

@@ -13,10 +13,10 @@ from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.frame_blocks import by_blocks
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.film.views import Views
-from usdface.retarget.solver.noise import MOST, typical_deviation
+from usdface.retarget.solver.noise import EXPRESSIVE_QUANTILE, typical_deviation
 
 __all__ = ["ProjectedTake"]
 
@@ -150,5 +150,7 @@ class ProjectedTake:
         if not enough.any():
             return 0.0
         squares, count = (left[enough] ** 2).sum(axis=1) / count[enough], count[enough]
-        excess = squares - (_LASTING * noise) ** 2 * chdtri(count, 1.0 - MOST) / count
-        return float(np.sqrt(max(0.0, float(np.quantile(excess, MOST)))))
+        excess = (
+            squares - (_LASTING * noise) ** 2 * chdtri(count, 1.0 - EXPRESSIVE_QUANTILE) / count
+        )
+        return float(np.sqrt(max(0.0, float(np.quantile(excess, EXPRESSIVE_QUANTILE)))))

@@ -16,16 +16,14 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.film.frame_normals import solve_by_frame
 from usdface.retarget.film.projected_take import ProjectedTake
 from usdface.retarget.film.views import Views
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.pose_and_weights import PoseAndWeights
-from usdface.retarget.rbf import SpaceMap
+from usdface.retarget.solve_problem import SolveProblem
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.temporal_solve import Iterate
@@ -41,60 +39,37 @@ _STEPS, _HALVINGS = 12, 5
 _ROUNDING = 1e-10
 
 
-def solve_projected_weights(
-    times: FloatArray,
-    positions: FloatArray,
-    target: FloatArray,
-    model: BlendShapeEvaluator,
-    space: SpaceMap,
-    pose: Pose,
-    setup: RetargetSetup,
-    names: tuple[str, ...],
-    views: Views,
-    *,
-    least_noise: float = 0.0,
-) -> PoseAndWeights:
+def solve_projected_weights(problem: SolveProblem, views: Views) -> PoseAndWeights:
     """Solve the weights of a face in the view of a camera.
 
     Parameters
     ----------
-    times : (F,) float64 [s]
-    positions : (F, M, 2) float64
-        Neutral positions of the performer's markers plus their observed displacements; NaN =
-        occluded.
-    target : (M, 3) float64 [m]
-        Neutral feature points on the character.
-    model : BlendShapeEvaluator
-        Of their displacements by the blend shapes: S shapes, 3 M coordinates.
-    space : SpaceMap
-        From the performer's neutral to `target`.
-    pose : Pose
-        Returned as it is.
-    setup : RetargetSetup
-    names : tuple of str, length S
+    problem : SolveProblem
+        Positions in the image, (F, M, 2): neutral markers plus their observed displacements. The
+        pose is returned as it is.
     views : Views
         Of these M markers in these frames.
-    least_noise : float [m]
-        Standard deviation of a marker coordinate, as far as it is known before.
     """
-    is_visible = visible(positions)
-    observed = np.nan_to_num(space.displacements(positions)[..., :2]).reshape(len(times), -1)
-    moving = setup.head == "solve"
-    film = ProjectedTake(model, views.where(is_visible), observed, target, moving)
-    noise = max(film.noise(), least_noise)
+    model, space, times = problem.model, problem.space, problem.times
+    is_visible = visible(problem.positions)
+    observed = np.nan_to_num(space.displacements(problem.positions)[..., :2])
+    observed = observed.reshape(len(times), -1)
+    moving = problem.setup.head == "solve"
+    film = ProjectedTake(model, views.where(is_visible), observed, problem.target, moving)
+    noise = max(film.noise(), problem.least_noise)
     regularisation = Regularisation(
         noise,
         film.misfit(noise),
-        setup.solve,
-        tuple(names[shape] for shape in model.free),
-        size=rms_radius(target),
+        problem.setup.solve,
+        problem.free_names,
+        size=rms_radius(problem.target),
     )
-    weights = _solved(film, times, regularisation, setup)
+    weights = _solved(film, times, regularisation, problem.setup)
     moved = model.displacements(weights)
     left = (observed - film.views.projected(moved)).reshape(*is_visible.shape, 2)
     displaced = moved.reshape(*is_visible.shape, 3) + (left[:, :, None] @ views.slopes)[:, :, 0]
     displaced = np.where(is_visible[..., None], displaced, np.nan)
-    return PoseAndWeights(weights, pose, displaced, regularisation, 1, space)
+    return PoseAndWeights(weights, problem.pose, displaced, regularisation, 1, space)
 
 
 def _solved(

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.linalg.lapack import dpotrf, dsyevr, dtrtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.visibility_patterns import visibility_patterns
+from usdface.numerics.visibility_patterns import visibility_patterns
 
 __all__ = ["NOTHING", "HiddenDirections"]
 

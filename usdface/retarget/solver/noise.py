@@ -12,29 +12,36 @@ from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.geometry.marker_spread import rms_radius
+from usdface.numerics.visibility_patterns import visibility_patterns
 from usdface.retarget.solver.hidden_directions import NOTHING, HiddenDirections
 from usdface.takes import frame_step
-from usdface.visibility_patterns import visibility_patterns
 
-__all__ = ["MOST", "Unexplained", "frames_apart", "typical_deviation", "white_noise"]
+__all__ = [
+    "EXPRESSIVE_QUANTILE",
+    "ResidualSpace",
+    "independent_lags",
+    "typical_deviation",
+    "white_noise",
+]
 
 # Misfit grows with the expression and is 0 at neutral. It is measured at this quantile of the
 # frames, so that neither a neutral face nor a few swapped markers decide.
-MOST = 0.9
+EXPRESSIVE_QUANTILE = 0.9
 # Least squared misfit, as a share of the standard error of a variance of so many coordinates. At 0
 # nothing but the learned covariance would hold weights that resemble each other. On the first half
 # of the recorded curves (python -m benchmarks.solve) weights with 0, 0.3 and 1 are off by 0.0374,
 # 0.0363 and 0.0361 on MakeHuman's face, with 41 markers by 0.0365, 0.0347 and 0.0349, where a fifth
 # of the markers is occluded by 0.0249, 0.0249 and 0.0257.
-_UNTOLD = 0.3
+_LEAST_MISFIT = 0.3
 # Patterns of occlusion that are used, and numbers that are stored for them: bounds on time and
 # memory. Where a take has more, evenly spread frames are used.
 _PATTERNS = 400
 _NUMBERS = 4e6
 # The sum of the squared coefficients of a third difference.
 _THIRD = 20.0
-# Numbers of frames over which third differences are taken: of more the mean is the same.
-_SPANS = 4
+# The lag of neighbouring frames, and the number of larger lags at which differences are taken: of
+# more the mean is the same.
+_NEIGHBOURS, _LAGS = 1, 4
 # Most recordings are filtered or interpolated, so that neighbouring frames have the same error.
 # Errors so far apart [s] are nearly independent after filters of 4 Hz and above. Of the spans the
 # one with the least noise, as motion that the rig does not explain grows with the span. Chosen of
@@ -71,16 +78,16 @@ def white_noise(values: FloatArray) -> float:
     return typical_deviation(np.diff(values, 3, axis=0)) if len(values) >= 4 else 0.0
 
 
-def frames_apart(times: FloatArray) -> tuple[int, ...]:
-    """Return numbers of frames at `times` (F,) [s] between which errors are independent.
+def independent_lags(times: FloatArray) -> tuple[int, ...]:
+    """Return the lags, in frames at `times` (F,) [s], at which errors are independent.
 
     Also where a filter or interpolation made neighbouring frames alike.
     """
     step = frame_step(times)
     if step <= 0.0:
-        return (1,)
+        return (_NEIGHBOURS,)
     least, most = (max(round(span / step), 1) for span in _INDEPENDENT)
-    return tuple(np.unique(np.linspace(least, most, _SPANS).round().astype(int)).tolist())
+    return tuple(np.unique(np.linspace(least, most, _LAGS).round().astype(int)).tolist())
 
 
 def typical_deviation(differences: FloatArray) -> float:
@@ -93,21 +100,21 @@ def typical_deviation(differences: FloatArray) -> float:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Unexplained:
-    """The part of the displacements of a take that neither weights nor pose explain.
+class ResidualSpace:
+    """The space of displacements that neither weights nor head pose explain.
 
     Attributes
     ----------
     basis : (N, R) float64
-        Orthonormal, of the unexplained space if all markers are visible.
+        Orthonormal basis of the space if all markers are visible.
     seen : (F, N) bool
         Coordinates that were observed.
     frames : (K,) int64
         Frames that are used.
     hidden : HiddenDirections
         What is occluded in these frames.
-    apart : tuple of int
-        After so many frames errors are independent (`frames_apart`).
+    lags : tuple of int
+        Frames after which errors are independent (`independent_lags`).
     windows : dict of int to _Windows
         What is occluded in third differences, as far as noise has been measured: rounds measure
         that of the same frames again.
@@ -117,25 +124,25 @@ class Unexplained:
     seen: BoolArray
     frames: IntArray
     hidden: HiddenDirections
-    apart: tuple[int, ...] = (1,)
+    lags: tuple[int, ...] = (_NEIGHBOURS,)
     windows: dict[int, "_Windows"] = field(default_factory=dict, init=False, repr=False)
 
     @classmethod
     def of(
-        cls, explained: FloatArray, seen: BoolArray, apart: tuple[int, ...] = (1,)
-    ) -> "Unexplained":
-        """Return the part beyond the span of `explained` (K, N), for coordinates `seen` (F, N)."""
+        cls, explained: FloatArray, seen: BoolArray, lags: tuple[int, ...] = (_NEIGHBOURS,)
+    ) -> "ResidualSpace":
+        """Return the complement of the span of `explained` (K, N), of coordinates `seen` (F, N)."""
         turned, values, _ = np.linalg.svd(explained.T, full_matrices=True)
         rank = int((values > NOTHING * values.max(initial=0.0)).sum())
         basis = turned[:, rank:]
         if seen.all() or not basis.size:
             none = HiddenDirections.of(basis, np.ones_like(seen))
-            return cls(basis, seen, np.arange(len(seen)), none, apart)
+            return cls(basis, seen, np.arange(len(seen)), none, lags)
         most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
         frames = np.flatnonzero(seen.any(axis=1))
         while len(visibility_patterns(seen[frames])[0]) > most:
             frames = frames[::2]
-        return cls(basis, seen, frames, HiddenDirections.of(basis, seen[frames]), apart)
+        return cls(basis, seen, frames, HiddenDirections.of(basis, seen[frames]), lags)
 
     @classmethod
     def beside_head(
@@ -144,9 +151,9 @@ class Unexplained:
         rigid: FloatArray,
         rest: FloatArray,
         seen: BoolArray,
-        apart: tuple[int, ...],
-    ) -> "Unexplained":
-        """Return the part that neither blend shapes nor small head motions explain.
+        lags: tuple[int, ...],
+    ) -> "ResidualSpace":
+        """Return the complement of blend shapes and small head motions.
 
         Parameters
         ----------
@@ -156,11 +163,11 @@ class Unexplained:
             Orthonormal head motions; (N, 0) of a head that is known.
         rest : (M, 3) float64 [m]
             The markers at rest.
-        seen, apart
+        seen, lags
             As the attributes.
         """
         turn = np.sqrt(len(rest)) * rms_radius(rest)
-        return cls.of(np.vstack([directions, turn * rigid.T]), seen, apart)
+        return cls.of(np.vstack([directions, turn * rigid.T]), seen, lags)
 
     def squares(self, observed: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the mean square [m^2] of frames, and its degrees of freedom: (K,), (K,).
@@ -177,18 +184,18 @@ class Unexplained:
     def noise(self, observed: FloatArray) -> float:
         """Estimate the noise of marker coordinates: standard deviation [m].
 
-        White noise is the same between neighbouring frames and between those `apart`; that of a
+        White noise is the same between neighbouring frames and at the larger `lags`; that of a
         filtered or interpolated take is larger between the latter. Of few markers, whose
         displacements weights and pose explain all, it is that of the displacements themselves:
-        their slow motion is dropped like misfit. 0 if there are too few frames to tell.
+        their slow motion is dropped like misfit. 0 if there are too few frames.
         `observed` as in `squares`.
         """
         if len(observed) < 4:
             return 0.0
-        found = self._unexplained_noise(observed, 1) if self.basis.shape[1] else None
+        found = self._unexplained_noise(observed, _NEIGHBOURS) if self.basis.shape[1] else None
         if found is None:
             return white_noise(np.where(self.seen, observed, np.nan))
-        others = [self._unexplained_noise(observed, apart) for apart in self.apart]
+        others = [self._unexplained_noise(observed, lag) for lag in self.lags]
         return max(found, min((other for other in others if other is not None), default=0.0))
 
     def least_misfit(self, observed: FloatArray, noise: float) -> float:
@@ -196,48 +203,46 @@ class Unexplained:
 
         `observed` as in `squares`, `noise` [m] as estimated from it.
         """
-        if self.apart == (1,) or not self.basis.shape[1]:
+        if self.lags == (_NEIGHBOURS,) or not self.basis.shape[1]:
             return 0.0
-        white = self._unexplained_noise(observed, 1)
+        white = self._unexplained_noise(observed, _NEIGHBOURS)
         if white is None:  # then noise is estimated as white
             return 0.0
         return float(np.sqrt(2.0 * _UNCERTAIN * max(noise**2 - white**2, 0.0)))
 
-    def _unexplained_noise(self, observed: FloatArray, apart: int) -> float | None:
+    def _unexplained_noise(self, observed: FloatArray, lag: int) -> float | None:
         """Return the noise of the unexplained part; None where gaps leave nothing of it.
 
-        Of frames that are `apart` from each other. As `white_noise`, by the median length of third
+        By differences of frames at this lag. As `white_noise`, by the median length of third
         differences, or where these span motion by that of the stillest frames (`_STILL`): unlike
         the median of their coordinates it is the same in every basis, whatever the order of markers
         and blend shapes.
         """
-        if len(observed) <= 3 * apart:
+        if len(observed) <= 3 * lag:
             return None
         rest = observed @ self.basis
-        first, second, third, fourth = (
-            rest[k * apart : len(rest) - (3 - k) * apart] for k in range(4)
-        )
+        first, second, third, fourth = (rest[k * lag : len(rest) - (3 - k) * lag] for k in range(4))
         differences = fourth - first + 3.0 * (second - third)
-        windows = self._windows_of(apart)
+        windows = self._windows_of(lag)
         sums, count = windows.hidden.squares(differences[windows.frames])
         enough = count > 0
         if not enough.any():
             return None
         # A quantile of a sum of squares of as many normal numbers. The stillest of n frames is that
-        # of 1 / (n + 1), so of few no smaller one can be told.
-        share = 0.5 if apart == 1 else max(_STILL, 1.0 / (np.count_nonzero(enough) + 1))
+        # of 1 / (n + 1), so few frames give no smaller quantile.
+        share = 0.5 if lag == _NEIGHBOURS else max(_STILL, 1.0 / (np.count_nonzero(enough) + 1))
         variances = sums[enough] / chdtri(count[enough], 1.0 - share)
         return float(np.sqrt(np.quantile(variances, share, method="weibull") / _THIRD))
 
-    def _windows_of(self, apart: int) -> "_Windows":
-        """Return what third differences of frames that are `apart` show."""
-        if apart not in self.windows:
-            four = np.lib.stride_tricks.sliding_window_view(self.seen, 3 * apart + 1, axis=0)
-            seen: BoolArray = np.asarray(four[..., ::apart].all(axis=-1))
+    def _windows_of(self, lag: int) -> "_Windows":
+        """Return what third differences of frames that are a `lag` show."""
+        if lag not in self.windows:
+            four = np.lib.stride_tricks.sliding_window_view(self.seen, 3 * lag + 1, axis=0)
+            seen: BoolArray = np.asarray(four[..., ::lag].all(axis=-1))
             used = self.frames[self.frames < len(seen)]
             used = used[seen[used].any(axis=1)]
-            self.windows[apart] = _Windows(used, HiddenDirections.of(self.basis, seen[used]))
-        return self.windows[apart]
+            self.windows[lag] = _Windows(used, HiddenDirections.of(self.basis, seen[used]))
+        return self.windows[lag]
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
         """Estimate by how much face and rig differ.
@@ -252,14 +257,16 @@ class Unexplained:
         -------
         float [m]
             RMS over the coordinates of an expressive frame. Where noise explains it all, a share of
-            what the take could not tell from 0; 0 without noise.
+            what the take cannot distinguish from 0; 0 without noise.
         """
         squares, count = self.squares(observed)
         if not len(squares):
             return 0.0
-        of_noise = noise**2 * chdtri(count, 1.0 - MOST) / count
-        untold = _UNTOLD * noise**2 * float(np.sqrt(2.0 / count.sum()))
-        return float(np.sqrt(max(untold, float(np.quantile(squares - of_noise, MOST)))))
+        of_noise = noise**2 * chdtri(count, 1.0 - EXPRESSIVE_QUANTILE) / count
+        least = _LEAST_MISFIT * noise**2 * float(np.sqrt(2.0 / count.sum()))
+        return float(
+            np.sqrt(max(least, float(np.quantile(squares - of_noise, EXPRESSIVE_QUANTILE))))
+        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)

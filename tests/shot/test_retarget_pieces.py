@@ -1,0 +1,167 @@
+"""A take in pieces: with the same estimates every frame has the weights of the whole."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from curved_world import make_curved_world
+from worlds import World, make_world
+
+from usdface.errors import InputError, SolveError
+from usdface.io.mapped_arrays import MappedArrays
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
+from usdface.shot import retarget_pieces
+from usdface.shot.join_pieces import join
+from usdface.shot.retarget import retarget
+from usdface.shot.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
+from usdface.shot.shot import Shot, SolvedShot
+from usdface.takes import MarkerTake, WeightsTake
+
+FRAMES, NEUTRAL = 900, 12
+ORDER = np.concatenate([np.zeros(NEUTRAL, int), np.resize(np.arange(40), FRAMES - NEUTRAL)])
+
+
+@dataclass
+class Solved:
+    shot: Shot
+    cuts: PieceCuts
+    known: EstimatedTake
+    whole: SolvedShot
+
+    def read(self, frames: np.ndarray) -> Shot:
+        return part(self.shot, frames)
+
+
+@pytest.fixture(scope="module")
+def solved() -> Iterator[Solved]:
+    """The world's motion again and again, with noise, occluded markers and a spike."""
+    world = make_world()
+    chance = np.random.default_rng(3)
+    noise = 2e-4 * chance.standard_normal((FRAMES, *world.take.positions.shape[1:]))
+    positions = world.take.positions[ORDER] + noise
+    for number, first in enumerate(range(30, FRAMES - 20, 50)):
+        positions[first : first + 9, number % 20] = np.nan
+    positions[700, 2] += 0.05
+    shot = shot_of(world, positions)
+    with pytest.MonkeyPatch.context() as patch:
+        for name, value in (("BLOCK", 128), ("BLOCKS", 3), ("STRETCH", 24), ("STRETCHES", 6)):
+            patch.setattr(retarget_pieces, f"_{name}", value)
+        cuts = PieceCuts.of(FRAMES)
+        known = estimated(shot, cuts)
+        whole = solve_cut(lambda frames: part(shot, frames), cuts, 0, FRAMES, known)
+        yield Solved(shot, cuts, known, whole)
+
+
+def shot_of(world: World, positions: np.ndarray) -> Shot:
+    blink = np.linspace(0.0, 1.0, len(positions))
+    times = np.arange(len(positions)) / 30.0
+    take = MarkerTake(world.take.names, times, positions, 30.0, blink=blink)
+    binding = Binding(tuple(world.points), np.array(list(world.points.values())), "head")
+    setup = RetargetSetup(binding, neutral=(0, 3), nose_tip="nose")
+    return Shot(world.rig, take, setup)
+
+
+def part(shot: Shot, frames: np.ndarray) -> Shot:
+    take = shot.take
+    assert isinstance(take, MarkerTake)
+    return replace(shot, take=take.with_frames(frames))
+
+
+def estimated(shot: Shot, cuts: PieceCuts) -> EstimatedTake:
+    blocks = cuts.blocks_over(0, cuts.frames)
+    return estimate_shot([(a, part(shot, np.arange(a, b))) for a, b in blocks], cuts)
+
+
+@pytest.mark.slow
+def test_pieces_have_the_weights_of_the_whole(solved: Solved, tmp_path: Path) -> None:
+    cuts, known, whole = solved.cuts, solved.known, solved.whole
+    assert len(cuts) == 3
+    pieces = [solve_cut(solved.read, cuts, *cuts.piece(k), known) for k in range(len(cuts))]
+    joined = join(pieces, known, MappedArrays(tmp_path))
+    for field in ("feature_points", "residual", "distances"):
+        np.testing.assert_allclose(
+            getattr(joined.solution, field), getattr(whole.solution, field), atol=1e-9, rtol=0
+        )
+    np.testing.assert_allclose(joined.weights.weights, whole.weights.weights, atol=1e-9, rtol=0)
+    assert isinstance(joined.take, MarkerTake) and isinstance(whole.take, MarkerTake)
+    np.testing.assert_array_equal(joined.take.positions, whole.take.positions)
+    np.testing.assert_array_equal(joined.weights.times, solved.shot.take.times)
+    np.testing.assert_array_equal(joined.take.blink, solved.shot.take.blink)
+    assert joined.repairs == join([whole], known, MappedArrays(tmp_path)).repairs
+    assert joined.findings == join([whole], known, MappedArrays(tmp_path)).findings
+    codes = {found.code for found in joined.findings}
+    assert {"MARKER_SPIKE", "MARKER_FILLED", "MARKER_OCCLUDED", "TAKE_SAMPLED"} <= codes
+
+
+@pytest.mark.slow
+def test_without_overlap_they_have_not(solved: Solved) -> None:
+    first, end = solved.cuts.piece(1)
+    alone = solve_cut(solved.read, solved.cuts, first, end, replace(solved.known, overlap=0))
+    away = np.abs(alone.weights.weights - solved.whole.weights.weights[first:end]).max(axis=1)
+    assert away[0] > 1e-6 and away[-1] > 1e-6
+    reach = solved.known.overlap
+    assert away[reach:-reach].max(initial=0.0) < 1e-9
+
+
+@pytest.mark.slow
+def test_a_piece_in_which_the_face_is_out_of_sight_has_the_pose_beside_it(
+    solved: Solved, tmp_path: Path
+) -> None:
+    first, end = solved.cuts.piece(1)
+    known = replace(solved.known, overlap=32)
+    take = solved.shot.take
+    assert isinstance(take, MarkerTake)
+    positions = take.positions.copy()
+    positions[first - 128 : end + 128] = np.nan
+    left = replace(solved, shot=replace(solved.shot, take=replace(take, positions=positions)))
+    pieces = [solve_cut(left.read, left.cuts, *left.cuts.piece(k), known) for k in range(3)]
+    joined = join(pieces, known, MappedArrays(tmp_path))
+    assert joined.solution is not None and np.isfinite(joined.weights.weights).all()
+    turns = joined.solution.pose.rotations
+    np.testing.assert_array_equal(turns[first], turns[first - 129])
+    np.testing.assert_array_equal(turns[end], turns[end + 128])
+    codes = {found.code for found in joined.findings}
+    assert {"HEAD_MARKERS_FEW", "FRAME_UNSOLVED"} <= codes
+
+
+@pytest.mark.slow
+def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: Solved) -> None:
+    truth = make_world().weights[ORDER]
+    usual = retarget(solved.shot).solved
+    errors = [
+        np.sqrt(((weights.weights - truth) ** 2).mean())
+        for weights in (solved.whole.weights, usual)
+    ]
+    assert errors[0] < 1.3 * errors[1], errors  # of a sixth of the frames
+
+
+@pytest.mark.slow
+def test_cuts_cover_the_take_and_do_not_part_a_block(solved: Solved) -> None:
+    for frames in (1, 63, 64, 65, 128, 191, 192, 193, 1500, 5000):
+        cuts = PieceCuts.of(frames)
+        assert cuts.pieces[0] == cuts.blocks[0] == 0
+        assert cuts.pieces[-1] == cuts.blocks[-1] == frames
+        assert set(cuts.pieces) <= set(cuts.blocks)
+        assert (np.diff(cuts.blocks) > 0).all() and np.diff(cuts.blocks).max() < 2 * 128
+        neutral = min(3, frames - 1), min(40, frames - 1)
+        sample = cuts.sample(neutral)
+        assert (np.diff(sample) > 0).all() and sample[-1] == frames - 1
+        assert set(range(neutral[0], neutral[1] + 1)) <= set(sample.tolist())
+
+
+@pytest.mark.slow
+def test_what_is_not_solved_in_pieces_is_refused(solved: Solved) -> None:
+    weights = WeightsTake(("jawOpen",), np.arange(9.0), np.zeros((9, 1)))
+    with pytest.raises(InputError, match="as a whole"):
+        estimate_shot([(0, replace(solved.shot, take=weights))], PieceCuts.of(9))
+    take = solved.shot.take
+    assert isinstance(take, MarkerTake)
+    image = replace(take, positions=take.positions[..., :2])
+    with pytest.raises(InputError, match="image points"):
+        estimate_shot([(0, replace(solved.shot, take=image))], PieceCuts.of(FRAMES))
+    curved = make_curved_world()
+    with pytest.raises(SolveError, match="inbetweens"):
+        estimated(shot_of(curved, curved.take.positions), PieceCuts.of(40))

@@ -1,0 +1,1 @@
+"""Numerics that know nothing of faces: blocks of frames, ramps, maxima, visibility patterns."""

@@ -1,0 +1,193 @@
+"""The correction of a solved shot: expressions blended in, then eyes and lips closed."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.blas_threads import one_blas_thread
+from usdface.blend_shape_evaluator import with_combinations
+from usdface.closure.closure_layer import Closure, close_eyes_and_lips
+from usdface.correction.expression_layer import Correction, express
+from usdface.correction.feature_extraction import sided_features
+from usdface.correction.gains import Gains
+from usdface.errors import InputError, did_you_mean
+from usdface.face.bound_face import BoundFace
+from usdface.findings import Finding, finding
+from usdface.hooks import Hook, run_hooks
+from usdface.numerics.solve_errors import solve_errors
+from usdface.options import ProcessOptions
+from usdface.progress import OnProgress, Progress
+from usdface.retarget.pins import faded_at_pins
+from usdface.shot.shot import Shot, ShotResult
+from usdface.takes import MarkerTake
+
+__all__ = ["check_gains", "correct", "correct_solved", "with_gains"]
+
+
+@one_blas_thread()
+@solve_errors()
+def correct(
+    result: ShotResult,
+    *,
+    options: ProcessOptions = ProcessOptions(),
+    hooks: Sequence[Hook] = (),
+    on_progress: OnProgress | Progress | None = None,
+) -> ShotResult:
+    """Correct the solved weights of a shot again, with other options: nothing is solved.
+
+    Parameters
+    ----------
+    result : ShotResult
+        An earlier correction in it is replaced.
+    options : ProcessOptions
+        `express`, `closure`, `gains` and `trace` have an effect.
+    hooks : sequence of Hook, optional
+    on_progress : callable, optional
+        Called with each `Step`; an exception from it ends the job.
+
+    Returns
+    -------
+    ShotResult
+        With the findings of the correction alone.
+
+    Raises
+    ------
+    InputError
+        If the shot has no emotion that a gain names.
+    PluginError
+        If a hook fails.
+
+    Examples
+    --------
+    >>> result = usdface.process("examples/shot.usda").value
+    >>> without_joy = usdface.correct(
+    ...     result, options=usdface.ProcessOptions(gains={"joy": 0.0})
+    ... )
+    >>> smile = result.weights.names.index("mouthSmileLeft")
+    >>> bool((without_joy.weights.weights[:, smile] <= result.weights.weights[:, smile]).all())
+    True
+    """
+    return correct_solved(result, options, hooks, Progress.of(on_progress))
+
+
+def correct_solved(
+    result: ShotResult,
+    options: ProcessOptions,
+    hooks: Sequence[Hook],
+    progress: Progress,
+) -> ShotResult:
+    """Correct as `correct`, with the progress of a job."""
+    shot = with_gains(result.shot, options.gains)
+    result = replace(result, shot=shot, corrected=None, closure=None, trace=None)
+    face = shot.face
+    findings: list[Finding] = []
+    if options.express and (shot.system is None or not shot.expressions):
+        findings.append(finding("EXPRESS_SKIPPED", "", missing="system"))
+    elif options.express:
+        with progress.step("express"):
+            expressed = _express(face, result, trace=options.trace)
+            findings += expressed.findings
+            weights, new_findings = _after_correction(result, expressed, hooks)
+            findings += new_findings
+            result = replace(result, corrected=weights, trace=expressed.trace)
+    if options.closure:
+        with progress.step("closure"):
+            closure = _close(face, result)
+            findings += closure.findings if closure else ()
+            result = replace(result, closure=closure)
+    return replace(result, findings=tuple(findings))
+
+
+def _after_correction(
+    result: ShotResult, expressed: Correction, hooks: Sequence[Hook]
+) -> tuple[FloatArray, list[Finding]]:
+    """Return corrected weights with pins, combinations and hooks."""
+    shot, solved = result.shot, result.solved
+    pinned = faded_at_pins(
+        shot.setup.pins, solved.names, solved.times, solved.weights, expressed.weights
+    )
+    combined = with_combinations(shot.mesh, solved.names, pinned)
+    corrected = replace(solved, weights=combined)
+    corrected, findings = run_hooks(hooks, "weights_corrected", corrected, shot)
+    return corrected.weights, findings
+
+
+def check_gains(shot: Shot, gains: Mapping[str, float]) -> None:
+    """Refuse gains of emotions that a shot does not have.
+
+    Raises
+    ------
+    InputError
+        If the shot has no emotion of that name.
+    """
+    emotions = [expression.name for expression in shot.expressions]
+    for name in gains:
+        if name not in emotions:
+            raise InputError(
+                f"there is no emotion {name!r}{did_you_mean(name, emotions)}; the shot has "
+                f"{', '.join(emotions) or 'none'}",
+                "SETTING_WRONG",
+            )
+
+
+def with_gains(shot: Shot, gains: Mapping[str, float]) -> Shot:
+    """Return the shot with other gains of some emotions; raises as `check_gains`."""
+    if not gains:
+        return shot
+    check_gains(shot, gains)
+    present = shot.gains
+    if present is None:
+        present = Gains.constant(shot.system.gain if shot.system else 1.0, shot.expressions)
+    changed = {name: np.array([float(gain)]) for name, gain in gains.items()}
+    return replace(shot, gains=replace(present, emotions={**present.emotions, **changed}))
+
+
+def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
+    shot = result.shot
+    assert shot.system is not None
+    features = sided_features(
+        shot.system,
+        face,
+        shot.take,
+        weights=result.solved,
+        solution=result.solution,
+        sides=face.layout.sides,
+        expressions=shot.expressions,
+        pins=shot.setup.pins,
+    )
+    return express(
+        shot.system,
+        features,
+        face,
+        names=result.solved.names,
+        weights=result.solved.weights,
+        expressions=shot.expressions,
+        gains=shot.gains,
+        times=shot.take.times,
+        trace=trace,
+    )
+
+
+def _close(face: BoundFace, result: ShotResult) -> Closure | None:
+    solve, gaps = result.solve, None
+    # A base adds blend shapes, without which the lids were measured.
+    if solve is not None and result.solved.names == solve.weights.names:
+        gaps = solve.lids
+    take = result.shot.take
+    closure = close_eyes_and_lips(
+        face,
+        result.solved,
+        result.weights.weights,
+        solution=result.solution,
+        pins=result.shot.setup.pins,
+        options=result.shot.setup.closure,
+        gaps=gaps,
+        performed=result.performed,
+        blink=take.blink if isinstance(take, MarkerTake) else None,
+    )
+    if closure is None:
+        return None
+    complete = with_combinations(face.mesh, result.solved.names, closure.weights)
+    return replace(closure, weights=complete)

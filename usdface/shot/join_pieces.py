@@ -1,0 +1,119 @@
+"""The pieces of a take joined: rows in files, repairs that a cut split, findings of all frames."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from usdface.arrays import BoolArray, FloatArray
+from usdface.cleanup.repairs import Repair, repair_findings
+from usdface.closure.mistracked_lids import MistrackedLid, joined_lids, mistracked_findings
+from usdface.findings import Finding
+from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
+from usdface.retarget.first_pose import head_markers_few
+from usdface.retarget.solution import Solution
+from usdface.retarget.usable_markers import occlusions, unsolved_frames
+from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.shot import SolvedShot
+from usdface.takes import MarkerTake
+
+__all__ = ["RowArrays", "join"]
+
+
+class RowArrays(Protocol):
+    """Arrays that grow by rows, as `usdface.io.mapped_arrays.MappedArrays`."""
+
+    def append(self, name: str, rows: FloatArray) -> None:
+        """Add rows to an array."""
+
+    def mapped(self, name: str) -> FloatArray:
+        """Return an array of all its rows, read-only."""
+
+
+def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) -> SolvedShot:
+    """Join the pieces of a take.
+
+    Parameters
+    ----------
+    pieces : iterable of SolvedShot
+        All of them, in order; each is freed before the next is taken.
+    known : EstimatedTake
+    arrays : RowArrays
+        The rows of the result.
+    """
+    last = None
+    repairs: list[Repair] = []
+    lids: list[MistrackedLid] = []
+    for piece in pieces:
+        take, solution = piece.take, piece.solution
+        assert isinstance(take, MarkerTake) and solution is not None
+        for name, part in (
+            ("times", take.times),
+            ("positions", take.positions),
+            ("weights", solution.weights.weights),
+            ("rotations", solution.pose.rotations),
+            ("translations", solution.pose.translations),
+            ("residual", solution.residual),
+            ("feature_points", solution.feature_points),
+            ("distances", solution.distances),
+        ):
+            arrays.append(name, part)
+        if take.blink is not None:
+            arrays.append("blink", take.blink)
+        repairs += piece.repairs
+        lids += piece.mistracked
+        last = take, solution
+    assert last is not None
+    take, solution = last
+    take = replace(
+        take,
+        times=arrays.mapped("times"),
+        positions=arrays.mapped("positions"),
+        blink=None if take.blink is None else arrays.mapped("blink"),
+    )
+    weights = replace(solution.weights, times=take.times, weights=arrays.mapped("weights"))
+    pose = Pose(arrays.mapped("rotations"), arrays.mapped("translations"))
+    distances = arrays.mapped("distances")
+    whole = replace(
+        solution,
+        weights=weights,
+        pose=pose.bridged(_posed(distances)),
+        residual=arrays.mapped("residual"),
+        feature_points=arrays.mapped("feature_points"),
+        distances=distances,
+    )
+    mended, mistracked = _mended(repairs), joined_lids(lids)
+    own = (*repair_findings(mended), *mistracked_findings(mistracked))
+    findings = (*own, *known.findings, *_of_all_frames(whole, take))
+    return SolvedShot(take, weights, whole, mended, findings, known.lids, mistracked)
+
+
+def _of_all_frames(solution: Solution, take: MarkerTake) -> list[Finding]:
+    """Return the findings that count frames."""
+    seen = ~np.isnan(solution.distances)
+    found = occlusions(solution.markers, (~seen).sum(axis=0), len(seen))
+    found += head_markers_few(_posed(solution.distances), take.source)
+    return found + unsolved_frames(seen, take.source)
+
+
+def _posed(distances: FloatArray) -> BoolArray:
+    """Return the frames (F,) with a pose: others have distances (F, B) of no marker."""
+    return np.asarray((~np.isnan(distances)).sum(axis=1) >= POSE_MARKERS)
+
+
+def _mended(repairs: Sequence[Repair]) -> tuple[Repair, ...]:
+    """Return repairs by kind, marker and frame; those that a cut split are merged."""
+    kinds = ("swap", "spike", "fill")
+    done: list[Repair] = []
+    for repair in sorted(repairs, key=lambda r: (kinds.index(r.kind), r.marker, r.first)):
+        last = done[-1] if done else None
+        if last and (last.kind, last.marker, last.last + 1) == (
+            repair.kind,
+            repair.marker,
+            repair.first,
+        ):
+            done[-1] = replace(last, last=repair.last)
+        else:
+            done.append(repair)
+    return tuple(done)

@@ -1,0 +1,321 @@
+"""A take that is too long for memory: estimated from a sample, solved in pieces, joined.
+
+Estimates for all frames, the neutral, places, space map, noise and covariance of the weights, come
+from segments spread over the take. Given these, each frame depends on nearby ones alone: a piece
+with a sufficient overlap has the weights of the whole. Markers are cleaned in blocks that do not
+depend on the pieces.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from usdface.arrays import BoolArray, IntArray
+from usdface.cleanup.clean import Cleaned
+from usdface.cleanup.repairs import Repair
+from usdface.closure.lid_gaps import Eye, LidGaps
+from usdface.closure.mistracked_lids import (
+    MistrackedLid,
+    lid_pairs,
+    lid_reach,
+    mistracked_lids,
+    with_replaced_lids,
+)
+from usdface.errors import InputError
+from usdface.face.bound_face import BoundFace
+from usdface.findings import Finding, finding
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.solution import Solution
+from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
+from usdface.retarget.solve_take import estimate_take
+from usdface.retarget.take_estimates import TakeEstimates
+from usdface.retarget_take import clean, solver_input
+from usdface.setup.retarget_setup import RetargetSetup
+from usdface.shot.shot import Shot, SolvedShot
+from usdface.shot.solve import Solved, TakeSolver, checked_lids, solve_with_replaced_lids
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["EstimatedTake", "PieceCuts", "ReadFrames", "estimate_shot", "solve_cut"]
+
+# Frames that are cleaned together, two minutes at 30 Hz, and blocks of a piece: 1 GB while it is
+# solved, with 68 markers and 53 blend shapes.
+_BLOCK = 4096
+_BLOCKS = 4
+# Segments of the sample, and frames of each.
+_STRETCHES = 16
+_STRETCH = 1024
+
+
+ReadFrames = Callable[[IntArray], Shot]
+"""Returns a shot with some frames of its take, by indices in ascending order."""
+
+# Findings of the sample that are about its frames; those of all frames are counted at the end.
+_OF_FRAMES = ("MARKER_OCCLUDED", "HEAD_MARKERS_FEW", "FRAME_UNSOLVED", "PIN_IGNORED")
+
+
+@dataclass(frozen=True, slots=True)
+class PieceCuts:
+    """The places where a take is cut.
+
+    Attributes
+    ----------
+    frames : int
+        Of the take.
+    blocks : tuple of int
+        First frames of the blocks of the clean-up, and the end.
+    pieces : tuple of int
+        The same of the pieces, whose ends are ends of blocks.
+    """
+
+    frames: int
+    blocks: tuple[int, ...]
+    pieces: tuple[int, ...]
+
+    @classmethod
+    def of(cls, frames: int) -> "PieceCuts":
+        """Return the cuts of a take; its last block has half a block at least."""
+        blocks = list(range(0, max(1, frames - _BLOCK // 2), _BLOCK))
+        return cls(frames, (*blocks, frames), (*blocks[::_BLOCKS], frames))
+
+    def piece(self, number: int) -> tuple[int, int]:
+        """Return first frame and end of a piece."""
+        return self.pieces[number], self.pieces[number + 1]
+
+    def __len__(self) -> int:
+        """Return the number of pieces."""
+        return len(self.pieces) - 1
+
+    def blocks_over(self, first: int, end: int) -> Iterator[tuple[int, int]]:
+        """Yield first frame and end of the blocks that frames from `first` to `end` lie in."""
+        for start, stop in pairwise(self.blocks):
+            if start < end and stop > first:
+                yield start, stop
+
+    def reached(self, first: int, end: int, reach: int) -> tuple[int, int]:
+        """Return first frame and end of frames with `reach` more on both sides."""
+        return max(0, first - reach), min(self.frames, end + reach)
+
+    def sample(self, neutral: tuple[int, int] | None) -> IntArray:
+        """Return the frames that estimates come from: stretches, and the neutral frames."""
+        wanted = np.zeros(self.frames, dtype=bool)
+        if self.frames <= _STRETCHES * _STRETCH:
+            wanted[:] = True
+        for start in np.linspace(0, max(0, self.frames - _STRETCH), _STRETCHES).astype(int):
+            wanted[start : start + _STRETCH] = True
+        if neutral is not None:
+            wanted[neutral[0] : neutral[1] + 1] = True
+        return np.flatnonzero(wanted)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class EstimatedTake:
+    """The estimates of a take, and how far its pieces overlap.
+
+    Attributes
+    ----------
+    estimates : TakeEstimates
+    overlap : int
+        Frames that a piece needs beyond each of its ends.
+    findings : tuple of Finding
+    lids : mapping of "left", "right" to LidGaps, or None
+        Of the character, by which lid markers are judged.
+    judged : int
+        Frames beyond the overlap by which lid markers are judged; 0 where they cannot be.
+    tracked : TakeEstimates or None
+        With the mistracked lids of the sample, as the first solve of a whole take has them: a
+        piece is judged by these. None where the sample has none: then by `estimates`.
+    """
+
+    estimates: TakeEstimates
+    overlap: int
+    findings: tuple[Finding, ...]
+    lids: Mapping[Eye, LidGaps] | None = None
+    judged: int = 0
+    tracked: TakeEstimates | None = None
+
+    @property
+    def reach(self) -> int:
+        """Frames that a piece reads beyond each of its ends."""
+        return self.overlap + self.judged
+
+
+def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> EstimatedTake:
+    """Return the estimates of a take from its sample.
+
+    Parameters
+    ----------
+    parts : sequence of (int, Shot)
+        First frame and frames of each block in which the sample has frames, in ascending order.
+    cuts : PieceCuts
+
+    Raises
+    ------
+    InputError
+        If the take is one of weights.
+    SolveError
+        If the markers do not determine an answer, or the shapes are not linear.
+    """
+    shot = parts[0][1]
+    if _marker_take(shot.take).dimension == 2:
+        raise InputError(
+            "a take of image points is not solved in pieces, since its camera is found from all "
+            "frames; process it as a whole",
+            "TAKE_KIND_WRONG",
+        )
+    neutral = shot.setup.neutral
+    wanted = cuts.sample(neutral)
+    times, positions = [], []
+    for first, part in parts:
+        take, measured, _ = _cleaned(_marker_take(part.take), part.setup)
+        own = wanted[(wanted >= first) & (wanted < first + len(take.times))] - first
+        times.append(take.times[own])
+        positions.append(np.where(measured[own][..., None], take.positions[own], np.nan))
+    take = replace(
+        _marker_take(shot.take),
+        times=np.concatenate(times),
+        positions=np.concatenate(positions),
+        blink=None,  # eyes close in the joined take
+    )
+    if neutral is not None:
+        first, last = np.searchsorted(wanted, neutral).tolist()
+        neutral = (first, last)
+    known = _estimated(take, shot.face, replace(shot.setup, neutral=neutral))
+    if len(wanted) < cuts.frames:
+        message = (
+            "neutral, places, map, noise and covariance come from {sample_count} of {frame_count} "
+            "frames; pieces of {piece_count} frames overlap by {overlap_count} on both sides"
+        )
+        size = cuts.pieces[1] - cuts.pieces[0]
+        counts = len(wanted), cuts.frames, size, known.overlap
+        sampled = finding("TAKE_SAMPLED", take.source, message, *counts)
+        known = replace(known, findings=(*known.findings, sampled))
+    return known
+
+
+def _estimated(sample: MarkerTake, face: BoundFace, setup: RetargetSetup) -> EstimatedTake:
+    """Return the estimates from a sample, without the lids that are mistracked in it."""
+    given = replace(setup, pins=())
+    sample, given, surface, findings = solver_input(sample, face, given, None, None)
+    skin, names = surface.skin, face.shape_names
+
+    def estimated(take: MarkerTake) -> tuple[TakeEstimates, list[Finding]]:
+        estimates, found = estimate_take(
+            take, skin.rest, skin.offsets, names, given, skin.marker_evaluator, surface=surface
+        )
+        return settled(take, estimates, names, given), found
+
+    estimates, found = estimated(sample)
+    overlap = overlap_frames(sample, estimates, names, setup)
+    gaps, judged, tracked = checked_lids(face, setup), 0, None
+    if gaps is not None and len(gaps) == 2:
+        solution = solve_piece(sample, estimates, names, given)
+        contacts = face.with_contacts()
+        if lid_pairs(contacts, solution, gaps):
+            judged = lid_reach(sample.times)
+        lids = mistracked_lids(sample, contacts, solution, gaps, judged)
+        if lids:
+            tracked = estimates
+            estimates, found = estimated(with_replaced_lids(sample, lids))
+            overlap = max(overlap, overlap_frames(sample, estimates, names, setup))
+    findings += [each for each in found if each.code not in _OF_FRAMES]
+    return EstimatedTake(estimates, overlap, tuple(findings), gaps, judged, tracked)
+
+
+def solve_cut(
+    read: ReadFrames, cuts: PieceCuts, first: int, end: int, known: EstimatedTake
+) -> SolvedShot:
+    """Clean and solve frames of a take, from block to block, by its estimates.
+
+    Parameters
+    ----------
+    read : ReadFrames
+    cuts : PieceCuts
+    first, end : int
+        The frames; ends of blocks.
+    known : EstimatedTake
+    """
+    low, high = cuts.reached(first, end, known.reach)
+    blocks = list(cuts.blocks_over(low, high))
+    begin = blocks[0][0]
+    shot = read(np.arange(begin, blocks[-1][1]))
+    whole = _marker_take(shot.take)
+    cleaned = [
+        _cleaned(whole.with_frames(slice(a - begin, b - begin)), shot.setup) for a, b in blocks
+    ]
+    take = replace(whole, positions=np.concatenate([part.positions for part, _, _ in cleaned]))
+    measured = np.concatenate([seen for _, seen, _ in cleaned])
+    reach, core = slice(low - begin, high - begin), slice(first - low, end - low)
+    near = Cleaned(take.with_frames(reach), measured[reach], ())
+    solution, lids = _solved(near, shot, reach, known)
+    solution = _cut(solution, core)
+    repairs = tuple(
+        replace(repair, first=repair.first + start, last=repair.last + start)
+        for (start, stop), (_, _, found) in zip(blocks, cleaned, strict=True)
+        if first <= start and stop <= end
+        for repair in found
+    )
+    take = with_replaced_lids(near.take, lids).with_frames(core)
+    mistracked = tuple(lid.within(core, first) for lid in lids)
+    return SolvedShot(take, solution.weights, solution, repairs, mistracked=mistracked)
+
+
+def _solved(
+    near: Cleaned, shot: Shot, reach: slice, known: EstimatedTake
+) -> tuple[Solution, tuple[MistrackedLid, ...]]:
+    """Return the solution of cleaned frames, `reach` of the shot's, and its mistracked lids."""
+    setup = replace(shot.setup, neutral=None if shot.setup.neutral is None else (0, 0))
+    pins = tuple(
+        replace(pin, frames=pin.frames[inside] - reach.start, weights=pin.weights[inside])
+        for pin in setup.pins
+        for inside in [(pin.frames >= reach.start) & (pin.frames < reach.stop)]
+        if inside.any()
+    )
+    face = shot.face
+    take, setup, _, _ = solver_input(near.take, face, replace(setup, pins=pins), near, None)
+
+    def solve_by(estimates: TakeEstimates) -> TakeSolver:
+        def solved(take: MarkerTake) -> Solved:
+            solution = solve_piece(take, estimates, face.shape_names, setup)
+            return solution.weights, solution, []
+
+        return solved
+
+    tracked = solve_by(known.tracked or known.estimates)
+    corrected = solve_by(known.estimates) if known.tracked is not None else None
+    (_, solution, _), lids = solve_with_replaced_lids(
+        take, face, known.lids, known.judged, tracked, corrected
+    )
+    assert solution is not None
+    return solution, lids
+
+
+def _cleaned(
+    take: MarkerTake, setup: RetargetSetup
+) -> tuple[MarkerTake, BoolArray, tuple[Repair, ...]]:
+    """Return a block with cleaned markers, where they were measured, and the repairs."""
+    _, cleaned, _ = clean(take, setup)
+    assert cleaned is not None
+    return cleaned.take, cleaned.measured, cleaned.repairs
+
+
+def _cut(solution: Solution, inside: slice) -> Solution:
+    weights = solution.weights
+    return replace(
+        solution,
+        weights=replace(weights, times=weights.times[inside], weights=weights.weights[inside]),
+        pose=Pose(solution.pose.rotations[inside], solution.pose.translations[inside]),
+        residual=solution.residual[inside],
+        feature_points=solution.feature_points[inside],
+        distances=solution.distances[inside],
+    )
+
+
+def _marker_take(take: MarkerTake | WeightsTake) -> MarkerTake:
+    if isinstance(take, MarkerTake):
+        return take
+    raise InputError(
+        "a take of weights is not solved, so not in pieces; process it as a whole",
+        "TAKE_KIND_WRONG",
+    )

@@ -1,0 +1,158 @@
+"""The solve of a shot: its markers cleaned, its weights solved, mistracked lids replaced."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Protocol, TypeVar
+
+from usdface.cleanup.clean import Cleaned
+from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
+from usdface.closure.mistracked_lids import (
+    MistrackedLid,
+    lid_reach,
+    mistracked_findings,
+    mistracked_lids,
+    with_replaced_lids,
+)
+from usdface.content_digest import known_digest
+from usdface.face.bound_face import BoundFace
+from usdface.findings import Finding
+from usdface.hooks import Hook, run_hooks
+from usdface.progress import Progress
+from usdface.retarget.solution import Solution
+from usdface.retarget_take import clean, clean_inputs, solve
+from usdface.setup.retarget_setup import RetargetSetup
+from usdface.shot.shot import Shot, SolvedShot
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = [
+    "Solved",
+    "Stages",
+    "TakeSolver",
+    "Uncached",
+    "checked_lids",
+    "solve_shot",
+    "solve_with_replaced_lids",
+]
+
+ValueT = TypeVar("ValueT")
+Solved = tuple[WeightsTake, Solution | None, list[Finding]]
+TakeSolver = Callable[[MarkerTake], Solved]
+
+
+class Stages(Protocol):
+    """Where the values of stages come from, as `usdface.show.stage_cache.StageCache`."""
+
+    def stage(
+        self,
+        name: str,
+        inputs: object,
+        given: Mapping[str, object],
+        compute: Callable[[], ValueT],
+    ) -> ValueT:
+        """Return the value that `compute` returns."""
+
+
+class Uncached:
+    """Stages that are computed in each run."""
+
+    def stage(
+        self,
+        name: str,
+        inputs: object,
+        given: Mapping[str, object],
+        compute: Callable[[], ValueT],
+    ) -> ValueT:
+        """Return the value that `compute` returns."""
+        return compute()
+
+
+def solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress, stages: Stages) -> SolvedShot:
+    """Clean and solve the take of a shot.
+
+    Parameters
+    ----------
+    shot : Shot
+    hooks : sequence of Hook
+    progress : Progress
+    stages : Stages
+        Returns the value of "clean", kept or computed.
+    """
+    recorded = known_digest(replace(shot.take, source=""))
+    take, findings = run_hooks(hooks, "take_read", shot.take, shot)
+    shot = replace(shot, take=take)
+    face, setup = shot.face, shot.setup
+    with progress.step("clean"):
+        take, cleaned, new_findings = _clean(shot, stages)
+    findings += new_findings
+
+    def solved(take: MarkerTake | WeightsTake) -> Solved:
+        return solve(take, face, setup, cleaned=cleaned, progress=progress)
+
+    lids: tuple[MistrackedLid, ...] = ()
+    gaps = None
+    with progress.step("solve"):
+        if isinstance(take, MarkerTake):
+            gaps = checked_lids(face, setup)
+            reach = lid_reach(take.times)
+            answer, lids = solve_with_replaced_lids(take, face, gaps, reach, solved)
+            take = with_replaced_lids(take, lids)
+        else:
+            answer = solved(take)
+    weights, solution, new_findings = answer
+    findings += [*mistracked_findings(lids), *new_findings]
+    repairs = cleaned.repairs if cleaned else ()
+    return SolvedShot(take, weights, solution, repairs, tuple(findings), gaps, lids, recorded)
+
+
+def checked_lids(face: BoundFace, setup: RetargetSetup) -> Mapping[Eye, LidGaps] | None:
+    """Return the lids whose markers are checked; None where the take stays as it was tracked."""
+    return lid_gaps_of(face.with_contacts(), face.shape_names) if setup.clean.spikes else None
+
+
+def solve_with_replaced_lids(
+    take: MarkerTake,
+    face: BoundFace,
+    gaps: Mapping[Eye, LidGaps] | None,
+    reach: int,
+    tracked: TakeSolver,
+    corrected: TakeSolver | None = None,
+) -> tuple[Solved, tuple[MistrackedLid, ...]]:
+    """Solve a take, find mistracked lids by that solution, and solve it again with these replaced.
+
+    Parameters
+    ----------
+    take : MarkerTake
+        A whole one, or a piece.
+    face : BoundFace
+    gaps : mapping of "left", "right" to LidGaps, or None
+        As `checked_lids` returns them.
+    reach : int
+        `lid_reach` of the whole take.
+    tracked : callable
+        Solves the take as it was tracked.
+    corrected : callable, optional
+        Solves it with replaced lids, also where none are; `tracked`, if left out.
+    """
+    answer = tracked(take)
+    lids: tuple[MistrackedLid, ...] = ()
+    if gaps is not None and answer[1] is not None:
+        lids = mistracked_lids(take, face.with_contacts(), answer[1], gaps, reach)
+    if lids or corrected is not None:
+        answer = (corrected or tracked)(with_replaced_lids(take, lids))
+    return answer, lids
+
+
+def _clean(
+    shot: Shot, stages: Stages
+) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
+    """Clean the markers of a shot, or take them from an earlier run, of any character."""
+    take, setup = shot.take, shot.setup
+    if isinstance(take, WeightsTake):
+        return clean(take, setup)
+
+    def compute() -> tuple[Cleaned | None, list[Finding]]:
+        _, cleaned, findings = clean(take, setup)
+        return cleaned, findings
+
+    cleaned, findings = stages.stage("clean", clean_inputs(take, setup), {"take": take}, compute)
+    return cleaned.take if cleaned else take, cleaned, findings
