@@ -238,7 +238,7 @@ def test_contact_is_kept_and_said(slits) -> None:
     (reported,) = [f for f in kept.findings if f.code == "CONTACT_KEPT"]
     assert (
         reported.where == "lips"
-        and "1 frames (1 to 1)" in reported.message
+        and "1 frame (1)" in reported.message
         and "mm" in reported.message
     )
     # A small limit is said, not rounded to nothing.
