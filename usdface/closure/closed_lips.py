@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.closure.lip_contact import as_open_as_seen, largest_gaps, lip_gaps_of, touching_lips
+from usdface.closure.lip_contact import as_open_as_seen, lip_gaps_of, touching_lips
+from usdface.closure.lip_limits import largest_gaps
 from usdface.closure.lip_signal import lip_distances
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
@@ -81,9 +82,9 @@ def close_lips(
     # Near a pin the limit widens, to none at the pin.
     as_solved = gaps.opened(solved.weights)
     with np.errstate(divide="ignore"):
-        largest = largest_gaps(distances, as_solved, tolerance, solved.times) / (
-            1.0 - near[:, None]
-        )
+        largest = largest_gaps(
+            distances, as_solved, tolerance, solved.times, misfit=solution.misfit
+        ) / (1.0 - near[:, None])
     closed = touching_lips(weights, largest, gaps)
     closed = as_open_as_seen(
         weights, closed, largest, distances.seen, gaps, tolerance, solved=as_solved
