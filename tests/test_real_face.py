@@ -252,6 +252,13 @@ def test_two_frames_fewer_change_no_weight_much(shared_data: Path, kept: slice) 
     assert np.abs(weights[0][kept] - weights[1]).max() < 0.06
 
 
+def test_no_eye_droops_after_a_frown(eyebrows: Performance) -> None:
+    """The left one was 0.18 shut while its lid's marker was dragged down by the brow."""
+    shut = [eyebrows.played.names.index(f"eyeBlink_{side}") for side in "LR"]
+    left, right = eyebrows.played.weights[545:, shut].T
+    assert np.abs(left - right).max() < 0.08
+
+
 @pytest.mark.parametrize("every", [1, 2])
 def test_lips_close_where_the_performers_touch(shared_data: Path, every: int) -> None:
     """Bound by names: the solve rolls the lips open to follow markers that are as near as at rest.

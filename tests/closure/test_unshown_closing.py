@@ -59,6 +59,24 @@ def test_a_closing_that_is_shown_shared_or_not_measured_stays(
     assert not opened_findings(before, after, GAPS)
 
 
+@pytest.mark.parametrize("own", [-0.3, 0.0, 0.1])
+def test_a_brow_that_drags_the_marker_down_shows_no_closed_lid(own: float) -> None:
+    """A frown brings the lid's marker down as far as a blink; the lid itself hardly moves."""
+    _, after = opened(0.4 * HILL, NONE, 1.4 * HILL, own * HILL)
+    assert after[:, 0].max() == pytest.approx(0.05)
+
+
+def test_a_marker_that_moves_less_than_in_any_blink_shows_no_closed_lid() -> None:
+    _, after = opened(0.4 * HILL, NONE, 0.14 * HILL)
+    assert after[:, 0].max() == pytest.approx(0.05)
+
+
+def test_a_closing_that_drags_the_skin_along_stays() -> None:
+    """A wink draws the brow down, too: the lid's own part of the motion is half of it."""
+    before, after = opened(0.4 * HILL, NONE, 0.7 * HILL, 0.35 * HILL)
+    np.testing.assert_array_equal(before, after)
+
+
 def test_a_second_time_changes_nothing_and_noise_makes_no_jitter() -> None:
     noise = 0.05 * np.random.default_rng(1).standard_normal(len(TIMES))
     before, after = opened(0.4 * HILL, NONE, 0.05 * HILL + noise)
