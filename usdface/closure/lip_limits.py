@@ -5,9 +5,9 @@ from scipy.ndimage import gaussian_filter1d
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.cleanup.gaps import frame_ranges
+from usdface.closure.even_times import even_times
 from usdface.closure.lip_signal import LipDistances
 from usdface.smooth_step import smooth_step
-from usdface.takes import frame_step
 
 __all__ = ["WIDENS", "largest_gaps"]
 
@@ -72,6 +72,6 @@ def _throughout(sure: FloatArray, apart: BoolArray, times: FloatArray) -> FloatA
     if len(times) < 3:
         return result
     # Just beyond a stretch the correction can part lips that were solved within the limit.
-    step = frame_step(times)
-    eased = gaussian_filter1d(result, _EASE / step, axis=0, mode="nearest")
-    return np.asarray(np.maximum(result, eased))
+    even = even_times(times)
+    eased = gaussian_filter1d(even.resampled(result), _EASE / even.step, axis=0, mode="nearest")
+    return np.asarray(np.maximum(result, even.of_frames(np.asarray(eased))))

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from usdface.arrays import FloatArray
+from usdface.closure.even_times import EvenTimes
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_pulses import LEAST_HEIGHT, lid_pulses
 from usdface.findings import Finding, finding
@@ -41,7 +42,7 @@ class ShownClosing:
     most: FloatArray
 
 
-def shown_closing(signal: FloatArray, own: FloatArray | None, step: float) -> ShownClosing:
+def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -> ShownClosing:
     """Return how far the eyes may be closed by their markers.
 
     Parameters
@@ -51,21 +52,22 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, step: float) -> Sh
     own : (F, 2) float64 or None
         The same of the lids by themselves (`lid_motion`): a blink under a raised brow, and none
         under a lowered one.
-    step : float [s]
-        Between two frames.
+    even : EvenTimes
+        Of the take.
     """
     most = np.full(signal.shape, np.inf)
     if len(signal) < 3:
         return ShownClosing(most)
-    around = round(_AROUND / step)
+    around = round(_AROUND / even.step)
     for eye in (0, 1):
         curves = [each[:, eye] for each in (signal, own) if each is not None]
         if not all(np.isfinite(each).all() for each in curves):
             continue
-        closed = [lid_pulses(each, step)[0] - LEAST_HEIGHT for each in curves]
+        resampled = (even.resampled(each) for each in curves)
+        closed = [lid_pulses(each, even.step)[0] - LEAST_HEIGHT for each in resampled]
         held = maximum_filter1d(_evidence(closed).clip(min=0.0), 2 * around + 1)
         smooth = gaussian_filter1d(held, max(0.5 * around, 1e-3))
-        most[:, eye] = smooth / (_LEAST_BLINK - LEAST_HEIGHT)
+        most[:, eye] = even.of_frames(smooth) / (_LEAST_BLINK - LEAST_HEIGHT)
     return ShownClosing(most)
 
 
