@@ -252,11 +252,18 @@ def test_two_frames_fewer_change_no_weight_much(shared_data: Path, kept: slice) 
     assert np.abs(weights[0][kept] - weights[1]).max() < 0.06
 
 
-def test_no_eye_droops_after_a_frown(eyebrows: Performance) -> None:
-    """The left one was 0.18 shut while its lid's marker was dragged down by the brow."""
+def test_no_eye_droops_in_and_after_a_frown(shared_data: Path, eyebrows: Performance) -> None:
+    """The left one was up to 0.37 shut while its lid's marker was dragged down by the brow."""
     shut = [eyebrows.played.names.index(f"eyeBlink_{side}") for side in "LR"]
     left, right = eyebrows.played.weights[545:, shut].T
-    assert np.abs(left - right).max() < 0.08
+    assert np.abs(left - right).max() < 0.1
+    take, _ = read_take(shared_data / "animface" / "Eyebrows.c3d")
+    assert isinstance(take, MarkerTake)
+    slow = replace(take, times=take.times[::2], positions=take.positions[::2], rate=30.0)
+    by_names = retarget(assemble_shot(Rig("Face", (ict_mesh(shared_data),)), slow)[0])
+    shut = [by_names.weights.names.index(f"eyeBlink_{side}") for side in "LR"]
+    left, right = by_names.weights.weights[272:, shut].T
+    assert np.abs(left - right).max() < 0.1
 
 
 @pytest.mark.parametrize("every", [1, 2])

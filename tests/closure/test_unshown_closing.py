@@ -59,7 +59,7 @@ def test_a_closing_that_is_shown_shared_or_not_measured_stays(
     assert not opened_findings(before, after, GAPS)
 
 
-@pytest.mark.parametrize("own", [-0.3, 0.0, 0.1])
+@pytest.mark.parametrize("own", [-0.3, 0.0, 0.1, 0.4])
 def test_a_brow_that_drags_the_marker_down_shows_no_closed_lid(own: float) -> None:
     """A frown brings the lid's marker down as far as a blink; the lid itself hardly moves."""
     _, after = opened(0.4 * HILL, NONE, 1.4 * HILL, own * HILL)

@@ -22,9 +22,10 @@ __all__ = ["ShownClosing", "opened_findings", "shown_closing", "without_unshown_
 
 # Height of a performer's blinks, in closed eyes of the character: of two real takes 0.44 and more.
 _LEAST_BLINK = 0.4
-# Share of a lid marker's motion that is the lid's own, at least: below it a lowered brow brings the
-# marker down, as in `closings`.
-_OWN = 0.5
+# Share of a lid marker's motion that remains without that of the skin around it: up to the first a
+# lowered brow brings the marker down, from the second on the lid closes (AnimFace: a frown 0.15 to
+# 0.3, blinks 1), as in `closings`.
+_DRAGGED, _OWN = 0.3, 0.5
 # The limit holds for this long before and after [s], smoothed by half of it: it is to follow
 # neither the noise of the markers nor each blink. Set by hand.
 _AROUND = 0.2
@@ -65,7 +66,7 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -
             continue
         resampled = (even.resampled(each) for each in curves)
         closed = [lid_pulses(each, even.step)[0] - LEAST_HEIGHT for each in resampled]
-        held = maximum_filter1d(_evidence(closed).clip(min=0.0), 2 * around + 1)
+        held = maximum_filter1d(_evidence(closed), 2 * around + 1)
         smooth = gaussian_filter1d(held, max(0.5 * around, 1e-3))
         most[:, eye] = even.of_frames(smooth) / (_LEAST_BLINK - LEAST_HEIGHT)
     return ShownClosing(most)
@@ -74,13 +75,14 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -
 def _evidence(closed: list[FloatArray]) -> FloatArray:
     """Return how far an eye is closed (F,), of all that moves its marker and of the lid alone.
 
-    A brow that is lowered takes the marker along, so all of it counts only as far as the lid's own
-    motion is its share.
+    A brow that is lowered takes the marker along, and the skin around measures most of that: only
+    where the lid's own motion is a good share of all of it, it counts.
     """
     if len(closed) < 2:
-        return closed[0]
+        return closed[0].clip(min=0.0)
     all_of_it, alone = closed
-    return np.maximum(alone, np.minimum(all_of_it, alone / _OWN))
+    most = np.maximum(all_of_it, alone).clip(min=0.0)
+    return np.clip((alone - _DRAGGED * all_of_it) / (_OWN - _DRAGGED), 0.0, most)
 
 
 def without_unshown_closing(
