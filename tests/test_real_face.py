@@ -14,6 +14,8 @@ from worlds import animation_of
 
 from usdface import assemble_shot, retarget
 from usdface.cli import main
+from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.lip_signal import lip_distances
 from usdface.geometry.rigid_fit import rigid_fit, similarity_fit
 from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
@@ -248,3 +250,50 @@ def test_two_frames_fewer_change_no_weight_much(shared_data: Path, kept: slice) 
         shot, _ = assemble_shot(rig, take, setup=replace(setup, neutral=neutral))
         weights.append(retarget(shot).weights.weights)
     assert np.abs(weights[0][kept] - weights[1]).max() < 0.06
+
+
+def test_no_eye_droops_in_and_after_a_frown(shared_data: Path, eyebrows: Performance) -> None:
+    """The left one was up to 0.37 shut while its lid's marker was dragged down by the brow."""
+    shut = [eyebrows.played.names.index(f"eyeBlink_{side}") for side in "LR"]
+    left, right = eyebrows.played.weights[545:, shut].T
+    assert np.abs(left - right).max() < 0.1
+    take, _ = read_take(shared_data / "animface" / "Eyebrows.c3d")
+    assert isinstance(take, MarkerTake)
+    slow = replace(take, times=take.times[::2], positions=take.positions[::2], rate=30.0)
+    by_names = retarget(assemble_shot(Rig("Face", (ict_mesh(shared_data),)), slow)[0])
+    shut = [by_names.weights.names.index(f"eyeBlink_{side}") for side in "LR"]
+    left, right = by_names.weights.weights[272:, shut].T
+    assert np.abs(left - right).max() < 0.1
+
+
+@pytest.mark.parametrize("every", [1, 2])
+def test_lips_close_where_the_performers_touch(shared_data: Path, every: int) -> None:
+    """Bound by names: the solve rolls the lips open to follow markers that are as near as at rest.
+
+    They do not open and close faster than as solved or as the markers by half a millimetre.
+    """
+    take, _ = read_take(shared_data / "animface" / "Jaw.c3d")
+    assert isinstance(take, MarkerTake)
+    take = replace(
+        take,
+        times=take.times[::every],
+        positions=take.positions[::every],
+        rate=take.rate / every,
+    )
+    shot = assemble_shot(Rig("Face", (ict_mesh(shared_data),)), take)[0]
+    result = retarget(shot)
+    lips = lip_gaps_of(shot.face, result.solved.names)
+    assert lips is not None and result.solution is not None and result.closure is not None
+    seen = lip_distances(shot.face, result.solved, result.solution, lips.across, lips.x)
+    assert seen is not None
+    solved, closed = (
+        lips.opened(each).max(axis=1) for each in (result.solved.weights, result.closure.weights)
+    )
+    apart = seen.seen.max(axis=1)
+    touch = apart < 0.0005
+    assert solved[touch].max() > 0.003
+    assert closed[touch].max() < 0.001
+    wide = apart > 0.005
+    np.testing.assert_allclose(closed[wide], solved[wide], atol=1e-6)
+    own, others = np.abs(np.diff(closed)), np.abs(np.diff(np.stack([solved, apart]), axis=1))
+    assert (own - others.max(axis=0)).max() < 0.0005

@@ -78,6 +78,31 @@ def test_a_solve_that_the_markers_agree_with_stays() -> None:
     np.testing.assert_array_equal(closed.weights, solved.weights)
 
 
+def test_exaggerated_lips_open_as_much_further_and_touch_as_before() -> None:
+    """On another person's face, whose lips are limited in all frames."""
+    face, solution = speaking().shot.face, speaking().solution
+    assert solution is not None
+    tolerance = face.tolerance
+    unlike = replace(solution, misfit=2.0 * tolerance)
+    jaw = NAMES.index("jawOpen")
+    performed = replace(speaking().solved, weights=left_open(0.04))
+    factors = np.ones(len(NAMES))
+    factors[jaw] = 1.5
+    exaggerated = replace(performed, weights=performed.weights * factors)
+    gaps = lip_gaps_of(face, NAMES)
+    assert gaps is not None
+    opened = []
+    for solved in (performed, exaggerated):
+        closed = close_lips(face, solved, solved.weights, unlike, FREE, performed)
+        assert closed is not None
+        opened.append(gaps.opened(closed.weights).max(axis=1))
+    plain, larger = opened
+    apart = (plain > 2.5 * tolerance) & (plain < 0.004)
+    assert apart.sum() > 10 and plain[OPEN == 0][30:].max() < 1.3 * tolerance
+    assert (larger[apart] / plain[apart]).min() > 1.2
+    assert larger[OPEN == 0][30:].max() < 1.3 * tolerance
+
+
 def test_pinned_frames_stay() -> None:
     face, solution = speaking().shot.face, speaking().solution
     wrong = replace(speaking().solved, weights=left_open(0.12))

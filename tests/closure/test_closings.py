@@ -7,7 +7,7 @@ import pytest
 
 from usdface.arrays import FloatArray
 from usdface.closure.closings import _within, find_closings
-from usdface.closure.eye_closing import EyeClosing
+from usdface.closure.eye_closing import EyeClosing, closing_course
 from usdface.closure.solved_lids import SolvedLids
 
 RATES = (24.0, 30.0, 60.0, 120.0)
@@ -55,6 +55,66 @@ def test_blinks_are_found_whatever_the_rate_and_the_reach_of_the_markers(
         assert abs(each.closed - (start + 0.08)) < 0.04
         assert 0.05 <= each.closed - each.start <= 0.15
         assert each.end - each.opened > each.closed - each.start
+
+
+MIXED = [(24, 120), (120, 24), (30, 30, 24), (24, 24, 24, 24, 120), (60, 5, 60)]
+
+
+def uneven(rates: tuple[float, ...]) -> FloatArray:
+    """Return times over 8 s whose rate changes, each for as long."""
+    cuts = np.linspace(0, 8, len(rates) + 1)
+    parts = [np.arange(a, b - 1e-6, 1 / r) for a, b, r in zip(cuts, cuts[1:], rates, strict=False)]
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize("rates", MIXED[:-1])
+def test_blinks_are_found_where_the_rate_changes(rates: tuple[float, ...]) -> None:
+    times = uneven(rates)
+    eye = sum(blink(times, start) for start in BLINKS)
+    eyes = np.stack([eye, eye], axis=1)
+    found = closings_in(times, eyes, lids=0.8 * eyes, own=eyes, solved=SolvedLids(eyes, eyes))
+    assert [each.kind for each in found] == ["blink"] * len(BLINKS)
+    for each, start in zip(found, BLINKS, strict=True):
+        assert each.eyes == (0, 1)
+        assert abs(each.closed - (start + 0.08)) < 0.05
+    # Each is shut in a frame of the take.
+    course = closing_course(times, found)
+    assert all(course[np.abs(times - start - 0.09) < 0.06].max() == 1.0 for start in BLINKS)
+
+
+@pytest.mark.parametrize("rates", MIXED)
+@pytest.mark.parametrize("noise", [0.02, 0.1])
+def test_noise_where_the_rate_changes_has_no_blinks(rates: tuple[float, ...], noise: float) -> None:
+    times = uneven(rates)
+    for seed in range(5):
+        eyes = noise * np.random.default_rng(seed).standard_normal((len(times), 2))
+        assert not closings_in(times, eyes)
+
+
+@pytest.mark.parametrize("rates", MIXED[:2])
+def test_an_eye_is_held_closed_where_the_rate_changes(rates: tuple[float, ...]) -> None:
+    times = uneven(rates)
+    rise = np.clip(np.minimum((times - 3.5) / 0.2, (4.7 - times) / 0.3), 0, 1)
+    eye = blink(times, 1.0) + blink(times, 6.5) + rise**2 * (3 - 2 * rise)
+    (held,) = [
+        each for each in closings_in(times, np.stack([eye, eye], axis=1)) if each.kind == "held"
+    ][:1]
+    assert held.lids is not None and held.lids.shape == times.shape
+    course = closing_course(times, [held])[:, held.eyes[0]]
+    assert course[(times > 3.75) & (times < 4.3)].min() == 1.0
+    assert not course[(times < 3.2) | (times > 5.0)].any()
+
+
+@pytest.mark.parametrize("rates", MIXED[:2])
+def test_pulses_that_leave_eyes_open_are_named_by_frames_of_the_take(
+    rates: tuple[float, ...],
+) -> None:
+    times = uneven(rates)
+    eye = sum(blink(times, start) for start in BLINKS)
+    eyes = np.stack([eye, eye], axis=1)
+    closings, left_open = find_closings(times, eyes, lids=0.1 * eyes)
+    assert not closings
+    np.testing.assert_allclose(times[left_open], np.add(BLINKS, 0.09), atol=0.04)
 
 
 def test_blinks_are_found_in_noise() -> None:

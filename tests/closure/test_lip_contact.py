@@ -7,15 +7,12 @@ import numpy as np
 import pytest
 from slits import bent_slit_face, slit_face, with_correctives
 
-from usdface.arrays import FloatArray
 from usdface.closure.lip_contact import (
     LipGaps,
     as_open_as_seen,
-    largest_gaps,
     lip_gaps_of,
     touching_lips,
 )
-from usdface.closure.lip_signal import LipDistances
 from usdface.face.bound_face import BoundFace
 from usdface.rigs import BlendShape, Mesh
 
@@ -166,38 +163,3 @@ def test_a_part_of_a_closure_is_done_once(mesh: Mesh, gaps: LipGaps) -> None:
         )
     assert np.abs(runs[1] - runs[0]).max() > 0.1
     np.testing.assert_allclose(runs[2], runs[1], atol=1e-3)
-
-
-def limits(
-    seen: FloatArray, shown: FloatArray, opened: FloatArray, noise: float = 1e-5
-) -> FloatArray:
-    times = np.arange(len(seen)) / 60
-    return largest_gaps(LipDistances(seen, shown, noise), opened, TOLERANCE, times)
-
-
-def test_only_markers_that_contradict_the_solve_count() -> None:
-    apart = np.array([[0.0, 0.001, 0.004]])
-    opened = apart + 0.003
-    assert np.isinf(limits(apart, apart, opened)).all()
-    sure = limits(apart, apart + 0.003, opened)[0]
-    assert sure[0] == TOLERANCE
-    assert (np.diff(sure) > 0).all() and sure[2] > 0.01
-    assert np.isinf(limits(apart, apart + 0.003, opened, noise=0.002)).all()
-
-
-def test_a_contradiction_counts_from_where_lips_part_to_where_they_meet() -> None:
-    opened = 0.004 * np.clip(np.sin(np.linspace(0, 4 * np.pi, 241)), 0, None)[:, None]
-    seen, shown = np.zeros((241, 1)), np.zeros((241, 1))
-    shown[25:35] = 0.003
-    limited = np.minimum(limits(seen, shown, opened), opened)[:, 0]
-    assert (limited[:100] <= TOLERANCE).all()
-    np.testing.assert_array_equal(limited[120:], opened[120:, 0])
-    # No pop: nowhere faster than the lips as solved.
-    assert np.abs(np.diff(limited)).max() <= np.abs(np.diff(opened[:, 0])).max()
-
-
-def test_lips_that_the_markers_show_apart_open_within_a_contact() -> None:
-    seen, shown = np.zeros((240, 1)), np.full((240, 1), 0.003)
-    seen[60:72] = shown[60:72] = 0.009
-    limited = limits(seen, shown, np.full((240, 1), 0.009))[:, 0]
-    assert (limited[60:72] > 0.03).all() and (limited[:50] == TOLERANCE).all()

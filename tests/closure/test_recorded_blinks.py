@@ -32,6 +32,17 @@ def test_pulses_are_blinks_of_both_eyes(rate: float, height: float) -> None:
         assert each.start < each.closed <= each.opened < each.end
 
 
+@pytest.mark.parametrize("rates", [(24.0, 120.0), (120.0, 24.0)])
+def test_blinks_are_found_where_the_rate_changes(rates: tuple[float, float]) -> None:
+    times = np.concatenate([np.arange(0, 2, 1 / rates[0]), np.arange(2, 6, 1 / rates[1])])
+    fine, curve = recorded(1000.0, 0.5)
+    found = recorded_blinks(times, np.interp(times, fine, curve))
+    assert len(found) == len(STARTS)
+    for each, start in zip(found, STARTS, strict=True):
+        assert abs(each.closed - (start + 0.1)) < 0.06
+        assert ((each.closed <= times + 1e-9) & (times <= each.opened + 1e-9)).any()
+
+
 def test_a_shallow_blink_beside_deep_ones_is_one() -> None:
     times, blink = recorded(60.0, 0.8)
     since = (times - 5.0) / 0.3

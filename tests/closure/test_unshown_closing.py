@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from usdface.arrays import FloatArray
+from usdface.closure.even_times import even_times
 from usdface.closure.unshown_closing import (
     opened_findings,
     shown_closing,
     without_unshown_closing,
 )
 
-STEP = 1.0 / 60.0
-TIMES = np.arange(0.0, 4.0, STEP)
+TIMES = np.arange(240) / 60.0
 # Weights of a left and a right shape that close the eyes, and of one other.
 GAPS: Any = {"left": SimpleNamespace(closer=0), "right": SimpleNamespace(closer=1)}
 HILL = np.exp(-(((TIMES - 2.0) / 0.4) ** 2))
@@ -29,7 +29,7 @@ def opened(
     weights = np.stack([left, right, HILL], axis=1)
     both = np.stack([signal, NONE], axis=1)
     alone = None if own is None else np.stack([own, NONE], axis=1)
-    shown = shown_closing(both, alone, STEP)
+    shown = shown_closing(both, alone, even_times(TIMES))
     return weights, without_unshown_closing(weights, weights, shown, GAPS, FREE)
 
 
@@ -59,6 +59,24 @@ def test_a_closing_that_is_shown_shared_or_not_measured_stays(
     assert not opened_findings(before, after, GAPS)
 
 
+@pytest.mark.parametrize("own", [-0.3, 0.0, 0.1, 0.4])
+def test_a_brow_that_drags_the_marker_down_shows_no_closed_lid(own: float) -> None:
+    """A frown brings the lid's marker down as far as a blink; the lid itself hardly moves."""
+    _, after = opened(0.4 * HILL, NONE, 1.4 * HILL, own * HILL)
+    assert after[:, 0].max() == pytest.approx(0.05)
+
+
+def test_a_marker_that_moves_less_than_in_any_blink_shows_no_closed_lid() -> None:
+    _, after = opened(0.4 * HILL, NONE, 0.14 * HILL)
+    assert after[:, 0].max() == pytest.approx(0.05)
+
+
+def test_a_closing_that_drags_the_skin_along_stays() -> None:
+    """A wink draws the brow down, too: the lid's own part of the motion is half of it."""
+    before, after = opened(0.4 * HILL, NONE, 0.7 * HILL, 0.35 * HILL)
+    np.testing.assert_array_equal(before, after)
+
+
 def test_a_second_time_changes_nothing_and_noise_makes_no_jitter() -> None:
     noise = 0.05 * np.random.default_rng(1).standard_normal(len(TIMES))
     before, after = opened(0.4 * HILL, NONE, 0.05 * HILL + noise)
@@ -69,14 +87,14 @@ def test_a_second_time_changes_nothing_and_noise_makes_no_jitter() -> None:
 
 def test_pins_a_single_shape_for_both_eyes_and_single_frames_stay() -> None:
     weights = np.stack([0.4 * HILL, NONE, HILL], axis=1)
-    shown = shown_closing(np.zeros((len(TIMES), 2)), None, STEP)
+    shown = shown_closing(np.zeros((len(TIMES), 2)), None, even_times(TIMES))
     pinned = without_unshown_closing(weights, weights, shown, GAPS, np.ones_like(FREE))
     np.testing.assert_array_equal(pinned, weights)
     shared: Any = {"left": GAPS["left"], "right": GAPS["left"]}
     np.testing.assert_array_equal(
         without_unshown_closing(weights, weights, shown, shared, FREE), weights
     )
-    assert np.isinf(shown_closing(np.zeros((1, 2)), None, 0.0).most).all()
+    assert np.isinf(shown_closing(np.zeros((1, 2)), None, even_times(np.zeros(1))).most).all()
 
 
 def test_an_exaggerated_eye_is_judged_as_it_was_performed() -> None:
@@ -84,7 +102,7 @@ def test_an_exaggerated_eye_is_judged_as_it_was_performed() -> None:
     performed = np.stack([0.4 * HILL, NONE, HILL], axis=1)
     exaggerated = performed * [2.0, 1.0, 1.0]
     for signal, share in ((0.3 * HILL, 1.0), (NONE, 0.05 / 0.4)):
-        shown = shown_closing(np.stack([signal, NONE], axis=1), None, STEP)
+        shown = shown_closing(np.stack([signal, NONE], axis=1), None, even_times(TIMES))
         after = without_unshown_closing(exaggerated, performed, shown, GAPS, FREE)
         assert after[:, 0].max() == pytest.approx(0.8 * share, abs=1e-9)
 
@@ -92,7 +110,7 @@ def test_an_exaggerated_eye_is_judged_as_it_was_performed() -> None:
 def test_an_eye_is_opened_as_far_as_the_other_where_the_correction_closes_both() -> None:
     solved = np.stack([0.4 * HILL, NONE, HILL], axis=1)
     corrected = solved + np.outer(HILL, [0.5, 0.5, 0.0])
-    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, STEP)
+    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, even_times(TIMES))
     after = without_unshown_closing(corrected, solved, shown, GAPS, FREE)
     assert after[:, 0].max() == pytest.approx(0.55, abs=1e-3)
     assert (after[:, 0] >= corrected[:, 1]).all() and (after <= corrected).all()
@@ -101,7 +119,7 @@ def test_an_eye_is_opened_as_far_as_the_other_where_the_correction_closes_both()
 
 def test_what_was_opened_stays_in_a_second_run_by_the_same_solve() -> None:
     solved = np.stack([0.4 * HILL, NONE, HILL], axis=1)
-    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, STEP)
+    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, even_times(TIMES))
     once = without_unshown_closing(solved, solved, shown, GAPS, FREE)
     again = without_unshown_closing(once, solved, shown, GAPS, FREE)
     np.testing.assert_allclose(again, once, atol=1e-12, rtol=0)
@@ -113,7 +131,7 @@ def test_an_eye_is_opened_once(factor: float, signal: float) -> None:
     """Markers that show a part of a closing lower it to that part, not in each run further."""
     solved = np.stack([0.4 * HILL, NONE, HILL], axis=1)
     exaggerated = solved * [factor, factor, 1.0]
-    shown = shown_closing(np.stack([signal * HILL, NONE], axis=1), None, STEP)
+    shown = shown_closing(np.stack([signal * HILL, NONE], axis=1), None, even_times(TIMES))
     runs = [exaggerated]
     for _ in range(2):
         opened_once = without_unshown_closing(
@@ -127,6 +145,6 @@ def test_an_eye_is_opened_once(factor: float, signal: float) -> None:
 def test_a_weight_that_is_solved_next_to_0_stays() -> None:
     solved = np.full((len(TIMES), 3), 1e-310)
     corrected = np.full((len(TIMES), 3), 0.5)
-    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, STEP)
+    shown = shown_closing(np.stack([NONE, NONE], axis=1), None, even_times(TIMES))
     after = without_unshown_closing(corrected, solved, shown, GAPS, FREE)
     np.testing.assert_array_equal(after, corrected)

@@ -237,9 +237,7 @@ def test_contact_is_kept_and_said(slits) -> None:
     assert "CONTACT_KEPT" not in {f.code for f in parted.findings}
     (reported,) = [f for f in kept.findings if f.code == "CONTACT_KEPT"]
     assert (
-        reported.where == "lips"
-        and "1 frame (1)" in reported.message
-        and "mm" in reported.message
+        reported.where == "lips" and "1 frame (1)" in reported.message and "mm" in reported.message
     )
     # A small limit is said, not rounded to nothing.
     gains = (replace(system, gain=gain) for gain in np.linspace(0.0, 1.0, 101))

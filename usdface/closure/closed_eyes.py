@@ -9,6 +9,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.closure.blink_gaze import without_glances
 from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.closings import find_closings
+from usdface.closure.even_times import even_times
 from usdface.closure.eye_closing import EyeClosing, closing_course, nearest_frame
 from usdface.closure.lid_contact import close_lids
 from usdface.closure.lid_estimate import lid_estimate
@@ -26,7 +27,7 @@ from usdface.closure.unshown_closing import (
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.retarget.solution import Solution
-from usdface.takes import WeightsTake, frame_step
+from usdface.takes import WeightsTake
 
 __all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
 
@@ -126,7 +127,7 @@ def close_eyes(
         findings += _by_another_face(face, gaps, solved.names)
     closed = weights
     if solution:  # lids and gaze of a take of weights are measured, not solved from markers
-        shown = shown_closing(signal, alone, frame_step(solved.times))
+        shown = shown_closing(signal, alone, even_times(solved.times))
         closed = without_unshown_closing(
             weights, solved.weights, shown, gaps, near_pins, exaggerated=exaggerated
         )

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.closure.lip_contact import as_open_as_seen, largest_gaps, lip_gaps_of, touching_lips
+from usdface.closure.lip_contact import as_open_as_seen, lip_gaps_of, touching_lips
+from usdface.closure.lip_limits import largest_gaps
 from usdface.closure.lip_signal import lip_distances
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
@@ -80,10 +81,11 @@ def close_lips(
     near = near_pins[:, gaps.evaluator.moving].max(axis=1, initial=0.0)
     # Near a pin the limit widens, to none at the pin.
     as_solved = gaps.opened(solved.weights)
+    largest = largest_gaps(distances, as_solved, tolerance, solved.times, misfit=solution.misfit)
+    if performed is not None and performed is not solved:
+        largest = _exaggerated(largest, as_solved, gaps.opened(performed.weights), tolerance)
     with np.errstate(divide="ignore"):
-        largest = largest_gaps(distances, as_solved, tolerance, solved.times) / (
-            1.0 - near[:, None]
-        )
+        largest = largest / (1.0 - near[:, None])
     closed = touching_lips(weights, largest, gaps)
     closed = as_open_as_seen(
         weights, closed, largest, distances.seen, gaps, tolerance, solved=as_solved
@@ -92,6 +94,17 @@ def close_lips(
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
     findings = _told("LIPS_CLOSED", _CLOSED, before - after)
     return ClosedLips(closed, course, findings + _told("LIPS_APART", _APART, after - largest))
+
+
+def _exaggerated(
+    largest: FloatArray, opened: FloatArray, performed: FloatArray, tolerance: float
+) -> FloatArray:
+    """Return limits (F, K) of lips that an exaggeration opens from `performed` to `opened` (F, K).
+
+    What they allow beyond a contact [m] grows as the lips do; lips that touch go on to touch.
+    """
+    larger = np.maximum(opened, tolerance) / np.maximum(performed, tolerance)
+    return np.where(larger > 1.0, tolerance + larger * (largest - tolerance), largest)
 
 
 def _told(code: str, message: str, gaps: FloatArray) -> list[Finding]:

@@ -12,7 +12,8 @@ from scipy.ndimage import maximum_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.blinks import blink_height, find_blinks
-from usdface.closure.eye_closing import EyeClosing
+from usdface.closure.even_times import even_times
+from usdface.closure.eye_closing import EyeClosing, in_frames
 from usdface.closure.held_eyes import find_held_eyes
 from usdface.closure.lid_depth import (
     LidDepth,
@@ -84,8 +85,36 @@ def find_closings(
     """
     if len(times) < 3:
         return [], np.zeros(0, dtype=np.int64)
+    even = even_times(times)
+    own, lids, glanced = (
+        None if curve is None else even.resampled(curve) for curve in (own, lids, glanced)
+    )
+    if solved is not None:
+        solved = SolvedLids(even.resampled(solved.closed), even.resampled(solved.by_closer))
+    found, peaks = _find_evenly(
+        even.times,
+        even.resampled(closing),
+        own=own,
+        least=np.zeros(2) if least is None else least,
+        lids=lids,
+        glanced=glanced,
+        solved=solved,
+    )
+    return [in_frames(each, even) for each in found], even.frames(peaks)
+
+
+def _find_evenly(
+    times: FloatArray,
+    closing: FloatArray,
+    *,
+    own: FloatArray | None,
+    least: FloatArray,
+    lids: FloatArray | None,
+    glanced: FloatArray | None,
+    solved: SolvedLids | None,
+) -> tuple[list[EyeClosing], IntArray]:
+    """Return closings, and pulses that leave the eyes open, at even times: see `find_closings`."""
     step = frame_step(times)
-    least = np.zeros(2) if least is None else least
     smooth, pulses, skin = _pulses(closing, own, step)
     scale = np.array([blink_height(pulses[:, eye], least[eye], step) for eye in (0, 1)])
     if not np.nanmax(scale, initial=0.0) >= _BETTER_SEEN:

@@ -1,14 +1,15 @@
 """Closings of the eyes, and their course over time."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.closure.even_times import EvenTimes
 
-__all__ = ["EyeClosing", "closing_course", "nearest_frame"]
+__all__ = ["EyeClosing", "closing_course", "in_frames", "nearest_frame"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +61,22 @@ def closing_course(times: FloatArray, closings: Sequence[EyeClosing]) -> FloatAr
         for eye in each.eyes:
             course[own, eye] = np.maximum(course[own, eye], closed)
     return course
+
+
+def in_frames(closing: EyeClosing, even: EvenTimes) -> EyeClosing:
+    """Return a closing that was found at even times as one of the take's frames.
+
+    A blink is closed in the frame that is nearest to its peak.
+    """
+    if even.own:
+        return closing
+    closed, opened = closing.closed, closing.opened
+    if closing.kind == "blink":
+        peak = nearest_frame(even.take, (closed + opened) / 2)
+        at = float(even.take[peak])
+        closed, opened = min(closed, at), max(opened, at)
+    lids = None if closing.lids is None else even.of_frames(closing.lids)
+    return replace(closing, closed=closed, opened=opened, lids=lids)
 
 
 def nearest_frame(times: FloatArray, time: float) -> int:

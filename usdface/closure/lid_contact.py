@@ -6,6 +6,7 @@ import numpy as np
 from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.closure.even_times import EvenTimes
 from usdface.closure.lid_gaps import LidGaps
 from usdface.numerics.frame_blocks import by_blocks
 
@@ -92,6 +93,7 @@ def part_crossed_lids(
     free: BoolArray,
     share: FloatArray | None = None,
     fade: int = 0,
+    even: EvenTimes | None = None,
 ) -> FloatArray:
     """Part lids that cross: the closing shape's weight is lowered first, then all movers'.
 
@@ -109,6 +111,8 @@ def part_crossed_lids(
     fade : int
         Number of frames over which the lower lid gives way before lids cross, and comes back after;
         0 = at once.
+    even : EvenTimes, optional
+        Of which `fade` counts the frames; of the take's own, if left out.
 
     Returns
     -------
@@ -117,7 +121,7 @@ def part_crossed_lids(
         lower lid gives way.
     """
     parted = lower_until_parted(weights, gaps, free)
-    share = _faded(_lowering(weights, parted, gaps, free) if share is None else share, fade)
+    share = _faded(_lowering(weights, parted, gaps, free) if share is None else share, fade, even)
     frames = np.flatnonzero(share)
     if len(frames):
         parted[frames] = _lowered(weights[frames], share[frames], gaps, free)
@@ -164,15 +168,17 @@ def _lowered(weights: FloatArray, share: FloatArray, gaps: LidGaps, free: BoolAr
     return lower_until_parted(own, gaps, free)
 
 
-def _faded(share: FloatArray, frames: int) -> FloatArray:
+def _faded(share: FloatArray, frames: int, even: EvenTimes | None) -> FloatArray:
     """Return shares (F,) that rise and fall over some frames, and are no less anywhere."""
     # The weighted mean, over a window around each frame, of the largest within as long a window.
     length = 2 * (frames // 2) + 1
     if length == 1 or not share.any():
         return share
-    most = maximum_filter1d(share, length, mode="nearest")
+    shares = share if even is None else even.resampled(share)
+    most = maximum_filter1d(shares, length, mode="nearest")
     window = np.hanning(length + 2)[1:-1]
-    faded = convolve1d(most, window / window.sum(), mode="nearest")
+    faded = np.asarray(convolve1d(most, window / window.sum(), mode="nearest"))
+    faded = faded if even is None else even.of_frames(faded)
     return np.asarray(np.maximum(share, (faded - _UNSEEN) / (1.0 - _UNSEEN)))
 
 

@@ -7,31 +7,18 @@ possible; where the jaw is open, the shape that closes the lips over it comes up
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
-from usdface.cleanup.gaps import frame_ranges
-from usdface.closure.lip_signal import LipDistances
+from usdface.closure.lip_limits import WIDENS
 from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
 from usdface.numerics.frame_blocks import by_blocks
-from usdface.numerics.ramps import smooth_step
-from usdface.takes import frame_step
 
-__all__ = ["LipGaps", "as_open_as_seen", "largest_gaps", "lip_gaps_of", "touching_lips"]
+__all__ = ["LipGaps", "as_open_as_seen", "lip_gaps_of", "touching_lips"]
 
 # Places along the lips.
 _PLACES = 6
-# The solve is contradicted where markers of the two lips are nearer to each other by this many
-# tolerances, or deviations of the noise; wholly at a tolerance more. The real take that leaves the
-# mouth open: 1.4 to 4.6 tolerances.
-_CONTRADICTED, _ABOVE_NOISE = 0.8, 3.0
-# Opening of the markers, in tolerances beyond the first, at which the limit of the lips rises twice
-# as fast as it, and of which half stays open where another place is closed.
-_WIDENS = 2.0
-# Standard deviation [s] of the smoothing with which a limit comes and goes.
-_EASE = 0.05
 _HALVINGS = 20  # of the part of a closure that is done
 # Rounds of projections: an upper bound. They aim so far inside the limits [m] that they end.
 _ROUNDS = 60
@@ -95,47 +82,6 @@ def lip_gaps_of(face: BoundFace, names: tuple[str, ...]) -> LipGaps | None:
     return LipGaps(neutral, x, across, evaluator.mapped(gaps).reordered(shapes))
 
 
-def largest_gaps(
-    distances: LipDistances, opened: FloatArray, tolerance: float, times: FloatArray
-) -> FloatArray:
-    """Return how far the character's lips may be open: (F, K) [m], infinite = no limit.
-
-    Markers lie beside the lips, and may be as near as at rest while these are open. So lips are
-    limited only where the markers contradict the solve: nearer to each other than the same points
-    on the character. The limit then holds from where the character's lips part to where they meet
-    again, or they would pop open.
-
-    Parameters
-    ----------
-    distances : LipDistances
-    opened : (F, K) float64 [m]
-        By how much the character's lips are open as solved.
-    tolerance : float [m]
-        Of a contact.
-    times : (F,) float64 [s]
-    """
-    beyond = np.maximum(distances.seen - tolerance, 0.0)
-    limit = tolerance + beyond + beyond**2 / (2.0 * _WIDENS * tolerance)
-    low = max(_CONTRADICTED * tolerance, _ABOVE_NOISE * distances.noise)
-    sure = smooth_step((distances.shown - distances.seen - low) / tolerance)
-    sure = _throughout(sure, opened > limit, times)
-    return np.asarray(np.divide(limit, sure, out=np.full(sure.shape, np.inf), where=sure > 0))
-
-
-def _throughout(sure: FloatArray, apart: BoolArray, times: FloatArray) -> FloatArray:
-    """Return a share (F, K), at its largest throughout each stretch in which the lips are apart."""
-    result = sure.copy()
-    for place in range(sure.shape[1]):
-        for first, last in frame_ranges(apart[:, place]):
-            result[first : last + 1, place] = sure[first : last + 1, place].max()
-    if len(times) < 3:
-        return result
-    # Just beyond a stretch the correction can part lips that were solved within the limit.
-    step = frame_step(times)
-    eased = gaussian_filter1d(result, _EASE / step, axis=0, mode="nearest")
-    return np.asarray(np.maximum(result, eased))
-
-
 def touching_lips(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:
     """Return weights at which no gap of the lips exceeds its limit.
 
@@ -195,7 +141,7 @@ def as_open_as_seen(
     """
     before, after = gaps.opened(weights), gaps.opened(closed)
     beyond = np.maximum(seen - tolerance, 0.0)
-    open_by = beyond**2 / (beyond + _WIDENS * tolerance)
+    open_by = beyond**2 / (beyond + WIDENS * tolerance)
     at_first = np.maximum(before, solved)
     least = np.where(beyond > 0.0, np.minimum(at_first, open_by), -np.inf)
     frames = np.flatnonzero((after < least).any(axis=1))

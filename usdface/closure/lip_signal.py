@@ -13,10 +13,11 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.closure.even_times import even_times
 from usdface.face.bound_face import BoundFace
 from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.solution import Solution
-from usdface.takes import WeightsTake, frame_step
+from usdface.takes import WeightsTake
 
 __all__ = ["LipDistances", "lip_distances", "lip_pairs"]
 
@@ -129,16 +130,18 @@ def lip_distances(
 def _smooth(values: FloatArray, times: FloatArray) -> FloatArray:
     if len(times) < 3:
         return values
-    step = frame_step(times)
-    return np.asarray(gaussian_filter1d(values, _SMOOTHING / step, axis=0, mode="nearest"))
+    even = even_times(times)
+    sigma = _SMOOTHING / even.step
+    smooth = gaussian_filter1d(even.resampled(values), sigma, axis=0, mode="nearest")
+    return even.of_frames(np.asarray(smooth))
 
 
 def _damped(times: FloatArray) -> float:
     """Return the share of white noise that the smoothing leaves."""
     if len(times) < 3:
         return 1.0
-    step = frame_step(times)
-    return float(1.0 / max(np.sqrt(2.0 * np.sqrt(np.pi) * _SMOOTHING / step), 1.0))
+    sigma = _SMOOTHING / even_times(times).step
+    return float(1.0 / max(np.sqrt(2.0 * np.sqrt(np.pi) * sigma), 1.0))
 
 
 def _agree(measured: FloatArray, posed: FloatArray, least: float) -> bool:

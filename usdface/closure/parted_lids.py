@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.closure.even_times import EvenTimes, even_times
 from usdface.closure.lid_contact import (
     crossing,
     looks_open,
@@ -15,7 +16,6 @@ from usdface.closure.lid_contact import (
 )
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.findings import Finding, finding
-from usdface.takes import frame_step
 
 __all__ = ["one_shape_for_both", "part_eyes"]
 
@@ -51,8 +51,7 @@ def part_eyes(
     weights : (F, T) float64
     findings : list of Finding
     """
-    step = frame_step(times)
-    parted = _both_parted(weights, gaps, near_pins, round(_GIVES_WAY / step) if step else 0)
+    parted = _both_parted(weights, gaps, near_pins, even_times(times))
     findings: list[Finding] = []
     for eye, own in gaps.items():
         # What lowers a shape that closes both eyes may be the other one.
@@ -67,19 +66,19 @@ def one_shape_for_both(gaps: Mapping[Eye, LidGaps]) -> bool:
 
 
 def _both_parted(
-    weights: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray, fade: int
+    weights: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray, even: EvenTimes
 ) -> FloatArray:
     free = np.ones(weights.shape[1], dtype=bool)
     shares = {eye: lowering(weights, own, free) for eye, own in gaps.items()}
     if not one_shape_for_both(gaps):
         shares = _alike(weights, gaps, shares)
         for eye, own in gaps.items():
-            part = partial(_parted, share=shares[eye], fade=fade)
+            part = partial(_parted, share=shares[eye], even=even)
             weights = _without_crossing(weights, own, near_pins, part)
         return weights
     # Each eye from the same weights, or the second would be judged by what the first left of it.
     alone = [
-        _without_crossing(weights, own, near_pins, partial(_parted, share=shares[eye], fade=fade))
+        _without_crossing(weights, own, near_pins, partial(_parted, share=shares[eye], even=even))
         for eye, own in gaps.items()
     ]
     parted: FloatArray = np.min(alone, axis=0)
@@ -114,10 +113,11 @@ def _shut(weights: FloatArray, gaps: LidGaps) -> FloatArray:
 
 
 def _parted(
-    weights: FloatArray, gaps: LidGaps, free: BoolArray, share: FloatArray, fade: int
+    weights: FloatArray, gaps: LidGaps, free: BoolArray, share: FloatArray, even: EvenTimes
 ) -> FloatArray:
     """Return weights at which the lids do not cross, with pins from a share of their own."""
-    return part_crossed_lids(weights, gaps, free, share if free.all() else None, fade)
+    fade = round(_GIVES_WAY / even.step) if even.step else 0
+    return part_crossed_lids(weights, gaps, free, share if free.all() else None, fade, even)
 
 
 def _without_crossing(

@@ -13,10 +13,10 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.cleanup.blink_motion import LEAST_BLINK
 from usdface.closure.blinks import find_blinks
-from usdface.closure.eye_closing import EyeClosing
+from usdface.closure.even_times import even_times
+from usdface.closure.eye_closing import EyeClosing, in_frames
 from usdface.closure.lid_pulses import APART, lid_pulses
 from usdface.numerics.local_maxima import local_maxima
-from usdface.takes import frame_step
 
 __all__ = ["recorded_blinks", "unseen_blinks"]
 
@@ -36,8 +36,9 @@ def recorded_blinks(times: FloatArray, blink: FloatArray) -> list[EyeClosing]:
     seen = np.flatnonzero(np.isfinite(blink))
     if len(times) < 3 or not len(seen):
         return []
-    step = frame_step(times)
-    _, pulses, floor = lid_pulses(np.interp(times, times[seen], blink[seen]), step)
+    even = even_times(times)
+    step = even.step
+    _, pulses, floor = lid_pulses(np.interp(even.times, times[seen], blink[seen]), step)
     pulses = np.where(pulses < floor, 0.0, pulses)
     heights = pulses[local_maxima(pulses, LEAST_BLINK, max(int(APART / step), 1))]
     if not len(heights):
@@ -45,7 +46,9 @@ def recorded_blinks(times: FloatArray, blink: FloatArray) -> list[EyeClosing]:
     both = np.repeat(pulses[:, None], 2, axis=1)
     scale = np.full(2, min(float(np.median(heights)), _WHOLE))
     least = np.full(2, LEAST_BLINK)
-    return find_blinks(times, both, np.zeros(both.shape, dtype=bool), scale, least)[0]
+    nowhere = np.zeros(both.shape, dtype=bool)
+    found, _ = find_blinks(even.times, both, nowhere, scale, least)
+    return [in_frames(each, even) for each in found]
 
 
 def unseen_blinks(

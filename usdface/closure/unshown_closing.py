@@ -13,14 +13,19 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from usdface.arrays import FloatArray
+from usdface.closure.even_times import EvenTimes
 from usdface.closure.lid_gaps import EYES, Eye, LidGaps
-from usdface.closure.lid_pulses import lid_pulses
+from usdface.closure.lid_pulses import LEAST_HEIGHT, lid_pulses
 from usdface.findings import Finding, finding
 
 __all__ = ["ShownClosing", "opened_findings", "shown_closing", "without_unshown_closing"]
 
 # Height of a performer's blinks, in closed eyes of the character: of two real takes 0.44 and more.
 _LEAST_BLINK = 0.4
+# Share of a lid marker's motion that remains without that of the skin around it: up to the first a
+# lowered brow brings the marker down, from the second on the lid closes (AnimFace: a frown 0.15 to
+# 0.3, blinks 1), as in `closings`.
+_DRAGGED, _OWN = 0.3, 0.5
 # The limit holds for this long before and after [s], smoothed by half of it: it is to follow
 # neither the noise of the markers nor each blink. Set by hand.
 _AROUND = 0.2
@@ -38,7 +43,7 @@ class ShownClosing:
     most: FloatArray
 
 
-def shown_closing(signal: FloatArray, own: FloatArray | None, step: float) -> ShownClosing:
+def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -> ShownClosing:
     """Return how far the eyes may be closed by their markers.
 
     Parameters
@@ -46,22 +51,38 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, step: float) -> Sh
     signal : (F, 2) float64
         `usdface.closure.lid_signal`; NaN in all frames of an eye that is not measured.
     own : (F, 2) float64 or None
-        The same of the lids by themselves (`lid_motion`): a blink under a raised brow.
-    step : float [s]
-        Between two frames.
+        The same of the lids by themselves (`lid_motion`): a blink under a raised brow, and none
+        under a lowered one.
+    even : EvenTimes
+        Of the take.
     """
     most = np.full(signal.shape, np.inf)
     if len(signal) < 3:
         return ShownClosing(most)
-    around = round(_AROUND / step)
+    around = round(_AROUND / even.step)
     for eye in (0, 1):
         curves = [each[:, eye] for each in (signal, own) if each is not None]
         if not all(np.isfinite(each).all() for each in curves):
             continue
-        smooth = np.max([lid_pulses(each, step)[0] for each in curves], axis=0).clip(min=0.0)
-        held = maximum_filter1d(smooth, 2 * around + 1)
-        most[:, eye] = gaussian_filter1d(held, max(0.5 * around, 1e-3)) / _LEAST_BLINK
+        resampled = (even.resampled(each) for each in curves)
+        closed = [lid_pulses(each, even.step)[0] - LEAST_HEIGHT for each in resampled]
+        held = maximum_filter1d(_evidence(closed), 2 * around + 1)
+        smooth = gaussian_filter1d(held, max(0.5 * around, 1e-3))
+        most[:, eye] = even.of_frames(smooth) / (_LEAST_BLINK - LEAST_HEIGHT)
     return ShownClosing(most)
+
+
+def _evidence(closed: list[FloatArray]) -> FloatArray:
+    """Return how far an eye is closed (F,), of all that moves its marker and of the lid alone.
+
+    A brow that is lowered takes the marker along, and the skin around measures most of that: only
+    where the lid's own motion is a good share of all of it, it counts.
+    """
+    if len(closed) < 2:
+        return closed[0].clip(min=0.0)
+    all_of_it, alone = closed
+    most = np.maximum(all_of_it, alone).clip(min=0.0)
+    return np.clip((alone - _DRAGGED * all_of_it) / (_OWN - _DRAGGED), 0.0, most)
 
 
 def without_unshown_closing(
@@ -97,7 +118,9 @@ def without_unshown_closing(
         return weights
     both = solved[:, closers]
     least = np.minimum(both, np.maximum(shown.most, both[:, ::-1]) + _HARDLY)
-    kept = both + (1.0 - near_pins[:, closers]) * (least - both)
+    near = near_pins[:, closers]
+    # Exact at both ends: a second run finds what the first has left.
+    kept = near * both + (1.0 - near) * least
     own, lowered = weights[:, closers], kept < both
     before = both if exaggerated is None else exaggerated[:, closers]
     size = np.divide(np.maximum(own, before), both, out=np.ones(both.shape), where=lowered)
