@@ -126,7 +126,8 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.rule_learning.fallback_rules", "_TOGETHER _SHORTLIST", LEARNED),
     ],
     "closure": [
-        *rows("usdface.closure.lid_pulses", "LONGEST _SMOOTHING _ABOVE_NOISE APART", CLOSED),
+        *rows("usdface.cleanup.blink_motion", "LONGEST_BLINK", CLOSED),
+        *rows("usdface.closure.lid_pulses", "_SMOOTHING _ABOVE_NOISE APART", CLOSED),
         *rows("usdface.closure.lid_pulses", "LEAST_HEIGHT", CLOSED),
         *rows("usdface.closure.closings", "_BETTER_SEEN _OWN _MEASURED", CLOSED),
         *rows("usdface.closure.blinks", "_DOUBTED _SURE _ALONE _SHARED _SLOW _WIDEST", CLOSED),

@@ -15,8 +15,9 @@ most 300 ms and takes about 100 ms to reopen, together 500 ms (J. Stern, L. Walr
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.cleanup.blink_motion import LONGEST_BLINK
 from usdface.closure.eye_closing import EyeClosing
-from usdface.closure.lid_pulses import APART, LEAST_HEIGHT, LONGEST, crossing_time
+from usdface.closure.lid_pulses import APART, LEAST_HEIGHT, crossing_time
 from usdface.numerics.local_maxima import local_maxima
 from usdface.takes import frame_step
 
@@ -93,7 +94,7 @@ def find_blinks(
     relative = np.where(known, pulses / np.where(known, scale, 1.0), 0.0)
     strongest = relative.max(axis=1)
     peaks = local_maxima(np.pad(strongest, 1), _DOUBTED, max(int(APART / step), 1)) - 1
-    reach, around = round(APART / step), round(2 * LONGEST / step)
+    reach, around = round(APART / step), round(2 * LONGEST_BLINK / step)
     shares = np.array([_shares(relative, skin, peak, reach) for peak in peaks]).reshape(-1, 2)
     high = (shares * np.where(known, scale, 0.0) >= least).any(axis=1)
     peaks, shares = peaks[high], shares[high]

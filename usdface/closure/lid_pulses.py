@@ -4,11 +4,10 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d, grey_opening
 
 from usdface.arrays import FloatArray
+from usdface.cleanup.blink_motion import LONGEST_BLINK
 
-__all__ = ["APART", "LEAST_HEIGHT", "LONGEST", "crossing_time", "lid_pulses"]
+__all__ = ["APART", "LEAST_HEIGHT", "crossing_time", "lid_pulses"]
 
-# Longest blink [s], with a margin for the smoothing that recordings come with.
-LONGEST = 0.6
 # Standard deviation [s] of the smoothing: a third of the fastest closing; of noisy markers half the
 # width of a blink.
 _SMOOTHING = (0.02, 0.05)
@@ -32,7 +31,7 @@ def lid_pulses(closing: FloatArray, step: float) -> tuple[FloatArray, FloatArray
         Between two frames.
     """
     smooth, floor = _smoothed(closing, step)
-    width = max(round(LONGEST / step), 3)
+    width = max(round(LONGEST_BLINK / step), 3)
     return smooth, smooth - grey_opening(smooth, width, mode="nearest"), floor
 
 
