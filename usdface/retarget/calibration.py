@@ -189,7 +189,10 @@ def _face(
     unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
     if not unknown:
         return face, []
-    message = "as the face's proportions have it: {shapes}"
+    message = (
+        "the take does not show how the performer makes {shapes}; they are the character's, in the "
+        "proportions of the performer's face"
+    )
     return face, [finding("DIRECTION_UNKNOWN", take.source, message, unknown)]
 
 
@@ -220,7 +223,12 @@ def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> lis
     open_ = [n for n in names if n not in known and n not in quiet]
     found = []
     if quiet:
-        found.append(finding("GAIN_UNSEEN", where, "never clearly active: {shapes}", quiet))
+        message = "{shapes} never move clearly in this take; their gains stay about 1"
+        found.append(finding("GAIN_UNSEEN", where, message, quiet))
     if open_:
-        found.append(finding("GAIN_UNKNOWN", where, "gain stays open: {shapes}", open_))
+        message = (
+            "the take does not determine the gains of {shapes}: small movements and low gains look "
+            "alike; --extremes reads them from a range of motion"
+        )
+        found.append(finding("GAIN_UNKNOWN", where, message, open_))
     return found
