@@ -96,7 +96,16 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     ),
     "MARKER_FILLED": ("info", "look_at_frames", "a gap of a marker was filled in"),
     "CLEANUP_SKIPPED": ("info", "nothing", "too few frames or markers to clean the take up"),
-    "LABEL_CHANGED": ("info", "nothing", "a marker label was shortened or made unique"),
+    "LABEL_CHANGED": (
+        "info",
+        "nothing",
+        "a marker label was shortened, or given where it was empty",
+    ),
+    "LABEL_REPEATED": (
+        "warning",
+        "correct_labels",
+        "several markers have one label; all but the first got a number",
+    ),
     "FRAMES_MISSING": (
         "warning",
         "check_recording",

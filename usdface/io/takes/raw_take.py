@@ -224,10 +224,17 @@ def _unique_labels(path: Path, labels: tuple[str, ...]) -> tuple[list[str], list
                 seen[label] += 1
         taken.add(name)
         unique.append(name)
-    changes = [f"{a!r} to {b!r}" for a, b in zip(labels, unique, strict=True) if a.strip() != b]
-    if not changes:
-        return unique, []
-    return unique, [finding("LABEL_CHANGED", str(path), "labels changed: {changes}", changes)]
+    changes: dict[str, list[str]] = {"LABEL_CHANGED": [], "LABEL_REPEATED": []}
+    for label, numbered, name in zip(labels, given, unique, strict=True):
+        if label.strip() != name:
+            code = "LABEL_CHANGED" if numbered == name else "LABEL_REPEATED"
+            changes[code].append(f"{label!r} to {name!r}")
+    message = {
+        "LABEL_CHANGED": "labels changed: {changes}",
+        "LABEL_REPEATED": "markers have the label of another one; renamed: {changes}",
+    }
+    found = [finding(code, str(path), message[code], of) for code, of in changes.items() if of]
+    return unique, found
 
 
 def _in_metres(raw: RawTake, options: TakeOptions) -> tuple[FloatArray, float, str, list[Finding]]:
