@@ -25,8 +25,8 @@ from scipy.ndimage import grey_closing, grey_opening
 from usdface import assemble_shot, read_bind, read_rig
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shape_evaluator import evaluator_of
-from usdface.closure.lid_gaps import lid_gaps_of
-from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.lid_apertures import lid_apertures_of
+from usdface.closure.lip_contact import lip_apertures_of
 from usdface.closure.lip_signal import lip_distances
 from usdface.closure.rims import rim_pairs
 from usdface.face.bound_face import BoundFace
@@ -238,9 +238,11 @@ def crossing_by_pose(face: BoundFace, weights: FloatArray, frames: np.ndarray) -
             pairs = rim_pairs(mesh, own, posed, 0.25 * opening)
             if pairs.points.shape[0]:
                 vertices = pairs.vertices
-                open_gap = pairs.gaps(vertices, mesh.points[vertices].reshape(-1))
-                gap = pairs.gaps(vertices, posed[vertices].reshape(-1))[open_gap > 0.5 * opening]
-                deepest = max(deepest, -1000 * float(gap.min(initial=0.0)))
+                open_gap = pairs.apertures(vertices, mesh.points[vertices].reshape(-1))
+                aperture = pairs.apertures(vertices, posed[vertices].reshape(-1))[
+                    open_gap > 0.5 * opening
+                ]
+                deepest = max(deepest, -1000 * float(aperture.min(initial=0.0)))
     return deepest
 
 
@@ -265,10 +267,10 @@ def real_takes(mesh: Mesh) -> None:
         result = retarget(shot)
         layout = shot.layout if len(shot.layout.lids) else find_layout(shot.mesh, (), 0.0)
         face = replace(shot.face, layout=layout)
-        gaps = lid_gaps_of(face, result.solved.names)
+        apertures = lid_apertures_of(face, result.solved.names)
         before = result.solved.weights if result.corrected is None else result.corrected
         crossing = [
-            max(0.0, -1000 * min(float(own.least(weights).min()) for own in gaps.values()))
+            max(0.0, -1000 * min(float(own.least(weights).min()) for own in apertures.values()))
             for weights in (before, result.closure.weights)
         ]
         closed = np.flatnonzero(result.closure.eyes.max(axis=1) > 0.9)
@@ -280,7 +282,16 @@ def real_takes(mesh: Mesh) -> None:
             title=f"{name}: lids cross by {crossing[0]:.2f} mm before, {crossing[1]:.2f} after; "
             f"{deepest:.2f} with pairs of each pose"
         )
-        for column in ("closing", "eyes", "frames", "closed", "seen", "weights", "after", "gap mm"):
+        for column in (
+            "closing",
+            "eyes",
+            "frames",
+            "closed",
+            "seen",
+            "weights",
+            "after",
+            "aperture mm",
+        ):
             table.add_column(column, justify="right")
         for each in result.closure.closings:
             table.add_row(
@@ -291,20 +302,20 @@ def real_takes(mesh: Mesh) -> None:
                 f"{each.closing.height:.2f}",
                 " ".join(f"{weight:.2f}" for weight in each.before),
                 " ".join(f"{weight:.2f}" for weight in each.after),
-                " ".join(f"{1000 * gap:.2f}" for gap in each.gaps),
+                " ".join(f"{1000 * aperture:.2f}" for aperture in each.apertures),
             )
         Console().print(table)
 
 
 def lips_over_time(face: BoundFace, result: ShotResult, before: FloatArray) -> None:
     """Print how far the lips are open where the markers touch, and how fast they part."""
-    gaps = lip_gaps_of(face, result.solved.names)
-    if gaps is None or result.solution is None or result.closure is None:
+    apertures = lip_apertures_of(face, result.solved.names)
+    if apertures is None or result.solution is None or result.closure is None:
         return
-    apart = lip_distances(face, result.solved, result.solution, gaps.across, gaps.x)
+    apart = lip_distances(face, result.solved, result.solution, apertures.across, apertures.x)
     if apart is None:
         return
-    was, now = (1000 * gaps.opened(weights) for weights in (before, result.closure.weights))
+    was, now = (1000 * apertures.opened(weights) for weights in (before, result.closure.weights))
     seen = 1000 * apart.seen
     steps = [np.abs(np.diff(each, axis=0)).max(axis=1) for each in (was, now, seen)]
     excess = steps[1] - np.maximum(steps[0], steps[2])
@@ -339,7 +350,7 @@ def worlds() -> list[World]:
 def scored(shown: WeightsTake, eyes: FloatArray) -> list[Score]:
     """Compare what an ICT face showed with the course of both eyes (F, 2)."""
     scores = []
-    for column, own in enumerate(lid_gaps_of(ict_face(), shown.names).values()):
+    for column, own in enumerate(lid_apertures_of(ict_face(), shown.names).values()):
         truth = own.ends(shown.weights)[1] / own.ends(np.zeros((1, len(shown.names))))[1]
         scores.append(score(truth, shown.weights[:, own.closer], eyes[:, column]))
     return scores
@@ -363,14 +374,14 @@ def own_head(take: WeightsTake, half: int, film: bool) -> Table:
     for column in columns.split(","):
         table.add_column(column, justify="left" if column == "world" else "right")
     rng = np.random.default_rng(5 + half)
-    gaps = lid_gaps_of(ict_face(), ict_mesh(SHARED).shape_names)
+    apertures = lid_apertures_of(ict_face(), ict_mesh(SHARED).shape_names)
     for world in filmed_worlds() if film else worlds():
         shown = PULSES[world.pulses](take, rng)
         result = run(ict_mesh(SHARED), shown, world, half)
         scores = scored(shown, result.closure.eyes)
         final, solved = result.weights.weights, result.solved.weights
-        ends = [own.ends(final) for own in gaps.values()]
-        before = min(float(own.least(solved).min()) for own in gaps.values())
+        ends = [own.ends(final) for own in apertures.values()]
+        before = min(float(own.least(solved).min()) for own in apertures.values())
         shut = np.concatenate(
             [end[1][result.closure.eyes[:, k] > 0.999] for k, end in enumerate(ends)]
         )
@@ -389,7 +400,7 @@ def own_head(take: WeightsTake, half: int, film: bool) -> Table:
 
 def lips_that_touch(shown: WeightsTake, solved: FloatArray, final: FloatArray) -> None:
     """Print how far lips are open that touch on the performer, and parted ones come nearer."""
-    lips = lip_gaps_of(ict_face(), shown.names)
+    lips = lip_apertures_of(ict_face(), shown.names)
     truth, before, after = (
         1000 * lips.opened(each).max(axis=1) for each in (shown.weights, solved, final)
     )

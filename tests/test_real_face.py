@@ -14,7 +14,7 @@ from worlds import animation_of
 
 from usdface import assemble_shot, retarget
 from usdface.cli import main
-from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.lip_contact import lip_apertures_of
 from usdface.closure.lip_signal import lip_distances
 from usdface.geometry.rigid_fit import rigid_fit, similarity_fit
 from usdface.io.bind_file import read_bind
@@ -282,7 +282,7 @@ def test_lips_close_where_the_performers_touch(shared_data: Path, every: int) ->
     )
     shot = assemble_shot(Rig("Face", (ict_mesh(shared_data),)), take)[0]
     result = retarget(shot)
-    lips = lip_gaps_of(shot.face, result.solved.names)
+    lips = lip_apertures_of(shot.face, result.solved.names)
     assert lips is not None and result.solution is not None and result.closure is not None
     seen = lip_distances(shot.face, result.solved, result.solution, lips.across, lips.x)
     assert seen is not None

@@ -8,7 +8,7 @@ from slits import slit_face
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.closure.closed_eyes import close_eyes
-from usdface.closure.lid_gaps import LidGaps
+from usdface.closure.lid_apertures import LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.takes import WeightsTake
 
@@ -16,7 +16,7 @@ NAMES = ("blink", "sneer")
 FACE = BoundFace(slit_face(), (), np.zeros(0, int)).with_layout(())
 FRAMES = 40
 # Of two places along an eye 8 mm open, a sneer lifts the lower lid of one three times as far.
-GAPS = LidGaps(
+APERTURES = LidApertures(
     "left",
     np.array([0.008, 0.008]),
     BlendShapeEvaluator(np.array([[-0.008, -0.008], [-0.003, -0.001]])),
@@ -36,9 +36,9 @@ def findings_of(blink: float, sneer: float) -> list[tuple[str, dict[str, object]
     weights[FRAMES // 2 :] = blink, sneer
     take = WeightsTake(NAMES, np.arange(FRAMES) / 30, weights, 30.0)
     still = np.zeros_like(weights)
-    closed = close_eyes(FACE, take, weights, None, still, {"left": GAPS})
+    closed = close_eyes(FACE, take, weights, None, still, {"left": APERTURES})
     assert closed is not None
-    assert GAPS.least(closed.weights).min() > -0.00017
+    assert APERTURES.least(closed.weights).min() > -0.00017
     return [(f.code, dict(f.values)) for f in closed.findings if f.code.startswith("LIDS")]
 
 
@@ -58,31 +58,31 @@ def test_lids_that_close_or_were_open_are_not(blink: float, sneer: float) -> Non
 
 
 def closings_of(wide: float, pinned: float) -> tuple[int, float]:
-    """Return how many blinks were completed, and the gap [m] at a blink that the take has whole."""
+    """Return the number of completed blinks, and the aperture [m] at a blink that is whole."""
     names, times = ("blink", "wide"), np.arange(0.0, 4.0, 1 / 60)
     rise = np.clip(np.minimum((times - 2.0) / 0.08, (2.26 - times) / 0.16), 0, 1)
     weights = np.stack([0.5 - 0.5 * np.cos(np.pi * rise), np.full(len(times), wide)], axis=1)
-    gaps = replace(
-        GAPS,
+    apertures = replace(
+        APERTURES,
         evaluator=BlendShapeEvaluator(np.array([[-0.008, -0.008], [0.003, 0.003]])),
         raisers=(1,),
         movers=np.array([True, False]),
     )
     take, near = WeightsTake(names, times, weights, 60.0), np.full_like(weights, pinned)
-    found = close_eyes(FACE, take, weights, None, near, {"left": gaps})
+    found = close_eyes(FACE, take, weights, None, near, {"left": apertures})
     assert found is not None
     # The closing shape as it becomes: a second run changes at most the other one.
     weights[:, 0] = found.weights[:, 0]
-    closed = close_eyes(FACE, take, weights, None, near, {"left": gaps})
+    closed = close_eyes(FACE, take, weights, None, near, {"left": apertures})
     assert closed is not None
     findings = [each.code for each in closed.findings if each.code == "EYES_CLOSED"]
     assert bool(findings) == bool(closed.closings)
-    return len(closed.closings), float(gaps.widest(closed.weights)[125])
+    return len(closed.closings), float(apertures.widest(closed.weights)[125])
 
 
 def test_a_blink_is_completed_also_where_only_a_raised_lid_comes_down() -> None:
-    count, gap = closings_of(wide=0.4, pinned=0.0)
-    assert count == 1 and gap < 1e-4
+    count, aperture = closings_of(wide=0.4, pinned=0.0)
+    assert count == 1 and aperture < 1e-4
 
 
 def test_a_blink_that_changes_nothing_was_not_completed() -> None:
@@ -95,13 +95,13 @@ def test_a_blink_that_only_the_recording_names_is_closed_and_told() -> None:
     still = np.zeros((len(times), 2))
     take = WeightsTake(NAMES, times, still, 60.0)
     rise = np.clip(np.minimum((times - 2.0) / 0.08, (2.26 - times) / 0.16), 0, 1)
-    closed = close_eyes(FACE, take, still, None, still, {"left": GAPS}, blink=0.3 * rise)
+    closed = close_eyes(FACE, take, still, None, still, {"left": APERTURES}, blink=0.3 * rise)
     assert closed is not None
-    gap = GAPS.widest(closed.weights)
-    assert gap[120:136].min() < 1e-4
-    assert gap[:115].min() == gap[140:].min() == GAPS.opening
+    aperture = APERTURES.widest(closed.weights)
+    assert aperture[120:136].min() < 1e-4
+    assert aperture[:115].min() == aperture[140:].min() == APERTURES.opening
     assert [each.code for each in closed.findings] == ["BLINK_RECORDED", "EYES_CLOSED"]
-    pinned = close_eyes(FACE, take, still, None, still + 1.0, {"left": GAPS}, blink=0.3 * rise)
+    pinned = close_eyes(FACE, take, still, None, still + 1.0, {"left": APERTURES}, blink=0.3 * rise)
     assert pinned is not None and not pinned.findings
-    untold = close_eyes(FACE, take, still, None, still, {"left": GAPS})
+    untold = close_eyes(FACE, take, still, None, still, {"left": APERTURES})
     assert untold is not None and not untold.closings

@@ -9,7 +9,7 @@ from closing_world import TIMES, markers, performance, result, shot_of
 from slits import slit_face
 
 from usdface.closure.closed_lips import close_lips
-from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.lip_contact import lip_apertures_of
 from usdface.options import ProcessOptions
 from usdface.rigs import Rig
 from usdface.shot.retarget import retarget
@@ -41,12 +41,15 @@ def test_lips_that_touch_are_brought_together_and_open_ones_are_left() -> None:
     wrong = replace(speaking().solved, weights=left_open(0.12))
     assert solution is not None
     closed = close_lips(face, wrong, wrong.weights, solution, FREE)
-    gaps = lip_gaps_of(face, NAMES)
-    assert closed is not None and gaps is not None
+    apertures = lip_apertures_of(face, NAMES)
+    assert closed is not None and apertures is not None
     touching = OPEN == 0
     touching[:25] = False
     inside = touching & np.roll(touching, 5) & np.roll(touching, -5)
-    before, after = gaps.opened(wrong.weights).max(axis=1), gaps.opened(closed.weights).max(axis=1)
+    before, after = (
+        apertures.opened(wrong.weights).max(axis=1),
+        apertures.opened(closed.weights).max(axis=1),
+    )
     assert before[inside].min() > 0.0015
     assert after[inside].max() < 0.0006
     wide = (OPEN > 0.25) & (TIMES > 0.5)
@@ -89,13 +92,13 @@ def test_exaggerated_lips_open_as_much_further_and_touch_as_before() -> None:
     factors = np.ones(len(NAMES))
     factors[jaw] = 1.5
     exaggerated = replace(performed, weights=performed.weights * factors)
-    gaps = lip_gaps_of(face, NAMES)
-    assert gaps is not None
+    apertures = lip_apertures_of(face, NAMES)
+    assert apertures is not None
     opened = []
     for solved in (performed, exaggerated):
         closed = close_lips(face, solved, solved.weights, unlike, FREE, performed)
         assert closed is not None
-        opened.append(gaps.opened(closed.weights).max(axis=1))
+        opened.append(apertures.opened(closed.weights).max(axis=1))
     plain, larger = opened
     apart = (plain > 2.5 * tolerance) & (plain < 0.004)
     assert apart.sum() > 10 and plain[OPEN == 0][30:].max() < 1.3 * tolerance

@@ -8,9 +8,9 @@ from closing_world import BLINKS, TIMES, markers, performance, result
 from slits import slit_face
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.closure import lid_gaps
+from usdface.closure import lid_apertures
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
-from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.closure.rims import RimPairs, rim_pairs
 from usdface.face.bound_face import BoundFace
 from usdface.options import ClosureOptions, ProcessOptions
@@ -24,7 +24,7 @@ from usdface.takes import WeightsTake
 MESH = slit_face()
 NAMES = MESH.shape_names
 FACE = BoundFace(MESH, (), np.zeros(0, int)).with_layout(())
-GAPS = lid_gaps_of(FACE, NAMES)
+APERTURES = lid_apertures_of(FACE, NAMES)
 
 
 @pytest.fixture(scope="module", name="weak")
@@ -48,7 +48,7 @@ def test_blinks_that_the_markers_show_in_part_close_the_eyes(weak: ShotResult) -
     for each, start in zip(closings, BLINKS, strict=True):
         assert abs(TIMES[each.peak] - start - 0.08) < 0.05
         assert max(each.before) < 0.6 and min(each.after) > 0.95
-        assert max(each.gaps) < 1e-4
+        assert max(each.apertures) < 1e-4
     assert "EYES_CLOSED" in codes(weak)
 
 
@@ -145,7 +145,7 @@ def test_beside_one_pin_other_shapes_give_way() -> None:
     shot = result(markers(MESH, performance(NAMES, eyeSquintLeft=squint)), pins=pins)
     final = shot.weights.weights
     assert final[frame, NAMES.index("eyeBlinkLeft")] == 1.0
-    assert GAPS["left"].least(final).min() > -0.0003
+    assert APERTURES["left"].least(final).min() > -0.0003
     assert "LIDS_CROSS" not in codes(shot)
 
 
@@ -169,7 +169,7 @@ def test_without_markers_at_the_lids_it_is_told() -> None:
 def test_one_eye_without_markers_blinks_with_the_other() -> None:
     shot = result(markers(MESH, performance(NAMES), without=("eye_left",)))
     assert {"LIDS_UNSEEN", "BLINK_GUESSED"} <= codes(shot)
-    assert GAPS["left"].widest(shot.weights.weights).min() < 1e-4
+    assert APERTURES["left"].widest(shot.weights.weights).min() < 1e-4
 
 
 @pytest.mark.slow
@@ -181,7 +181,7 @@ def test_the_lids_are_measured_once(monkeypatch: pytest.MonkeyPatch) -> None:
         measured.append(mesh)
         return rim_pairs(mesh, lids, closed, reach)
 
-    monkeypatch.setattr(lid_gaps, "rim_pairs", counted)
+    monkeypatch.setattr(lid_apertures, "rim_pairs", counted)
     shown = result(markers(MESH, performance(NAMES)), mesh=MESH)
     assert shown.closure is not None
     assert len(measured) == 2  # eyes

@@ -8,8 +8,8 @@ from closing_world import BLINKS, TIMES, markers, performance, result
 from slits import slit_face
 
 from usdface.closure.closing_displacements import scanned_glance_displacements
+from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.closure.lid_estimate import lid_estimate
-from usdface.closure.lid_gaps import lid_gaps_of
 from usdface.shot.shot import ShotResult
 
 MESH = slit_face()
@@ -19,7 +19,7 @@ NAMES = MESH.shape_names
 def estimate_of(shot: ShotResult) -> np.ndarray:
     face = shot.shot.face
     assert shot.solution is not None
-    return lid_estimate(face, lid_gaps_of(face, NAMES), NAMES, shot.solution)
+    return lid_estimate(face, lid_apertures_of(face, NAMES), NAMES, shot.solution)
 
 
 def test_all_of_the_opening_is_gone_in_a_blink_and_nothing_at_rest() -> None:
@@ -47,18 +47,18 @@ def test_an_eye_without_markers_is_not_seen() -> None:
 def test_eyes_that_may_look_down_need_not_be_closed() -> None:
     """Markers that move as a scanned face's do under a glance, on a rig that only blinks."""
     face = result(markers(MESH, performance(NAMES))).shot.face
-    gaps = lid_gaps_of(face, NAMES)
+    apertures = lid_apertures_of(face, NAMES)
     take = markers(MESH, np.zeros_like(performance(NAMES)))
     own = [face.markers.index(name) for name in take.names]
     positions = take.positions.copy()
-    for gap in gaps.values():
-        glance = scanned_glance_displacements(face, gap, NAMES)
+    for aperture in apertures.values():
+        glance = scanned_glance_displacements(face, aperture, NAMES)
         assert glance is not None
         positions[120:240] += 1.5 * glance[own]
     shot = result(replace(take, positions=positions))
     assert shot.solution is not None
     blinks, looks = (
-        lid_estimate(face, gaps, NAMES, shot.solution, glances=down) for down in (False, True)
+        lid_estimate(face, apertures, NAMES, shot.solution, glances=down) for down in (False, True)
     )
     assert np.abs(looks[:100]).max() < 0.05
     assert looks[150:200].mean() == pytest.approx(1.5 * 0.47, abs=0.1)

@@ -5,7 +5,7 @@ import pytest
 from closing_world import BLINKS, TIMES, markers, performance, result
 from slits import slit_face
 
-from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.closure.lid_signal import lid_signal
 from usdface.shot.shot import ShotResult
 
@@ -15,7 +15,7 @@ NAMES = MESH.shape_names
 
 def signal_of(shot: ShotResult) -> np.ndarray:
     face = shot.shot.face
-    return lid_signal(face, lid_gaps_of(face, NAMES), shot.solved, shot.solution)
+    return lid_signal(face, lid_apertures_of(face, NAMES), shot.solved, shot.solution)
 
 
 def test_it_is_1_where_the_markers_move_as_the_closed_eye_has_them() -> None:
@@ -43,6 +43,6 @@ def test_an_eye_without_markers_is_not_seen() -> None:
 def test_a_take_of_weights_says_it_itself() -> None:
     shot = result(markers(MESH, performance(NAMES)))
     face = shot.shot.face
-    signal = lid_signal(face, lid_gaps_of(face, NAMES), shot.solved, None)
+    signal = lid_signal(face, lid_apertures_of(face, NAMES), shot.solved, None)
     for column, side in enumerate(("Left", "Right")):
         np.testing.assert_array_equal(signal[:, column], shot.solved.column(f"eyeBlink{side}"))

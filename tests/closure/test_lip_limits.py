@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from usdface.arrays import FloatArray
-from usdface.closure.lip_limits import largest_gaps
+from usdface.closure.lip_limits import largest_apertures
 from usdface.closure.lip_signal import LipDistances
 
 TOLERANCE = 0.0005
@@ -20,7 +20,7 @@ def limits(
 ) -> FloatArray:
     times = np.arange(len(seen)) / 60
     distances = LipDistances(seen, shown, noise)
-    return largest_gaps(distances, opened, TOLERANCE, times, misfit=misfit)
+    return largest_apertures(distances, opened, TOLERANCE, times, misfit=misfit)
 
 
 def test_only_markers_that_contradict_the_solve_count() -> None:
@@ -86,5 +86,5 @@ def test_faces_of_any_size_are_limited_alike(size: float) -> None:
     seen, shown, opened = rolled_open()
     times = np.arange(len(seen)) / 60
     distances = LipDistances(size * seen, size * shown, size * 1e-5)
-    own = largest_gaps(distances, size * opened, size * TOLERANCE, times, misfit=size * 0.0004)
+    own = largest_apertures(distances, size * opened, size * TOLERANCE, times, misfit=size * 0.0004)
     np.testing.assert_allclose(own, size * limits(seen, shown, opened, misfit=0.0004))

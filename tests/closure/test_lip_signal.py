@@ -5,7 +5,7 @@ import pytest
 from closing_world import TIMES, markers, performance, result, slit_markers
 from slits import slit_face
 
-from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.lip_contact import lip_apertures_of
 from usdface.closure.lip_signal import LipDistances, lip_distances, lip_pairs
 from usdface.face.bound_face import BoundFace
 from usdface.shot.shot import ShotResult
@@ -17,9 +17,9 @@ OPEN = 0.3 * np.clip(np.sin(2 * np.pi * TIMES), 0, None)
 
 def distances_of(shot: ShotResult) -> LipDistances | None:
     face = shot.shot.face
-    gaps = lip_gaps_of(face, NAMES)
-    assert gaps is not None and shot.solution is not None
-    return lip_distances(face, shot.solved, shot.solution, gaps.across, gaps.x)
+    apertures = lip_apertures_of(face, NAMES)
+    assert apertures is not None and shot.solution is not None
+    return lip_distances(face, shot.solved, shot.solution, apertures.across, apertures.x)
 
 
 def test_markers_above_and_below_the_mouth_are_a_pair_and_others_are_none() -> None:

@@ -10,7 +10,7 @@ from ict_face import ict_mesh
 from slits import slit_face
 
 from usdface import ProcessOptions, assemble_shot, read_bind, read_take, retarget
-from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.closure.mistracked_lids import _certainty, lid_pairs, lid_reach, mistracked_lids
 from usdface.options import CleanOptions
 from usdface.rigs import Rig
@@ -92,7 +92,7 @@ def test_a_marker_that_closed_lids_hardly_move_is_not_judged() -> None:
         shot = result(markers(MESH, performance(NAMES)), mesh=mesh)
         assert shot.solution is not None
         face = shot.shot.face.with_contacts()
-        return len(lid_pairs(face, shot.solution, lid_gaps_of(face, NAMES)))
+        return len(lid_pairs(face, shot.solution, lid_apertures_of(face, NAMES)))
 
     assert judged(1.0) == 4
     assert judged(0.2) == 0
@@ -110,7 +110,7 @@ def test_a_face_without_lids_has_nothing_to_disbelieve() -> None:
     assert shot.solution is not None
     assert isinstance(shot.shot.take, MarkerTake)
     face = shot.shot.face
-    lids = lid_gaps_of(face, shot.solution.weights.names)
+    lids = lid_apertures_of(face, shot.solution.weights.names)
     assert mistracked_lids(shot.shot.take, face, shot.solution, lids, 9) == ()
 
 

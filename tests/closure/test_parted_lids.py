@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.closure.lid_gaps import LidGaps
+from usdface.closure.lid_apertures import LidApertures
 from usdface.closure.parted_lids import part_eyes
 
 # Of two places along an eye 8 mm open, the squint of the left eye lifts one 1.6 times as far.
-LEFT = LidGaps(
+LEFT = LidApertures(
     "left",
     np.array([0.008, 0.008]),
     BlendShapeEvaluator(0.001 * np.array([[-8, -8], [-6.4, -4], [0, 0]])),
@@ -35,10 +35,10 @@ TIMES = np.arange(20) / 60
 def test_lids_that_one_shape_closes_do_not_cross_on_either_eye() -> None:
     for squints in ((0.65, 1.0), (1.0, 0.65), (0.9, 0.8), (0.0, 1.0)):
         weights = np.tile([0.5, *squints], (len(TIMES), 1))
-        gaps = {"left": LEFT, "right": RIGHT}
-        parted, _ = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
-        assert min(own.least(parted).min() for own in gaps.values()) > -0.00017
-        again, _ = part_eyes(parted, gaps, np.zeros_like(weights), TIMES)
+        apertures = {"left": LEFT, "right": RIGHT}
+        parted, _ = part_eyes(weights, apertures, np.zeros_like(weights), TIMES)
+        assert min(own.least(parted).min() for own in apertures.values()) > -0.00017
+        again, _ = part_eyes(parted, apertures, np.zeros_like(weights), TIMES)
         np.testing.assert_allclose(again, parted, atol=2e-5)
 
 
@@ -59,11 +59,11 @@ def test_pinned_weights_stay() -> None:
 
 def test_lids_that_one_shape_closes_are_parted_alike_on_a_mirrored_face() -> None:
     """Neither eye is judged by what the parting of the other left of its weights."""
-    gaps = {"left": LEFT, "right": RIGHT}
+    apertures = {"left": LEFT, "right": RIGHT}
     for shut, *squints in ((0.5, 0.65, 1.0), (1.0, 0.65, 1.0), (0.8, 0.9, 0.8), (1.0, 0.2, 0.9)):
         weights = np.tile([shut, *squints], (len(TIMES), 1))
-        parted, findings = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
-        other, also = part_eyes(weights[:, [0, 2, 1]], gaps, np.zeros_like(weights), TIMES)
+        parted, findings = part_eyes(weights, apertures, np.zeros_like(weights), TIMES)
+        other, also = part_eyes(weights[:, [0, 2, 1]], apertures, np.zeros_like(weights), TIMES)
         np.testing.assert_allclose(other[:, [0, 2, 1]], parted, atol=2e-5)
         mirrored = {"left eye": "right eye", "right eye": "left eye"}
         assert {mirrored[found.where] for found in findings} == {found.where for found in also}
@@ -71,14 +71,14 @@ def test_lids_that_one_shape_closes_are_parted_alike_on_a_mirrored_face() -> Non
 
 def test_an_eye_that_opens_as_the_other_is_parted_is_reported_as_it_is_in_the_end() -> None:
     """The shape that closes both eyes comes down for the lids of the right one alone."""
-    gaps = {"left": LEFT, "right": RIGHT}
+    apertures = {"left": LEFT, "right": RIGHT}
     weights = np.tile([1.0, 0.0, 1.0], (len(TIMES), 1))
-    parted, findings = part_eyes(weights, gaps, np.zeros_like(weights), TIMES)
+    parted, findings = part_eyes(weights, apertures, np.zeros_like(weights), TIMES)
     assert [(found.code, found.where) for found in findings] == [
         ("LIDS_PARTED", "left eye"),
         ("LIDS_PARTED", "right eye"),
     ]
-    for found, own in zip(findings, gaps.values(), strict=True):
+    for found, own in zip(findings, apertures.values(), strict=True):
         assert found.values["gap_mm"] == pytest.approx(1000 * own.widest(parted).max(), abs=1e-4)
         assert found.values["depth_mm"] == pytest.approx(6.4)
 
@@ -99,11 +99,11 @@ def test_eyes_that_are_shut_alike_lose_as_much_of_their_squint() -> None:
         tighteners=(3,),
         movers=np.array([False, True, False, True]),
     )
-    gaps = {"left": left, "right": right}
+    apertures = {"left": left, "right": right}
 
     def squints(*weights: float) -> np.ndarray:
         frames = np.tile(weights, (len(TIMES), 1))
-        return part_eyes(frames, gaps, np.zeros_like(frames), TIMES)[0][0, 2:]
+        return part_eyes(frames, apertures, np.zeros_like(frames), TIMES)[0][0, 2:]
 
     alone = [
         part_eyes(np.array([[0.8, 0.8, 0.9, 0.9]]), {own.eye: own}, np.zeros((1, 4)), TIMES[:1])[0]

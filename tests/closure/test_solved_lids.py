@@ -4,19 +4,19 @@ import numpy as np
 from closing_world import TIMES, markers, performance, shot_of
 from slits import slit_face
 
-from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.closure.solved_lids import SolvedLids, solved_lids
 from usdface.takes import WeightsTake
 
 MESH = slit_face()
 NAMES = MESH.shape_names
 FACE = shot_of(markers(MESH, performance(NAMES))).face
-GAPS = lid_gaps_of(FACE, NAMES)
+APERTURES = lid_apertures_of(FACE, NAMES)
 
 
 def lids_of(curve: np.ndarray, **others: np.ndarray) -> SolvedLids:
     weights = performance(NAMES, eyeBlinkLeft=curve, **others)
-    return solved_lids(FACE, GAPS, WeightsTake(NAMES, TIMES, weights, 60.0))
+    return solved_lids(FACE, APERTURES, WeightsTake(NAMES, TIMES, weights, 60.0))
 
 
 def test_all_of_the_opening_is_gone_at_full_weight_and_nothing_at_rest() -> None:
@@ -36,6 +36,6 @@ def test_what_another_shape_closes_is_not_by_the_closer() -> None:
 
 def test_an_eye_without_lids_is_unknown() -> None:
     lids = solved_lids(
-        FACE, {"left": GAPS["left"]}, WeightsTake(NAMES, TIMES, performance(NAMES), 60.0)
+        FACE, {"left": APERTURES["left"]}, WeightsTake(NAMES, TIMES, performance(NAMES), 60.0)
     )
     assert np.isnan(lids.closed[:, 1]).all() and np.isfinite(lids.closed[:, 0]).all()

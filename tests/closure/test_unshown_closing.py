@@ -16,7 +16,7 @@ from usdface.closure.unshown_closing import (
 
 TIMES = np.arange(240) / 60.0
 # Weights of a left and a right shape that close the eyes, and of one other.
-GAPS: Any = {"left": SimpleNamespace(closer=0), "right": SimpleNamespace(closer=1)}
+APERTURES: Any = {"left": SimpleNamespace(closer=0), "right": SimpleNamespace(closer=1)}
 HILL = np.exp(-(((TIMES - 2.0) / 0.4) ** 2))
 NONE = np.zeros_like(HILL)
 FREE = np.zeros((len(TIMES), 3))
@@ -30,14 +30,14 @@ def opened(
     both = np.stack([signal, NONE], axis=1)
     alone = None if own is None else np.stack([own, NONE], axis=1)
     shown = shown_closing(both, alone, even_times(TIMES))
-    return weights, without_unshown_closing(weights, weights, shown, GAPS, FREE)
+    return weights, without_unshown_closing(weights, weights, shown, APERTURES, FREE)
 
 
 def test_an_eye_without_evidence_is_opened_and_told() -> None:
     before, after = opened(0.4 * HILL, NONE, -0.3 * HILL)
     assert after[:, 0].max() == pytest.approx(0.05)
     np.testing.assert_array_equal(after[:, 1:], before[:, 1:])
-    (found,) = opened_findings(before, after, GAPS)
+    (found,) = opened_findings(before, after, APERTURES)
     assert found.code == "EYE_OPENED" and found.where == "left eye"
     assert found.values["weight"] == pytest.approx(0.35, abs=0.01)
 
@@ -56,7 +56,7 @@ def test_a_closing_that_is_shown_shared_or_not_measured_stays(
 ) -> None:
     before, after = opened(0.4 * HILL, right, signal, own)
     np.testing.assert_array_equal(before, after)
-    assert not opened_findings(before, after, GAPS)
+    assert not opened_findings(before, after, APERTURES)
 
 
 @pytest.mark.parametrize("own", [-0.3, 0.0, 0.1, 0.4])
@@ -88,9 +88,9 @@ def test_a_second_time_changes_nothing_and_noise_makes_no_jitter() -> None:
 def test_pins_a_single_shape_for_both_eyes_and_single_frames_stay() -> None:
     weights = np.stack([0.4 * HILL, NONE, HILL], axis=1)
     shown = shown_closing(np.zeros((len(TIMES), 2)), None, even_times(TIMES))
-    pinned = without_unshown_closing(weights, weights, shown, GAPS, np.ones_like(FREE))
+    pinned = without_unshown_closing(weights, weights, shown, APERTURES, np.ones_like(FREE))
     np.testing.assert_array_equal(pinned, weights)
-    shared: Any = {"left": GAPS["left"], "right": GAPS["left"]}
+    shared: Any = {"left": APERTURES["left"], "right": APERTURES["left"]}
     np.testing.assert_array_equal(
         without_unshown_closing(weights, weights, shown, shared, FREE), weights
     )
@@ -103,7 +103,7 @@ def test_an_exaggerated_eye_is_judged_as_it_was_performed() -> None:
     exaggerated = performed * [2.0, 1.0, 1.0]
     for signal, share in ((0.3 * HILL, 1.0), (NONE, 0.05 / 0.4)):
         shown = shown_closing(np.stack([signal, NONE], axis=1), None, even_times(TIMES))
-        after = without_unshown_closing(exaggerated, performed, shown, GAPS, FREE)
+        after = without_unshown_closing(exaggerated, performed, shown, APERTURES, FREE)
         assert after[:, 0].max() == pytest.approx(0.8 * share, abs=1e-9)
 
 
@@ -111,7 +111,7 @@ def test_an_eye_is_opened_as_far_as_the_other_where_the_correction_closes_both()
     solved = np.stack([0.4 * HILL, NONE, HILL], axis=1)
     corrected = solved + np.outer(HILL, [0.5, 0.5, 0.0])
     shown = shown_closing(np.stack([NONE, NONE], axis=1), None, even_times(TIMES))
-    after = without_unshown_closing(corrected, solved, shown, GAPS, FREE)
+    after = without_unshown_closing(corrected, solved, shown, APERTURES, FREE)
     assert after[:, 0].max() == pytest.approx(0.55, abs=1e-3)
     assert (after[:, 0] >= corrected[:, 1]).all() and (after <= corrected).all()
     np.testing.assert_array_equal(after[:, 1:], corrected[:, 1:])
@@ -120,8 +120,8 @@ def test_an_eye_is_opened_as_far_as_the_other_where_the_correction_closes_both()
 def test_what_was_opened_stays_in_a_second_run_by_the_same_solve() -> None:
     solved = np.stack([0.4 * HILL, NONE, HILL], axis=1)
     shown = shown_closing(np.stack([NONE, NONE], axis=1), None, even_times(TIMES))
-    once = without_unshown_closing(solved, solved, shown, GAPS, FREE)
-    again = without_unshown_closing(once, solved, shown, GAPS, FREE)
+    once = without_unshown_closing(solved, solved, shown, APERTURES, FREE)
+    again = without_unshown_closing(once, solved, shown, APERTURES, FREE)
     np.testing.assert_allclose(again, once, atol=1e-12, rtol=0)
 
 
@@ -135,7 +135,7 @@ def test_an_eye_is_opened_once(factor: float, signal: float) -> None:
     runs = [exaggerated]
     for _ in range(2):
         opened_once = without_unshown_closing(
-            runs[-1], solved, shown, GAPS, FREE, exaggerated=exaggerated
+            runs[-1], solved, shown, APERTURES, FREE, exaggerated=exaggerated
         )
         runs.append(opened_once)
     assert (runs[0] - runs[1]).max() > 0.02
@@ -146,5 +146,5 @@ def test_a_weight_that_is_solved_next_to_0_stays() -> None:
     solved = np.full((len(TIMES), 3), 1e-310)
     corrected = np.full((len(TIMES), 3), 0.5)
     shown = shown_closing(np.stack([NONE, NONE], axis=1), None, even_times(TIMES))
-    after = without_unshown_closing(corrected, solved, shown, GAPS, FREE)
+    after = without_unshown_closing(corrected, solved, shown, APERTURES, FREE)
     np.testing.assert_array_equal(after, corrected)

@@ -3,7 +3,7 @@ import pytest
 from processed import Done
 from pxr import Usd
 
-from usdface.closure.lid_gaps import lid_gaps_of
+from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.io.usd.played_shot import read_played_shot
 from usdface.page.clip_data import TICKS_PER_SECOND
 from usdface.page.rule_data import rule_data
@@ -33,7 +33,7 @@ def test_times_weights_and_residuals_are_those_of_the_shot(played: PlayedShot) -
 def test_gaps_are_those_of_the_lids(played: PlayedShot) -> None:
     face = played.shot.face
     curves = {gap["name"]: gap for gap in gap_curves(played, face)}
-    lids = lid_gaps_of(face, played.corrected.names)
+    lids = lid_apertures_of(face, played.corrected.names)
     assert {f"{eye} eye" for eye in lids} <= set(curves)
     for eye, own in lids.items():
         least = own.least(played.corrected.weights)

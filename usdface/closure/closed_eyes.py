@@ -11,9 +11,9 @@ from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.closings import find_closings
 from usdface.closure.even_times import even_times
 from usdface.closure.eye_closing import EyeClosing, closing_course, nearest_frame
+from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.closure.lid_contact import close_lids
 from usdface.closure.lid_estimate import lid_estimate
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.closure.lid_motion import lid_markers, lid_motion
 from usdface.closure.lid_signal import least_pulses, lid_signal
 from usdface.closure.parted_lids import one_shape_for_both, part_eyes
@@ -45,8 +45,8 @@ class CompletedClosing:
         Frame index at which it is closed.
     before, after : tuple of float, one for each eye
         Weight of the blend shape that closes the eye, at the peak.
-    gaps : tuple of float, one for each eye [m]
-        Remaining gap at the widest place, at the peak.
+    apertures : tuple of float, one for each eye [m]
+        Remaining aperture at the widest place, at the peak.
     """
 
     closing: EyeClosing
@@ -54,7 +54,7 @@ class CompletedClosing:
     peak: int
     before: tuple[float, ...]
     after: tuple[float, ...]
-    gaps: tuple[float, ...]
+    apertures: tuple[float, ...]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,7 +73,7 @@ def close_eyes(
     weights: FloatArray,
     solution: Solution | None,
     near_pins: FloatArray,
-    gaps: Mapping[Eye, LidGaps],
+    apertures: Mapping[Eye, LidApertures],
     blink: FloatArray | None = None,
     *,
     exaggerated: FloatArray | None = None,
@@ -91,7 +91,7 @@ def close_eyes(
         Of the markers; None of a take of weights.
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`.
-    gaps : mapping of "left", "right" to LidGaps
+    apertures : mapping of "left", "right" to LidApertures
         Of the T blend shapes.
     blink : (F,) float64, optional
         `usdface.takes.MarkerTake.blink`: blinks that the markers do not show are closed, too.
@@ -103,66 +103,66 @@ def close_eyes(
     ClosedEyes or None
         None of a face without lids.
     """
-    if not gaps:
+    if not apertures:
         return None
-    signal = lid_signal(face, gaps, solved, solution)
-    lids = lid_markers(face, gaps, solved.names, solution) if solution else []
+    signal = lid_signal(face, apertures, solved, solution)
+    lids = lid_markers(face, apertures, solved.names, solution) if solution else []
     alone = lid_motion(lids, solution) if solution else None
-    least = least_pulses(face, gaps, solved.names, solution) if solution else None
+    least = least_pulses(face, apertures, solved.names, solution) if solution else None
     gone, glanced = (
-        lid_estimate(face, gaps, solved.names, solution, glances=down) if solution else None
+        lid_estimate(face, apertures, solved.names, solution, glances=down) if solution else None
         for down in (False, True)
     )
-    as_solved = solved_lids(face, gaps, solved) if solution else None
+    as_solved = solved_lids(face, apertures, solved) if solution else None
     closings, left_open = find_closings(
         solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced, solved=as_solved
     )
     recorded = [] if blink is None else recorded_blinks(solved.times, blink)
     unseen = unseen_blinks(recorded, closings)
     closings = sorted([*closings, *unseen], key=lambda each: each.closed)
-    findings = _unseen(gaps, signal)
+    findings = _unseen(apertures, signal)
     findings += _left_open(_apart_from(unseen, left_open, solved.times))
-    course = _eye_course(closing_course(solved.times, closings), gaps, near_pins)
+    course = _eye_course(closing_course(solved.times, closings), apertures, near_pins)
     if solution:
-        findings += _by_another_face(face, gaps, solved.names)
+        findings += _by_another_face(face, apertures, solved.names)
     closed = weights
     if solution:  # lids and gaze of a take of weights are measured, not solved from markers
         shown = shown_closing(signal, alone, even_times(solved.times))
         closed = without_unshown_closing(
-            weights, solved.weights, shown, gaps, near_pins, exaggerated=exaggerated
+            weights, solved.weights, shown, apertures, near_pins, exaggerated=exaggerated
         )
-        findings += opened_findings(weights, closed, gaps)
+        findings += opened_findings(weights, closed, apertures)
         closed = without_glances(closed, solved.times, solved.names, closings, near_pins)
-    for eye, own in gaps.items():
+    for eye, own in apertures.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
-    closed, new_findings = part_eyes(closed, gaps, near_pins, solved.times)
+    closed, new_findings = part_eyes(closed, apertures, near_pins, solved.times)
     findings += new_findings
-    every = (_completed(each, gaps, solved.times, weights, closed) for each in closings)
+    every = (_completed(each, apertures, solved.times, weights, closed) for each in closings)
     # One shape that closes both eyes does not wink, and pins hold weights.
-    completed = tuple(each for each in every if _changed(each, gaps, weights, closed))
+    completed = tuple(each for each in every if _changed(each, apertures, weights, closed))
     findings += _by_recorder(each for each in completed if each.closing in unseen)
     return ClosedEyes(closed, course, completed, findings + _closed(completed))
 
 
 def _eye_course(
-    course: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray
+    course: FloatArray, apertures: Mapping[Eye, LidApertures], near_pins: FloatArray
 ) -> FloatArray:
     """Return the course (F, 2) of the eyes that can close, faded out near pins of their shapes."""
     result = np.zeros(course.shape)
-    for eye, own in gaps.items():
+    for eye, own in apertures.items():
         column = EYES.index(eye)
         shapes = [own.closer, *own.tighteners, *own.raisers]
         result[:, column] = course[:, column] * (1.0 - near_pins[:, shapes].max(axis=1))
-    if one_shape_for_both(gaps):  # not for a wink
+    if one_shape_for_both(apertures):  # not for a wink
         result[:] = result.min(axis=1, keepdims=True)
     return result
 
 
-def _unseen(gaps: Mapping[Eye, LidGaps], signal: FloatArray) -> list[Finding]:
+def _unseen(apertures: Mapping[Eye, LidApertures], signal: FloatArray) -> list[Finding]:
     message = "no marker moves with its lids, so markers do not show its blinks"
     return [
         finding("LIDS_UNSEEN", f"{eye} eye", message)
-        for eye in gaps
+        for eye in apertures
         if np.isnan(signal[:, EYES.index(eye)]).all()
     ]
 
@@ -196,19 +196,19 @@ def _by_recorder(blinks: Iterable[CompletedClosing]) -> list[Finding]:
 
 
 def _by_another_face(
-    face: BoundFace, gaps: Mapping[Eye, LidGaps], names: tuple[str, ...]
+    face: BoundFace, apertures: Mapping[Eye, LidApertures], names: tuple[str, ...]
 ) -> list[Finding]:
     message = "its closed lids move no marker, so blinks are sought as another face shows them"
     return [
         finding("LIDS_GUESSED", f"{eye} eye", message)
-        for eye, own in gaps.items()
+        for eye, own in apertures.items()
         if scanned_lid_displacements(face, own, names)
     ]
 
 
 def _completed(
     closing: EyeClosing,
-    gaps: Mapping[Eye, LidGaps],
+    apertures: Mapping[Eye, LidApertures],
     times: FloatArray,
     before: FloatArray,
     after: FloatArray,
@@ -216,7 +216,7 @@ def _completed(
     first = int(np.searchsorted(times, closing.start, "right"))
     last = int(np.searchsorted(times, closing.end)) - 1
     peak = nearest_frame(times, closing.closed)
-    own = [gaps[EYES[eye]] for eye in closing.eyes if EYES[eye] in gaps]
+    own = [apertures[EYES[eye]] for eye in closing.eyes if EYES[eye] in apertures]
     return CompletedClosing(
         closing,
         (first, last) if first <= last else (peak, peak),
@@ -229,14 +229,14 @@ def _completed(
 
 def _changed(
     completed: CompletedClosing,
-    gaps: Mapping[Eye, LidGaps],
+    apertures: Mapping[Eye, LidApertures],
     before: FloatArray,
     after: FloatArray,
 ) -> bool:
     """Whether weights that move the lids changed in the frames of a closing."""
     first, last = completed.frames
     changed = (before[first : last + 1] != after[first : last + 1]).any(axis=0)
-    own = [gaps[EYES[eye]] for eye in completed.closing.eyes if EYES[eye] in gaps]
+    own = [apertures[EYES[eye]] for eye in completed.closing.eyes if EYES[eye] in apertures]
     return any(changed[each.movers].any() or changed[[*each.raisers]].any() for each in own)
 
 

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.closure.lip_contact import as_open_as_seen, lip_gaps_of, touching_lips
-from usdface.closure.lip_limits import largest_gaps
+from usdface.closure.lip_contact import as_open_as_seen, lip_apertures_of, touching_lips
+from usdface.closure.lip_limits import largest_apertures
 from usdface.closure.lip_signal import lip_distances
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
@@ -68,29 +68,31 @@ def close_lips(
     ClosedLips or None
         None of a face without lips.
     """
-    gaps = lip_gaps_of(face, solved.names)
-    if gaps is None:
+    apertures = lip_apertures_of(face, solved.names)
+    if apertures is None:
         return None
-    distances = lip_distances(face, performed or solved, solution, gaps.across, gaps.x)
+    distances = lip_distances(face, performed or solved, solution, apertures.across, apertures.x)
     if distances is None:
         message = "no two markers of the lips part and meet with the mouth, so a touch is not seen"
         return ClosedLips(
             weights, np.zeros(len(weights)), [finding("LIPS_UNSEEN", "lips", message)]
         )
     tolerance = max(face.tolerance, _LEAST_TOLERANCE)
-    near = near_pins[:, gaps.evaluator.moving].max(axis=1, initial=0.0)
+    near = near_pins[:, apertures.evaluator.moving].max(axis=1, initial=0.0)
     # Near a pin the limit widens, to none at the pin.
-    as_solved = gaps.opened(solved.weights)
-    largest = largest_gaps(distances, as_solved, tolerance, solved.times, misfit=solution.misfit)
+    as_solved = apertures.opened(solved.weights)
+    largest = largest_apertures(
+        distances, as_solved, tolerance, solved.times, misfit=solution.misfit
+    )
     if performed is not None and performed is not solved:
-        largest = _exaggerated(largest, as_solved, gaps.opened(performed.weights), tolerance)
+        largest = _exaggerated(largest, as_solved, apertures.opened(performed.weights), tolerance)
     with np.errstate(divide="ignore"):
         largest = largest / (1.0 - near[:, None])
-    closed = touching_lips(weights, largest, gaps)
+    closed = touching_lips(weights, largest, apertures)
     closed = as_open_as_seen(
-        weights, closed, largest, distances.seen, gaps, tolerance, solved=as_solved
+        weights, closed, largest, distances.seen, apertures, tolerance, solved=as_solved
     )
-    before, after = gaps.opened(weights), gaps.opened(closed)
+    before, after = apertures.opened(weights), apertures.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
     findings = _told("LIPS_CLOSED", _CLOSED, before - after)
     return ClosedLips(closed, course, findings + _told("LIPS_APART", _APART, after - largest))
@@ -107,10 +109,10 @@ def _exaggerated(
     return np.where(larger > 1.0, tolerance + larger * (largest - tolerance), largest)
 
 
-def _told(code: str, message: str, gaps: FloatArray) -> list[Finding]:
-    """Report gaps (F, K) [m]: by how much they were closed, or are still wider than they may be."""
-    frames = np.flatnonzero(gaps.max(axis=1) > _REPORTED)
+def _told(code: str, message: str, apertures: FloatArray) -> list[Finding]:
+    """Report apertures (F, K) [m]: by how much they were closed, or are still too wide."""
+    frames = np.flatnonzero(apertures.max(axis=1) > _REPORTED)
     if not len(frames):
         return []
-    numbers = len(frames), frames[0], frames[-1], 1000 * gaps.max()
+    numbers = len(frames), frames[0], frames[-1], 1000 * apertures.max()
     return [finding(code, "lips", message, *numbers)]

@@ -8,7 +8,7 @@ moves the skin around it, with markers. Then the displacements are those of a fa
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.closure.lid_gaps import LidGaps
+from usdface.closure.lid_apertures import LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.face.expression_poses import units_of
 from usdface.face.face_motion import motion_at
@@ -32,33 +32,33 @@ _RAISED, _TIGHTENED, _CLOSED, _GLANCED = 5, 7, 43, 64
 
 
 def closing_displacements(
-    face: BoundFace, gaps: LidGaps, names: tuple[str, ...], markers: tuple[str, ...]
+    face: BoundFace, apertures: LidApertures, names: tuple[str, ...], markers: tuple[str, ...]
 ) -> FloatArray:
     """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m].
 
-    `gaps` are of the blend shapes `names`. As on the scanned face if the shape moves no marker.
+    `apertures` are of the blend shapes `names`. As on the scanned face if the shape moves none.
     """
     order = [face.markers.index(name) for name in markers]
-    another = scanned_lid_displacements(face, gaps, names)
-    return another.get(gaps.closer, _own_closing(face, gaps, names))[order]
+    another = scanned_lid_displacements(face, apertures, names)
+    return another.get(apertures.closer, _own_closing(face, apertures, names))[order]
 
 
-def near_lids(closing: FloatArray, gaps: LidGaps) -> BoolArray:
+def near_lids(closing: FloatArray, apertures: LidApertures) -> BoolArray:
     """Return which markers the lids of an eye move: (M,), by their closing displacements (M, 3)."""
     size = np.linalg.norm(closing, axis=1)
     farthest = size.max(initial=0.0)
-    return np.asarray((farthest >= _NEAR * gaps.opening) & (size >= _MOVED * farthest))
+    return np.asarray((farthest >= _NEAR * apertures.opening) & (size >= _MOVED * farthest))
 
 
 def scanned_lid_displacements(
-    face: BoundFace, gaps: LidGaps, names: tuple[str, ...]
+    face: BoundFace, apertures: LidApertures, names: tuple[str, ...]
 ) -> dict[int, FloatArray]:
     """Return the displacements of a face's markers by the lids of an eye, as on the scanned face.
 
     Parameters
     ----------
     face : BoundFace
-    gaps : LidGaps
+    apertures : LidApertures
         Of the blend shapes `names`.
     names : tuple of str, length T
 
@@ -68,20 +68,20 @@ def scanned_lid_displacements(
         For the blend shapes that close the eye, tighten its lids, or raise the upper one [m].
         Empty where the first of them moves a marker, or no marker is near the lids.
     """
-    if near_lids(_own_closing(face, gaps, names), gaps).any():
+    if near_lids(_own_closing(face, apertures, names), apertures).any():
         return {}
-    moved = _as_scanned(face, gaps)
-    if not moved or not near_lids(moved[_CLOSED], gaps).any():
+    moved = _as_scanned(face, apertures)
+    if not moved or not near_lids(moved[_CLOSED], apertures).any():
         return {}
     return {
-        gaps.closer: moved[_CLOSED],
-        **dict.fromkeys(gaps.tighteners, moved[_TIGHTENED]),
-        **dict.fromkeys(gaps.raisers, moved[_RAISED]),
+        apertures.closer: moved[_CLOSED],
+        **dict.fromkeys(apertures.tighteners, moved[_TIGHTENED]),
+        **dict.fromkeys(apertures.raisers, moved[_RAISED]),
     }
 
 
 def scanned_glance_displacements(
-    face: BoundFace, gaps: LidGaps, names: tuple[str, ...]
+    face: BoundFace, apertures: LidApertures, names: tuple[str, ...]
 ) -> FloatArray | None:
     """Return the displacements of a face's markers by a glance down of the scanned face.
 
@@ -92,26 +92,26 @@ def scanned_glance_displacements(
     Parameters
     ----------
     face : BoundFace
-    gaps : LidGaps
+    apertures : LidApertures
         Of the blend shapes `names`.
     names : tuple of str, length T
     """
     own = [name for name, units in units_of(names).items() if _GLANCED in units]
     glances = [face.offsets[face.shape_names.index(name)] for name in own]
-    moved = _as_scanned(face, gaps).get(_GLANCED)
-    if moved is None or any(near_lids(glance, gaps).any() for glance in glances):
+    moved = _as_scanned(face, apertures).get(_GLANCED)
+    if moved is None or any(near_lids(glance, apertures).any() for glance in glances):
         return None
-    return moved if near_lids(moved, gaps).any() else None
+    return moved if near_lids(moved, apertures).any() else None
 
 
-def _as_scanned(face: BoundFace, gaps: LidGaps) -> dict[int, FloatArray]:
+def _as_scanned(face: BoundFace, apertures: LidApertures) -> dict[int, FloatArray]:
     """Return the displacements of an eye's side's markers by each action unit of a scanned face."""
     known = (motion_at(face, (_SCANNED,)) or {}).get(_SCANNED, {})
     # Markers on the midline belong to neither eye: a mirrored face has the mirrored result.
     to_left = face.neutral[:, 0] - face.midline
-    own = to_left > 0.0 if gaps.eye == "left" else to_left < 0.0
+    own = to_left > 0.0 if apertures.eye == "left" else to_left < 0.0
     return {unit: own[:, None] * by_unit for unit, by_unit in known.items()}
 
 
-def _own_closing(face: BoundFace, gaps: LidGaps, names: tuple[str, ...]) -> FloatArray:
-    return np.asarray(face.offsets[face.shape_names.index(names[gaps.closer])])
+def _own_closing(face: BoundFace, apertures: LidApertures, names: tuple[str, ...]) -> FloatArray:
+    return np.asarray(face.offsets[face.shape_names.index(names[apertures.closer])])

@@ -13,7 +13,7 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.closure.closed_eyes import CompletedClosing, close_eyes
 from usdface.closure.closed_lips import close_lips
-from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
+from usdface.closure.lid_apertures import Eye, LidApertures, lid_apertures_of
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.options import ClosureOptions
@@ -59,7 +59,7 @@ def close_eyes_and_lips(
     solution: Solution | None,
     pins: Sequence[Pin] = (),
     options: ClosureOptions = ClosureOptions(),
-    gaps: Mapping[Eye, LidGaps] | None = None,
+    apertures: Mapping[Eye, LidApertures] | None = None,
     performed: WeightsTake | None = None,
     blink: FloatArray | None = None,
 ) -> Closure | None:
@@ -77,7 +77,7 @@ def close_eyes_and_lips(
     pins : sequence of Pin
         Pinned weights stay, and the layer fades towards them.
     options : ClosureOptions
-    gaps : mapping of "left", "right" to LidGaps, optional
+    apertures : mapping of "left", "right" to LidApertures, optional
         Of the T blend shapes, where they were measured before.
     performed : WeightsTake, optional
         The solved weights before their exaggeration, which closings are measured on; those of
@@ -99,15 +99,15 @@ def close_eyes_and_lips(
     if options.lids:
         # Last: a jaw that closes the lips may move the lower lids a little.
         lower = weights if lips is None else lips.weights
-        if gaps is None:
-            gaps = lid_gaps_of(face, solved.names)
+        if apertures is None:
+            apertures = lid_apertures_of(face, solved.names)
         eyes = close_eyes(
             face,
             performed,
             lower,
             solution,
             near_pins,
-            gaps,
+            apertures,
             blink,
             exaggerated=solved.weights,
         )

@@ -7,7 +7,7 @@ from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.even_times import EvenTimes
-from usdface.closure.lid_gaps import LidGaps
+from usdface.closure.lid_apertures import LidApertures
 from usdface.numerics.frame_blocks import by_blocks
 
 __all__ = [
@@ -34,7 +34,7 @@ _EXACT = 1e-6
 _UNSEEN = 0.01
 
 
-def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatArray:
+def close_lids(weights: FloatArray, course: FloatArray, apertures: LidApertures) -> FloatArray:
     """Close an eye by its course: 0 leaves it as it is, at 1 the lids meet.
 
     Weights that close are raised, those that hold the upper lid up are lowered; so a second run
@@ -44,7 +44,7 @@ def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatA
     ----------
     weights : (F, T) float64
     course : (F,) float64
-    gaps : LidGaps
+    apertures : LidApertures
 
     Returns
     -------
@@ -55,23 +55,27 @@ def close_lids(weights: FloatArray, course: FloatArray, gaps: LidGaps) -> FloatA
         return weights
     own, share = weights[frames].copy(), course[frames]
     closed = own.copy()
-    raisers, tighteners = list(gaps.raisers), list(gaps.tighteners)
+    raisers, tighteners = list(apertures.raisers), list(apertures.tighteners)
     closed[:, raisers] = 0.0
 
     def least(columns: list[int]) -> FloatArray:
-        return by_blocks(len(closed), lambda block: _least_weight(closed[block], columns, gaps))
+        return by_blocks(
+            len(closed), lambda block: _least_weight(closed[block], columns, apertures)
+        )
 
-    closed[:, gaps.closer] = least([gaps.closer])
+    closed[:, apertures.closer] = least([apertures.closer])
     tight = least(tighteners) if tighteners else np.zeros(len(frames))
     own[:, raisers] = np.minimum(own[:, raisers], 1.0 - share[:, None])
-    own[:, gaps.closer] = np.maximum(own[:, gaps.closer], share * closed[:, gaps.closer])
+    own[:, apertures.closer] = np.maximum(
+        own[:, apertures.closer], share * closed[:, apertures.closer]
+    )
     own[:, tighteners] = np.maximum(own[:, tighteners], (share * tight)[:, None])
     result = weights.copy()
     result[frames] = own
     return result
 
 
-def lowering(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
+def lowering(weights: FloatArray, apertures: LidApertures, free: BoolArray) -> FloatArray:
     """Return the shares (F,) by which the lower lid gives way where lids cross.
 
     Shut lids that are parted stay open in part if the lower lid is raised unevenly. Where they look
@@ -80,16 +84,16 @@ def lowering(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
     Parameters
     ----------
     weights : (F, T) float64
-    gaps : LidGaps
+    apertures : LidApertures
     free : (T,) bool
         Blend shapes that may change.
     """
-    return _lowering(weights, lower_until_parted(weights, gaps, free), gaps, free)
+    return _lowering(weights, lower_until_parted(weights, apertures, free), apertures, free)
 
 
 def part_crossed_lids(
     weights: FloatArray,
-    gaps: LidGaps,
+    apertures: LidApertures,
     free: BoolArray,
     share: FloatArray | None = None,
     fade: int = 0,
@@ -103,7 +107,7 @@ def part_crossed_lids(
     Parameters
     ----------
     weights : (F, T) float64
-    gaps : LidGaps
+    apertures : LidApertures
     free : (T,) bool
         Blend shapes that may change.
     share : (F,) float64, optional
@@ -120,30 +124,32 @@ def part_crossed_lids(
         Equal to `weights` in frames in which the lids do not cross, nor near ones in which the
         lower lid gives way.
     """
-    parted = lower_until_parted(weights, gaps, free)
-    share = _faded(_lowering(weights, parted, gaps, free) if share is None else share, fade, even)
+    parted = lower_until_parted(weights, apertures, free)
+    share = _faded(
+        _lowering(weights, parted, apertures, free) if share is None else share, fade, even
+    )
     frames = np.flatnonzero(share)
     if len(frames):
-        parted[frames] = _lowered(weights[frames], share[frames], gaps, free)
+        parted[frames] = _lowered(weights[frames], share[frames], apertures, free)
     return parted
 
 
 def _lowering(
-    weights: FloatArray, parted: FloatArray, gaps: LidGaps, free: BoolArray
+    weights: FloatArray, parted: FloatArray, apertures: LidApertures, free: BoolArray
 ) -> FloatArray:
     """Return the least shares (F,) to lower what raises the lower lid by, for lids to look shut."""
     share = np.zeros(len(weights))
-    limit = looks_open(gaps)
+    limit = looks_open(apertures)
     frames = np.flatnonzero((parted != weights).any(axis=1))
-    before = gaps.widest(weights[frames])
+    before = apertures.widest(weights[frames])
     frames, before = frames[before < limit], before[before < limit]
     if not len(frames):
         return share
 
     def left(share: FloatArray) -> FloatArray:
-        return gaps.widest(_lowered(weights[frames], share, gaps, free))
+        return apertures.widest(_lowered(weights[frames], share, apertures, free))
 
-    wide = gaps.widest(parted[frames])
+    wide = apertures.widest(parted[frames])
     # Shut lids are to look shut; the further they were parted before, the less it counts.
     shut = 1.0 - (before / limit).clip(min=0.0)
     allowed = wide + shut * (limit - wide).clip(max=0.0)
@@ -152,20 +158,22 @@ def _lowering(
     return share
 
 
-def _lowered(weights: FloatArray, share: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
+def _lowered(
+    weights: FloatArray, share: FloatArray, apertures: LidApertures, free: BoolArray
+) -> FloatArray:
     """Return weights at which the lower lid gave way, and the upper lid came down in its place.
 
     The upper lid comes down until the lids are as near as before, or meet. So how far it was down
     in a frame does not count where the lids cross: its noise would go into the lower lid.
     """
-    squeezers = [k for k in {*gaps.tighteners, *gaps.cheek_raisers} if free[k]]
+    squeezers = [k for k in {*apertures.tighteners, *apertures.cheek_raisers} if free[k]]
     own = weights.copy()
     own[:, squeezers] *= 1.0 - share[:, None]
-    if free[gaps.closer] and squeezers:
-        own[:, gaps.closer] = np.maximum(own[:, gaps.closer], 1.0)
-        nearest = np.maximum(gaps.least(weights), -_PRESSED * gaps.opening)
-        own = _scaled(own, np.array([gaps.closer]), gaps, nearest)
-    return lower_until_parted(own, gaps, free)
+    if free[apertures.closer] and squeezers:
+        own[:, apertures.closer] = np.maximum(own[:, apertures.closer], 1.0)
+        nearest = np.maximum(apertures.least(weights), -_PRESSED * apertures.opening)
+        own = _scaled(own, np.array([apertures.closer]), apertures, nearest)
+    return lower_until_parted(own, apertures, free)
 
 
 def _faded(share: FloatArray, frames: int, even: EvenTimes | None) -> FloatArray:
@@ -182,55 +190,57 @@ def _faded(share: FloatArray, frames: int, even: EvenTimes | None) -> FloatArray
     return np.asarray(np.maximum(share, (faded - _UNSEEN) / (1.0 - _UNSEEN)))
 
 
-def lower_until_parted(weights: FloatArray, gaps: LidGaps, free: BoolArray) -> FloatArray:
+def lower_until_parted(weights: FloatArray, apertures: LidApertures, free: BoolArray) -> FloatArray:
     """Lower the closing shape's weight, then all movers', until the lids do not cross."""
     result = weights.copy()
-    movers = np.flatnonzero(gaps.movers & free)
-    for columns in (np.intersect1d(movers, [gaps.closer]), movers):
-        frames = np.flatnonzero(crossing(result, gaps) > _EXACT)
+    movers = np.flatnonzero(apertures.movers & free)
+    for columns in (np.intersect1d(movers, [apertures.closer]), movers):
+        frames = np.flatnonzero(crossing(result, apertures) > _EXACT)
         if len(frames) and len(columns):
-            nearest = np.full(len(frames), -_PRESSED * gaps.opening)
-            result[frames] = _scaled(result[frames], columns, gaps, nearest)
+            nearest = np.full(len(frames), -_PRESSED * apertures.opening)
+            result[frames] = _scaled(result[frames], columns, apertures, nearest)
     return result
 
 
-def looks_open(gaps: LidGaps) -> float:
-    """Return the gap at the widest place from which shut lids look open [m]."""
-    alone = np.zeros((1, len(gaps.movers)))
-    alone[:, gaps.closer] = _least_weight(alone, [gaps.closer], gaps)
-    return max(_OPEN * gaps.opening, _ALONE * float(gaps.widest(alone)[0]))
+def looks_open(apertures: LidApertures) -> float:
+    """Return the aperture at the widest place from which shut lids look open [m]."""
+    alone = np.zeros((1, len(apertures.movers)))
+    alone[:, apertures.closer] = _least_weight(alone, [apertures.closer], apertures)
+    return max(_OPEN * apertures.opening, _ALONE * float(apertures.widest(alone)[0]))
 
 
-def crossing(weights: FloatArray, gaps: LidGaps) -> FloatArray:
+def crossing(weights: FloatArray, apertures: LidApertures) -> FloatArray:
     """Return by how much the lids cross beyond the allowed depth (`_PRESSED`): (F,) [m]."""
-    return by_blocks(len(weights), lambda frames: _crossed(gaps.at(weights[frames]), gaps))
+    return by_blocks(
+        len(weights), lambda frames: _crossed(apertures.at(weights[frames]), apertures)
+    )
 
 
-def _crossed(distances: FloatArray, gaps: LidGaps) -> FloatArray:
-    return np.asarray(np.maximum(-_PRESSED * gaps.opening - distances.min(axis=1), 0.0))
+def _crossed(distances: FloatArray, apertures: LidApertures) -> FloatArray:
+    return np.asarray(np.maximum(-_PRESSED * apertures.opening - distances.min(axis=1), 0.0))
 
 
-def _least_weight(weights: FloatArray, columns: list[int], gaps: LidGaps) -> FloatArray:
+def _least_weight(weights: FloatArray, columns: list[int], apertures: LidApertures) -> FloatArray:
     """Return the least weight (F,) of some columns at which the lids meet; 1 if they never do."""
     ends = weights.copy(), weights.copy()
     for end, value in zip(ends, (0.0, 1.0), strict=True):
         end[:, columns] = value
-    between = gaps.between(*ends)
+    between = apertures.between(*ends)
 
     def met(weight: FloatArray) -> BoolArray:
-        least, widest = gaps.ends_of(between(weight))
-        return np.asarray((least <= -_PRESSED * gaps.opening) | (widest <= 0.0))
+        least, widest = apertures.ends_of(between(weight))
+        return np.asarray((least <= -_PRESSED * apertures.opening) | (widest <= 0.0))
 
     return _bisected(met, len(weights))
 
 
 def _scaled(
-    weights: FloatArray, columns: IntArray, gaps: LidGaps, nearest: FloatArray
+    weights: FloatArray, columns: IntArray, apertures: LidApertures, nearest: FloatArray
 ) -> FloatArray:
-    """Return weights with some columns scaled down until no gap is below `nearest` (F,) [m]."""
+    """Return weights with some columns scaled down until no aperture is less than `nearest` [m]."""
     lowest = weights.copy()
     lowest[:, columns] = 0.0
-    between = gaps.between(weights, lowest)
+    between = apertures.between(weights, lowest)
     share = _bisected(lambda share: between(share).min(axis=1) >= nearest, len(weights))
     return np.asarray(weights + share[:, None] * (lowest - weights))
 

@@ -17,7 +17,7 @@ from usdface.closure.closing_displacements import (
     scanned_glance_displacements,
     scanned_lid_displacements,
 )
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps
+from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.solution import Solution
@@ -34,7 +34,7 @@ _MISFIT = 3e-4
 
 def lid_estimate(
     face: BoundFace,
-    gaps: Mapping[Eye, LidGaps],
+    apertures: Mapping[Eye, LidApertures],
     names: tuple[str, ...],
     solution: Solution,
     *,
@@ -45,9 +45,9 @@ def lid_estimate(
     Parameters
     ----------
     face : BoundFace
-    gaps : mapping of "left", "right" to LidGaps
+    apertures : mapping of "left", "right" to LidApertures
     names : tuple of str, length T
-        The blend shapes that `gaps` are of.
+        The blend shapes that `apertures` are of.
     solution : Solution
     glances : bool
         Let the lids follow a glance down: as on a scanned face, if they do not on the rig.
@@ -56,9 +56,9 @@ def lid_estimate(
     estimate = np.full((frames, 2), np.nan)
     near = {
         eye: near_lids(closing_displacements(face, own, names, solution.markers), own)
-        for eye, own in gaps.items()
+        for eye, own in apertures.items()
     }
-    measured = [eye for eye in gaps if near[eye].any()]
+    measured = [eye for eye in apertures if near[eye].any()]
     if not measured:
         return estimate
     order = [face.markers.index(name) for name in solution.markers]
@@ -67,13 +67,13 @@ def lid_estimate(
     offsets = np.zeros((len(names), len(face.markers), 3))
     offsets[known] = face.offsets[[column[name] for name in names if name in column]]
     for eye in measured:
-        for shape, elsewhere in scanned_lid_displacements(face, gaps[eye], names).items():
+        for shape, elsewhere in scanned_lid_displacements(face, apertures[eye], names).items():
             offsets[shape] = elsewhere
     deviations = np.full(len(names), _OTHERS)
-    deviations[[gaps[eye].closer for eye in measured]] = _CLOSER
-    taken = np.array([_closed_by(gaps[eye], len(names)) for eye in measured])
+    deviations[[apertures[eye].closer for eye in measured]] = _CLOSER
+    taken = np.array([_closed_by(apertures[eye], len(names)) for eye in measured])
     for row, eye in enumerate(measured):
-        glance = scanned_glance_displacements(face, gaps[eye], names) if glances else None
+        glance = scanned_glance_displacements(face, apertures[eye], names) if glances else None
         if glance is not None:
             offsets = np.concatenate([offsets, glance[None]])
             deviations = np.append(deviations, _CLOSER)
@@ -101,6 +101,6 @@ def _unexplained(solution: Solution, size: float, lids: BoolArray) -> float:
     return variance * float(np.mean(solution.errors[lids] ** 2))
 
 
-def _closed_by(gaps: LidGaps, count: int) -> FloatArray:
+def _closed_by(apertures: LidApertures, count: int) -> FloatArray:
     """Return by how much of the opening each shape brings the lids together: (T,)."""
-    return np.asarray(1.0 - gaps.at(np.eye(count)).mean(axis=1) / gaps.neutral.mean())
+    return np.asarray(1.0 - apertures.at(np.eye(count)).mean(axis=1) / apertures.neutral.mean())

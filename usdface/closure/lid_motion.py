@@ -12,7 +12,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.closure.closing_displacements import closing_displacements, near_lids
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps
+from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.solution import Solution
@@ -60,31 +60,35 @@ class LidMarker:
 
 
 def lid_markers(
-    face: BoundFace, gaps: Mapping[Eye, LidGaps], names: tuple[str, ...], solution: Solution
+    face: BoundFace,
+    apertures: Mapping[Eye, LidApertures],
+    names: tuple[str, ...],
+    solution: Solution,
 ) -> list[LidMarker]:
     """Return the markers on the lids that close the eyes, those with others around them.
 
     Parameters
     ----------
     face : BoundFace
-    gaps : mapping of "left", "right" to LidGaps
+    apertures : mapping of "left", "right" to LidApertures
     names : tuple of str, length T
-        The blend shapes that `gaps` are of.
+        The blend shapes that `apertures` are of.
     solution : Solution
     """
     closing = {
-        eye: closing_displacements(face, own, names, solution.markers) for eye, own in gaps.items()
+        eye: closing_displacements(face, own, names, solution.markers)
+        for eye, own in apertures.items()
     }
     moved = np.zeros(len(solution.markers), dtype=bool)
     for eye, each in closing.items():
-        moved |= near_lids(each, gaps[eye])
+        moved |= near_lids(each, apertures[eye])
     still = np.flatnonzero(~moved)
     found: list[LidMarker] = []
     if len(still) < _FEWEST:
         return found
     for eye in (eye for eye in EYES if eye in closing):
         size = np.linalg.norm(closing[eye], axis=1)
-        on_lid = near_lids(closing[eye], gaps[eye]) & (size > _ON_LID * size.max(initial=0.0))
+        on_lid = near_lids(closing[eye], apertures[eye]) & (size > _ON_LID * size.max(initial=0.0))
         for marker in np.flatnonzero(on_lid).tolist():
             apart = np.linalg.norm(solution.rest[still] - solution.rest[marker], axis=1)
             nearest = np.argsort(apart, kind="stable")[:_AROUND]

@@ -12,7 +12,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.closure.closing_displacements import closing_displacements, near_lids
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps
+from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.retarget.solution import Solution
 from usdface.takes import WeightsTake
@@ -26,7 +26,7 @@ _LEAST = 0.07
 
 def lid_signal(
     face: BoundFace,
-    gaps: Mapping[Eye, LidGaps],
+    apertures: Mapping[Eye, LidApertures],
     weights: WeightsTake,
     solution: Solution | None,
 ) -> FloatArray:
@@ -35,7 +35,7 @@ def lid_signal(
     Parameters
     ----------
     face : BoundFace
-    gaps : mapping of "left", "right" to LidGaps
+    apertures : mapping of "left", "right" to LidApertures
         For the blend shapes of `weights`.
     weights : WeightsTake
         Solved.
@@ -44,13 +44,13 @@ def lid_signal(
     """
     signal = np.full((len(weights.times), 2), np.nan)
     for column, eye in enumerate(EYES):
-        if eye not in gaps:
+        if eye not in apertures:
             continue
         if solution is None:
-            signal[:, column] = weights.weights[:, gaps[eye].closer]
+            signal[:, column] = weights.weights[:, apertures[eye].closer]
             continue
-        closing = closing_displacements(face, gaps[eye], weights.names, solution.markers)
-        used = near_lids(closing, gaps[eye])
+        closing = closing_displacements(face, apertures[eye], weights.names, solution.markers)
+        used = near_lids(closing, apertures[eye])
         if not used.any():
             continue
         moved = solution.feature_points[:, used] - solution.rest[used]
@@ -60,7 +60,10 @@ def lid_signal(
 
 
 def least_pulses(
-    face: BoundFace, gaps: Mapping[Eye, LidGaps], names: tuple[str, ...], solution: Solution
+    face: BoundFace,
+    apertures: Mapping[Eye, LidApertures],
+    names: tuple[str, ...],
+    solution: Solution,
 ) -> FloatArray:
     """Return the least height of a lid's pulse in the signal: (2,).
 
@@ -68,9 +71,9 @@ def least_pulses(
     """
     least = np.zeros(2)
     for column, eye in enumerate(EYES):
-        if eye in gaps:
-            closing = closing_displacements(face, gaps[eye], names, solution.markers)
-            used = near_lids(closing, gaps[eye])
+        if eye in apertures:
+            closing = closing_displacements(face, apertures[eye], names, solution.markers)
+            used = near_lids(closing, apertures[eye])
             if used.any():
-                least[column] = _LEAST * gaps[eye].opening / np.linalg.norm(closing[used])
+                least[column] = _LEAST * apertures[eye].opening / np.linalg.norm(closing[used])
     return least

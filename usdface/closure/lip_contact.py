@@ -15,7 +15,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
 from usdface.numerics.frame_blocks import by_blocks
 
-__all__ = ["LipGaps", "as_open_as_seen", "lip_gaps_of", "touching_lips"]
+__all__ = ["LipApertures", "as_open_as_seen", "lip_apertures_of", "touching_lips"]
 
 # Places along the lips.
 _PLACES = 6
@@ -26,13 +26,13 @@ _INSIDE = 1e-5
 # The part of its weights that the lips are brought to for the slopes of a round: near, as those of
 # a bent way change on it. By hand.
 _SHORT = 0.9
-# Frames at a time; results do not depend on it. Slopes of 6 gaps by 270 blend shapes have 3 MB.
+# Frames at a time; no result depends on it. Slopes of 6 apertures by 270 blend shapes have 3 MB.
 _BLOCK = 256
 
 
 @dataclass(frozen=True, eq=False)
-class LipGaps:
-    """The gaps between the lips at K places, for weights of T blend shapes.
+class LipApertures:
+    """The apertures between the lips at K places, for weights of T blend shapes.
 
     Attributes
     ----------
@@ -43,7 +43,7 @@ class LipGaps:
     across : (3,) float64
         Unit vector from the lower to the upper lip.
     evaluator : BlendShapeEvaluator
-        By how much the shapes change the gaps: N = K.
+        By how much the shapes change the apertures: N = K.
     """
 
     neutral: FloatArray
@@ -60,7 +60,7 @@ class LipGaps:
         return np.asarray(self.evaluator.displacements(self.evaluator.combined(weights)))
 
 
-def lip_gaps_of(face: BoundFace, names: tuple[str, ...]) -> LipGaps | None:
+def lip_apertures_of(face: BoundFace, names: tuple[str, ...]) -> LipApertures | None:
     """Measure the lips of a face; None if its layout has none."""
     mesh, lips = face.mesh, face.layout.lips
     if not len(lips):
@@ -70,7 +70,7 @@ def lip_gaps_of(face: BoundFace, names: tuple[str, ...]) -> LipGaps | None:
     across = direction / max(float(np.linalg.norm(direction)), 1e-12)
     shares, x = _places((upper[:, 0] + lower[:, 0]) / 2)
 
-    def gaps(values: FloatArray) -> FloatArray:
+    def apertures(values: FloatArray) -> FloatArray:
         both = values.reshape(*values.shape[:-1], 2, len(lips), 3)
         return np.asarray(((both[..., 0, :, :] - both[..., 1, :, :]) @ across) @ shares)
 
@@ -78,33 +78,33 @@ def lip_gaps_of(face: BoundFace, names: tuple[str, ...]) -> LipGaps | None:
     column = {name: place for place, name in enumerate(mesh.shape_names)}
     shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
     evaluator = with_known_limits(evaluator_of(mesh, vertices)[0], mesh.shape_names)
-    neutral = gaps(mesh.points[vertices].reshape(-1))
-    return LipGaps(neutral, x, across, evaluator.mapped(gaps).reordered(shapes))
+    neutral = apertures(mesh.points[vertices].reshape(-1))
+    return LipApertures(neutral, x, across, evaluator.mapped(apertures).reordered(shapes))
 
 
-def touching_lips(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:
-    """Return weights at which no gap of the lips exceeds its limit.
+def touching_lips(weights: FloatArray, largest: FloatArray, apertures: LipApertures) -> FloatArray:
+    """Return weights at which no aperture of the lips exceeds its limit.
 
     Parameters
     ----------
     weights : (F, T) float64
     largest : (F, K) float64 [m]
         The limits.
-    gaps : LipGaps
+    apertures : LipApertures
 
     Returns
     -------
     (F, T) float64
-        Equal to `weights` in frames in which no gap exceeds its limit.
+        Equal to `weights` in frames in which no aperture exceeds its limit.
     """
 
     def touching(block: slice) -> FloatArray:
         result, limit = weights[block].copy(), largest[block]
         for _ in range(_ROUNDS):
-            frames = np.flatnonzero((gaps.opened(result) > limit).any(axis=1))
+            frames = np.flatnonzero((apertures.opened(result) > limit).any(axis=1))
             if not len(frames):
                 break
-            result[frames] = _nearer(result[frames], limit[frames], gaps)
+            result[frames] = _nearer(result[frames], limit[frames], apertures)
         return result
 
     return by_blocks(len(weights), touching, _BLOCK)
@@ -115,7 +115,7 @@ def as_open_as_seen(
     closed: FloatArray,
     largest: FloatArray,
     seen: FloatArray,
-    gaps: LipGaps,
+    apertures: LipApertures,
     tolerance: float,
     *,
     solved: FloatArray,
@@ -132,14 +132,14 @@ def as_open_as_seen(
         Before the closure, and after.
     largest, seen : (F, K) float64 [m]
         The limits, and `LipDistances.seen`.
-    gaps : LipGaps
+    apertures : LipApertures
     tolerance : float [m]
         Of a contact.
     solved : (F, K) float64 [m]
         By how much the lips are open as solved: places that a first closure brought nearer than
         they are seen count as too narrow in a second one, too, which would else do a further part.
     """
-    before, after = gaps.opened(weights), gaps.opened(closed)
+    before, after = apertures.opened(weights), apertures.opened(closed)
     beyond = np.maximum(seen - tolerance, 0.0)
     open_by = beyond**2 / (beyond + WIDENS * tolerance)
     at_first = np.maximum(before, solved)
@@ -159,14 +159,14 @@ def as_open_as_seen(
     return result
 
 
-def _nearer(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArray:
-    """Project weights on the limit of each gap; each weight gets its largest change."""
-    over = gaps.opened(weights) - largest
+def _nearer(weights: FloatArray, largest: FloatArray, apertures: LipApertures) -> FloatArray:
+    """Project weights on the limit of each aperture; each weight gets its largest change."""
+    over = apertures.opened(weights) - largest
     over[over > 0] += _INSIDE
-    slopes, whole = _slopes(weights, gaps, _SHORT), _slopes(weights, gaps, 0.0)
+    slopes, whole = _slopes(weights, apertures, _SHORT), _slopes(weights, apertures, 0.0)
     change = np.zeros(weights.shape)
     for k in np.flatnonzero((over > 0).any(axis=0)):
-        along = _useful(slopes[:, :, k], weights, gaps)
+        along = _useful(slopes[:, :, k], weights, apertures)
         along = _with_detours(along, whole[:, :, k], weights, over[:, k])
         size = (along**2).sum(axis=1)
         step = np.divide(
@@ -175,17 +175,17 @@ def _nearer(weights: FloatArray, largest: FloatArray, gaps: LipGaps) -> FloatArr
         wanted = -step[:, None] * along
         change = np.where(np.abs(wanted) > np.abs(change), wanted, change)
     closed = weights + change
-    return _limited(np.maximum(closed, 0.0), weights, gaps)
+    return _limited(np.maximum(closed, 0.0), weights, apertures)
 
 
-def _slopes(weights: FloatArray, gaps: LipGaps, part: float) -> FloatArray:
-    """Return the change of each gap per change of each weight, on the way to a part of all weights.
+def _slopes(weights: FloatArray, apertures: LipApertures, part: float) -> FloatArray:
+    """Return the slope of each aperture by each weight, on the way to a part of all weights.
 
     Returns
     -------
     (F, T, K) float64 [m]
     """
-    evaluator = gaps.evaluator
+    evaluator = apertures.evaluator
     if evaluator.linear:
         return np.broadcast_to(evaluator.offsets, (len(weights), *evaluator.offsets.shape))
     result = np.zeros((len(weights), *evaluator.offsets.shape))
@@ -194,11 +194,11 @@ def _slopes(weights: FloatArray, gaps: LipGaps, part: float) -> FloatArray:
     return result
 
 
-def _useful(slopes: FloatArray, weights: FloatArray, gaps: LipGaps) -> FloatArray:
+def _useful(slopes: FloatArray, weights: FloatArray, apertures: LipApertures) -> FloatArray:
     """Return the slopes (F, T) of the weights that can bring the lips together."""
     opens = (slopes > 0) & (weights > 0)
     closes = np.zeros(weights.shape, dtype=bool)
-    for low, high in gaps.evaluator.limits.tolist():
+    for low, high in apertures.evaluator.limits.tolist():
         closes[:, low] = (slopes[:, low] < 0) & (weights[:, low] < weights[:, high])
     return np.where(opens | closes, slopes, 0.0)
 
@@ -209,7 +209,7 @@ def _with_detours(
     """Return useful slopes (F, T), also of weights that first part the lips on their way to 0.
 
     An inbetween can open the lips further than the whole shape does. Such a weight is lowered by
-    the slope of its whole way to 0, but only where the others at 0 leave a gap too wide.
+    the slope of its whole way to 0, but only where the others at 0 leave an aperture too wide.
 
     Parameters
     ----------
@@ -219,17 +219,17 @@ def _with_detours(
         Slopes on the way to 0.
     weights : (F, T) float64
     over : (F,) float64
-        By how much the gap is too wide.
+        By how much the aperture is too wide.
     """
     left = over - (np.maximum(along, 0.0) * weights).sum(axis=1)
     detour = (along == 0) & (whole > 0) & (weights > 0) & (left > 0)[:, None]
     return np.where(detour, whole, along)
 
 
-def _limited(closed: FloatArray, weights: FloatArray, gaps: LipGaps) -> FloatArray:
+def _limited(closed: FloatArray, weights: FloatArray, apertures: LipApertures) -> FloatArray:
     """Limit shapes that close the lips of an open jaw to the jaw's weight, or their own before."""
     result = closed.copy()
-    for low, high in gaps.evaluator.limits.tolist():
+    for low, high in apertures.evaluator.limits.tolist():
         highest = np.maximum(result[:, high], np.minimum(weights[:, low], result[:, low]))
         result[:, low] = np.minimum(result[:, low], highest)
     return result

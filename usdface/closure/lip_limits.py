@@ -9,7 +9,7 @@ from usdface.closure.even_times import even_times
 from usdface.closure.lip_signal import LipDistances
 from usdface.numerics.ramps import smooth_step
 
-__all__ = ["WIDENS", "largest_gaps"]
+__all__ = ["WIDENS", "largest_apertures"]
 
 # The solve is contradicted where markers of the two lips are nearer to each other by this many
 # tolerances, or deviations of the noise; wholly at a tolerance more. The real take that leaves the
@@ -27,7 +27,7 @@ WIDENS = 2.0
 _EASE = 0.05
 
 
-def largest_gaps(
+def largest_apertures(
     distances: LipDistances,
     opened: FloatArray,
     tolerance: float,

@@ -18,7 +18,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.cleanup.gaps import frame_ranges
-from usdface.closure.lid_gaps import Eye, LidGaps
+from usdface.closure.lid_apertures import Eye, LidApertures
 from usdface.closure.lid_motion import LidMarker, lid_markers
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import midline, mirrored_markers
@@ -94,23 +94,27 @@ def lid_reach(times: FloatArray) -> int:
 
 
 def lid_pairs(
-    face: BoundFace, solution: Solution, gaps: Mapping[Eye, LidGaps]
+    face: BoundFace, solution: Solution, apertures: Mapping[Eye, LidApertures]
 ) -> list[tuple[LidMarker, LidMarker]]:
     """Return each lid marker that has one on the other lid, with that; none in an image."""
-    if not solution.in_space or len(gaps) < 2:
+    if not solution.in_space or len(apertures) < 2:
         return []
     names = solution.weights.names
     lids = {
         lid.marker: lid
-        for lid in lid_markers(face, gaps, names, solution)
-        if np.linalg.norm(lid.closing) >= _LEAST_CLOSING * gaps[lid.eye].opening
+        for lid in lid_markers(face, apertures, names, solution)
+        if np.linalg.norm(lid.closing) >= _LEAST_CLOSING * apertures[lid.eye].opening
     }
     partner = mirrored_markers(solution.rest, midline(solution.rest, face.midline))
     return [(lid, lids[partner[m]]) for m, lid in lids.items() if partner[m] in lids]
 
 
 def mistracked_lids(
-    take: MarkerTake, face: BoundFace, solution: Solution, gaps: Mapping[Eye, LidGaps], reach: int
+    take: MarkerTake,
+    face: BoundFace,
+    solution: Solution,
+    apertures: Mapping[Eye, LidApertures],
+    reach: int,
 ) -> tuple[MistrackedLid, ...]:
     """Find mistracked lid markers, and where they are by the motion of the other lid.
 
@@ -121,7 +125,7 @@ def mistracked_lids(
     face : BoundFace
     solution : Solution
         Of the take.
-    gaps : mapping of "left", "right" to LidGaps
+    apertures : mapping of "left", "right" to LidApertures
         Of the solution's blend shapes.
     reach : int
         `lid_reach` of the take. A frame is judged by those that lie so near, so that a piece of a
@@ -130,8 +134,8 @@ def mistracked_lids(
     found: list[MistrackedLid] = []
     if solution.marker_maps is None:
         return ()
-    for lid, other in lid_pairs(face, solution, gaps):
-        shares, moved = _replacement(lid, other, face, gaps, solution, reach)
+    for lid, other in lid_pairs(face, solution, apertures):
+        shares, moved = _replacement(lid, other, face, apertures, solution, reach)
         frames = np.flatnonzero(shares)
         if not len(frames):
             continue
@@ -197,7 +201,7 @@ def _replacement(
     lid: LidMarker,
     other: LidMarker,
     face: BoundFace,
-    gaps: Mapping[Eye, LidGaps],
+    apertures: Mapping[Eye, LidApertures],
     solution: Solution,
     reach: int,
 ) -> tuple[FloatArray, FloatArray]:
@@ -208,7 +212,7 @@ def _replacement(
     displacements = solution.displacements
     own = displacements[:, lid.marker] - lid.skin(displacements)
     twin = (displacements[:, other.marker] - other.skin(displacements)) * _MIRROR
-    limit = _BEYOND * _widest(lid, face, gaps, solution)
+    limit = _BEYOND * _widest(lid, face, apertures, solution)
     closed = lid.closed(own)
     apart = (lid.closed(twin) - closed) / limit
     measured = np.isfinite(solution.distances[:, [lid.marker, other.marker]]).all(axis=1)
@@ -219,13 +223,13 @@ def _replacement(
 
 
 def _widest(
-    lid: LidMarker, face: BoundFace, gaps: Mapping[Eye, LidGaps], solution: Solution
+    lid: LidMarker, face: BoundFace, apertures: Mapping[Eye, LidApertures], solution: Solution
 ) -> float:
     """Return how far the rig opens the eye at most, in closings of it: above 0."""
     marker = face.markers.index(solution.markers[lid.marker])
     opened = -lid.closed(face.offsets[:, marker])
     names = solution.weights.names
-    raisers = [face.shape_names.index(names[shape]) for shape in gaps[lid.eye].raisers]
+    raisers = [face.shape_names.index(names[shape]) for shape in apertures[lid.eye].raisers]
     return float(max(opened[raisers].max(initial=0.0), _OPENS))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.even_times import EvenTimes, even_times
+from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.closure.lid_contact import (
     crossing,
     looks_open,
@@ -14,12 +15,11 @@ from usdface.closure.lid_contact import (
     lowering,
     part_crossed_lids,
 )
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps
 from usdface.findings import Finding, finding
 
 __all__ = ["one_shape_for_both", "part_eyes"]
 
-_Part = Callable[[FloatArray, LidGaps, BoolArray], FloatArray]
+_Part = Callable[[FloatArray, LidApertures, BoolArray], FloatArray]
 # The lower lid gives way, and comes back, in as long as the slowest blink opens [s] (`blinks`).
 _GIVES_WAY = 0.3
 # Eyes whose weights differ by less are shut alike. By hand: those of closed eyes on a phone differ
@@ -34,14 +34,17 @@ _FALLEN = 0.1
 
 
 def part_eyes(
-    weights: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray, times: FloatArray
+    weights: FloatArray,
+    apertures: Mapping[Eye, LidApertures],
+    near_pins: FloatArray,
+    times: FloatArray,
 ) -> tuple[FloatArray, list[Finding]]:
     """Part lids that cross.
 
     Parameters
     ----------
     weights : (F, T) float64
-    gaps : mapping of "left", "right" to LidGaps
+    apertures : mapping of "left", "right" to LidApertures
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`; pinned weights stay.
     times : (F,) float64 [s]
@@ -51,95 +54,102 @@ def part_eyes(
     weights : (F, T) float64
     findings : list of Finding
     """
-    parted = _both_parted(weights, gaps, near_pins, even_times(times))
+    parted = _both_parted(weights, apertures, near_pins, even_times(times))
     findings: list[Finding] = []
-    for eye, own in gaps.items():
+    for eye, own in apertures.items():
         # What lowers a shape that closes both eyes may be the other one.
-        causes = [*gaps.values()] if one_shape_for_both(gaps) else [own]
+        causes = [*apertures.values()] if one_shape_for_both(apertures) else [own]
         findings += _crossing(eye, own, parted) + _opened(eye, own, causes, weights, parted)
     return parted, findings
 
 
-def one_shape_for_both(gaps: Mapping[Eye, LidGaps]) -> bool:
+def one_shape_for_both(apertures: Mapping[Eye, LidApertures]) -> bool:
     """Return whether the two eyes close by the same blend shape."""
-    return len(gaps) == 2 and gaps["left"].closer == gaps["right"].closer
+    return len(apertures) == 2 and apertures["left"].closer == apertures["right"].closer
 
 
 def _both_parted(
-    weights: FloatArray, gaps: Mapping[Eye, LidGaps], near_pins: FloatArray, even: EvenTimes
+    weights: FloatArray,
+    apertures: Mapping[Eye, LidApertures],
+    near_pins: FloatArray,
+    even: EvenTimes,
 ) -> FloatArray:
     free = np.ones(weights.shape[1], dtype=bool)
-    shares = {eye: lowering(weights, own, free) for eye, own in gaps.items()}
-    if not one_shape_for_both(gaps):
-        shares = _alike(weights, gaps, shares)
-        for eye, own in gaps.items():
+    shares = {eye: lowering(weights, own, free) for eye, own in apertures.items()}
+    if not one_shape_for_both(apertures):
+        shares = _alike(weights, apertures, shares)
+        for eye, own in apertures.items():
             part = partial(_parted, share=shares[eye], even=even)
             weights = _without_crossing(weights, own, near_pins, part)
         return weights
     # Each eye from the same weights, or the second would be judged by what the first left of it.
     alone = [
         _without_crossing(weights, own, near_pins, partial(_parted, share=shares[eye], even=even))
-        for eye, own in gaps.items()
+        for eye, own in apertures.items()
     ]
     parted: FloatArray = np.min(alone, axis=0)
-    closer = gaps["left"].closer
+    closer = apertures["left"].closer
     parted[:, closer] = np.max(alone, axis=0)[:, closer]
     # What brings one eye's upper lid down may have crossed the lids of the other.
-    for own in gaps.values():
+    for own in apertures.values():
         parted = _without_crossing(parted, own, near_pins, lower_until_parted)
     return parted
 
 
 def _alike(
-    weights: FloatArray, gaps: Mapping[Eye, LidGaps], shares: Mapping[Eye, FloatArray]
+    weights: FloatArray, apertures: Mapping[Eye, LidApertures], shares: Mapping[Eye, FloatArray]
 ) -> dict[Eye, FloatArray]:
     """Return the shares by which lower lids give way: of eyes that are shut alike, the larger.
 
     Hundredths of a millimetre between the two lids of a mesh decide whether an eye that is parted
     looks open.
     """
-    if len(gaps) < 2:
+    if len(apertures) < 2:
         return dict(shares)
-    left, right = (_shut(weights, gaps[eye]) for eye in EYES)
+    left, right = (_shut(weights, apertures[eye]) for eye in EYES)
     together = (1.0 - np.abs(left - right).max(axis=1) / _UNLIKE).clip(min=0.0)
     most = np.maximum(*shares.values())
     return {eye: share + together * (most - share) for eye, share in shares.items()}
 
 
-def _shut(weights: FloatArray, gaps: LidGaps) -> FloatArray:
+def _shut(weights: FloatArray, apertures: LidApertures) -> FloatArray:
     """Return how far closing shape, lower lid and cheek are up in an eye: (F, 3)."""
-    groups = ([gaps.closer], gaps.tighteners, gaps.cheek_raisers)
+    groups = ([apertures.closer], apertures.tighteners, apertures.cheek_raisers)
     return np.stack([weights[:, list(own)].max(axis=1, initial=0.0) for own in groups], axis=1)
 
 
 def _parted(
-    weights: FloatArray, gaps: LidGaps, free: BoolArray, share: FloatArray, even: EvenTimes
+    weights: FloatArray,
+    apertures: LidApertures,
+    free: BoolArray,
+    share: FloatArray,
+    even: EvenTimes,
 ) -> FloatArray:
     """Return weights at which the lids do not cross, with pins from a share of their own."""
     fade = round(_GIVES_WAY / even.step) if even.step else 0
-    return part_crossed_lids(weights, gaps, free, share if free.all() else None, fade, even)
+    return part_crossed_lids(weights, apertures, free, share if free.all() else None, fade, even)
 
 
 def _without_crossing(
     weights: FloatArray,
-    gaps: LidGaps,
+    apertures: LidApertures,
     near_pins: FloatArray,
     part: _Part,
 ) -> FloatArray:
     """Return weights at which the lids do not cross; pinned weights stay."""
-    near = near_pins[:, gaps.movers].max(axis=1, initial=0.0)
+    near = near_pins[:, apertures.movers].max(axis=1, initial=0.0)
     free = np.ones(weights.shape[1], dtype=bool)
-    parted = part(weights, gaps, free)
+    parted = part(weights, apertures, free)
     pinned = near > 0
     if pinned.any():
         held = near_pins[pinned].max(axis=0) > 0
-        kept = part(weights, gaps, ~held)[pinned]
+        kept = part(weights, apertures, ~held)[pinned]
         parted[pinned] += near[pinned, None] * (kept - parted[pinned])
     return parted
 
 
-def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
-    depth = crossing(weights, gaps)
+def _crossing(eye: Eye, apertures: LidApertures, weights: FloatArray) -> list[Finding]:
+    depth = crossing(weights, apertures)
     frames = np.flatnonzero(depth > _REPORTED)
     if not len(frames):
         return []
@@ -161,17 +171,24 @@ def _crossing(eye: Eye, gaps: LidGaps, weights: FloatArray) -> list[Finding]:
 
 
 def _opened(
-    eye: Eye, gaps: LidGaps, causes: Sequence[LidGaps], shut: FloatArray, parted: FloatArray
+    eye: Eye,
+    apertures: LidApertures,
+    causes: Sequence[LidApertures],
+    shut: FloatArray,
+    parted: FloatArray,
 ) -> list[Finding]:
     """Report lids that were shut, and stay open in part where those that cross are parted.
 
     Or whose lower lid is lowered for it. Those that cross are of the `causes`.
     """
     frames = np.flatnonzero((shut != parted).any(axis=1))
-    frames = frames[gaps.widest(shut[frames]) <= 0.0]
-    left, raised = gaps.widest(parted[frames]), [*gaps.tighteners, *gaps.cheek_raisers]
+    frames = frames[apertures.widest(shut[frames]) <= 0.0]
+    left, raised = (
+        apertures.widest(parted[frames]),
+        [*apertures.tighteners, *apertures.cheek_raisers],
+    )
     fallen = (shut[frames] - parted[frames])[:, raised].max(axis=1, initial=0.0)
-    reported = (left > looks_open(gaps) + _EXACT) | (fallen > _FALLEN)
+    reported = (left > looks_open(apertures) + _EXACT) | (fallen > _FALLEN)
     frames, left, fallen = frames[reported], left[reported], fallen[reported]
     if not len(frames):
         return []

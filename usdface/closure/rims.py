@@ -38,13 +38,13 @@ class RimPairs:
         """The vertices that have a share in any pair."""
         return np.unique(self.points.indices).astype(np.int64)
 
-    def gaps(self, vertices: IntArray, values: FloatArray) -> FloatArray:
-        """Return the gaps (..., K) of positions or displacements (..., 3 N) of `vertices` (N,)."""
+    def apertures(self, vertices: IntArray, values: FloatArray) -> FloatArray:
+        """Return the apertures (..., K) of positions or displacements (..., 3 N) of `vertices`."""
         own = self.points[:, vertices]
         apart = values.reshape(-1, len(vertices), 3)
-        gaps = np.stack([own @ apart[..., axis].T for axis in range(3)], axis=-1)
+        apertures = np.stack([own @ apart[..., axis].T for axis in range(3)], axis=-1)
         return np.asarray(
-            (gaps * self.directions[:, None]).sum(axis=2).T.reshape(*values.shape[:-1], -1)
+            (apertures * self.directions[:, None]).sum(axis=2).T.reshape(*values.shape[:-1], -1)
         )
 
     def select(self, pairs: IntArray) -> "RimPairs":

@@ -11,7 +11,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, frozen
 from usdface.closure.closing_displacements import scanned_lid_displacements
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps
+from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.takes import WeightsTake
 
@@ -39,13 +39,15 @@ class SolvedLids:
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
 
-def solved_lids(face: BoundFace, gaps: Mapping[Eye, LidGaps], solved: WeightsTake) -> SolvedLids:
+def solved_lids(
+    face: BoundFace, apertures: Mapping[Eye, LidApertures], solved: WeightsTake
+) -> SolvedLids:
     """Measure how far solved weights close each eye, at its widest place.
 
     Parameters
     ----------
     face : BoundFace
-    gaps : mapping of "left", "right" to LidGaps
+    apertures : mapping of "left", "right" to LidApertures
         Of the blend shapes of `solved`.
     solved : WeightsTake
 
@@ -56,7 +58,7 @@ def solved_lids(face: BoundFace, gaps: Mapping[Eye, LidGaps], solved: WeightsTak
         (`scanned_lid_displacements`): its lids are not solved.
     """
     closed, by_closer = (np.full((len(solved.times), 2), np.nan) for _ in range(2))
-    for eye, own in gaps.items():
+    for eye, own in apertures.items():
         if scanned_lid_displacements(face, own, solved.names):
             continue
         column = EYES.index(eye)

@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from usdface.arrays import FloatArray
 from usdface.closure.even_times import EvenTimes
-from usdface.closure.lid_gaps import EYES, Eye, LidGaps
+from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.closure.lid_pulses import LEAST_HEIGHT, lid_pulses
 from usdface.findings import Finding, finding
 
@@ -89,7 +89,7 @@ def without_unshown_closing(
     weights: FloatArray,
     solved: FloatArray,
     shown: ShownClosing,
-    gaps: Mapping[Eye, LidGaps],
+    apertures: Mapping[Eye, LidApertures],
     near_pins: FloatArray,
     *,
     exaggerated: FloatArray | None = None,
@@ -107,13 +107,13 @@ def without_unshown_closing(
     solved : (F, T) float64
         As the performer shows them.
     shown : ShownClosing
-    gaps : mapping of "left", "right" to LidGaps
+    apertures : mapping of "left", "right" to LidApertures
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`: pinned weights stay.
     exaggerated : (F, T) float64, optional
         The solved weights with their exaggeration, before the correction; `solved`, if left out.
     """
-    closers = [gaps[eye].closer for eye in EYES if eye in gaps]
+    closers = [apertures[eye].closer for eye in EYES if eye in apertures]
     if len(set(closers)) < 2:
         return weights
     both = solved[:, closers]
@@ -133,11 +133,11 @@ def without_unshown_closing(
 
 
 def opened_findings(
-    before: FloatArray, after: FloatArray, gaps: Mapping[Eye, LidGaps]
+    before: FloatArray, after: FloatArray, apertures: Mapping[Eye, LidApertures]
 ) -> list[Finding]:
     """Report eyes that were opened, of weights (F, T) before and after."""
     findings = []
-    for eye, own in gaps.items():
+    for eye, own in apertures.items():
         fallen = before[:, own.closer] - after[:, own.closer]
         frames = np.flatnonzero(fallen > _FALLEN)
         if len(frames):

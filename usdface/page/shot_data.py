@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.closure.lid_gaps import lid_gaps_of
-from usdface.closure.lip_contact import lip_gaps_of
+from usdface.closure.lid_apertures import lid_apertures_of
+from usdface.closure.lip_contact import lip_apertures_of
 from usdface.face.bound_face import BoundFace
 from usdface.face.face_points import face_points
 from usdface.face.lip_lid_contacts import LipLidContacts
@@ -148,10 +148,10 @@ def gap_curves(played: PlayedShot, face: BoundFace) -> list[dict[str, Any]]:
     names = played.corrected.names
     layers = {"corrected": played.corrected.weights, "raw": played.solved.weights}
     found = []
-    for eye, lids in lid_gaps_of(face, names).items():
+    for eye, lids in lid_apertures_of(face, names).items():
         ends = {layer: lids.ends(weights) for layer, weights in layers.items()}
         found.append(_gap(f"{eye} eye", ends))
-    lips = lip_gaps_of(face, names)
+    lips = lip_apertures_of(face, names)
     if lips is not None:
         opened = {layer: lips.neutral + lips.opened(weights) for layer, weights in layers.items()}
         ends = {layer: (gap.min(axis=1), gap.max(axis=1)) for layer, gap in opened.items()}

@@ -171,10 +171,10 @@ def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
 
 
 def _close(face: BoundFace, result: ShotResult) -> Closure | None:
-    solve, gaps = result.solve, None
+    solve, apertures = result.solve, None
     # A base adds blend shapes, without which the lids were measured.
     if solve is not None and result.solved.names == solve.weights.names:
-        gaps = solve.lids
+        apertures = solve.lids
     take = result.shot.take
     closure = close_eyes_and_lips(
         face,
@@ -183,7 +183,7 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
         solution=result.solution,
         pins=result.shot.setup.pins,
         options=result.shot.setup.closure,
-        gaps=gaps,
+        apertures=apertures,
         performed=result.performed,
         blink=take.blink if isinstance(take, MarkerTake) else None,
     )

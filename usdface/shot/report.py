@@ -9,7 +9,7 @@ from usdface.advice import advice
 from usdface.binding.marker_places import FreePlaces, free_places
 from usdface.binding.resolve_binding import neutral_summary
 from usdface.closure.closed_eyes import CompletedClosing
-from usdface.closure.lid_gaps import EYES
+from usdface.closure.lid_apertures import EYES
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import gain_region
@@ -128,7 +128,7 @@ def _closing(completed: CompletedClosing) -> dict[str, Any]:
         "one_eye_guessed": closing.guessed,
         "weight_before": [round(weight, 4) for weight in completed.before],
         "weight_after": [round(weight, 4) for weight in completed.after],
-        "gap_mm": [round(1000.0 * gap, 3) for gap in completed.gaps],
+        "gap_mm": [round(1000.0 * aperture, 3) for aperture in completed.apertures],
     }
 
 

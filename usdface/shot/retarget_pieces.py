@@ -15,7 +15,7 @@ import numpy as np
 from usdface.arrays import BoolArray, IntArray
 from usdface.cleanup.clean import Cleaned
 from usdface.cleanup.repairs import Repair
-from usdface.closure.lid_gaps import Eye, LidGaps
+from usdface.closure.lid_apertures import Eye, LidApertures
 from usdface.closure.mistracked_lids import (
     MistrackedLid,
     lid_pairs,
@@ -119,7 +119,7 @@ class EstimatedTake:
     overlap : int
         Frames that a piece needs beyond each of its ends.
     findings : tuple of Finding
-    lids : mapping of "left", "right" to LidGaps, or None
+    lids : mapping of "left", "right" to LidApertures, or None
         Of the character, by which lid markers are judged.
     judged : int
         Frames beyond the overlap by which lid markers are judged; 0 where they cannot be.
@@ -131,7 +131,7 @@ class EstimatedTake:
     estimates: TakeEstimates
     overlap: int
     findings: tuple[Finding, ...]
-    lids: Mapping[Eye, LidGaps] | None = None
+    lids: Mapping[Eye, LidApertures] | None = None
     judged: int = 0
     tracked: TakeEstimates | None = None
 
@@ -208,19 +208,19 @@ def _estimated(sample: MarkerTake, face: BoundFace, setup: RetargetSetup) -> Est
 
     estimates, found = estimated(sample)
     overlap = overlap_frames(sample, estimates, names, setup)
-    gaps, judged, tracked = checked_lids(face, setup), 0, None
-    if gaps is not None and len(gaps) == 2:
+    apertures, judged, tracked = checked_lids(face, setup), 0, None
+    if apertures is not None and len(apertures) == 2:
         solution = solve_piece(sample, estimates, names, given)
         contacts = face.with_contacts()
-        if lid_pairs(contacts, solution, gaps):
+        if lid_pairs(contacts, solution, apertures):
             judged = lid_reach(sample.times)
-        lids = mistracked_lids(sample, contacts, solution, gaps, judged)
+        lids = mistracked_lids(sample, contacts, solution, apertures, judged)
         if lids:
             tracked = estimates
             estimates, found = estimated(with_replaced_lids(sample, lids))
             overlap = max(overlap, overlap_frames(sample, estimates, names, setup))
     findings += [each for each in found if each.code not in _OF_FRAMES]
-    return EstimatedTake(estimates, overlap, tuple(findings), gaps, judged, tracked)
+    return EstimatedTake(estimates, overlap, tuple(findings), apertures, judged, tracked)
 
 
 def solve_cut(

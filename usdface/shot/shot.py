@@ -12,7 +12,7 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.cleanup.repairs import Repair
 from usdface.closure.closure_layer import Closure
-from usdface.closure.lid_gaps import Eye, LidGaps
+from usdface.closure.lid_apertures import Eye, LidApertures
 from usdface.closure.mistracked_lids import MistrackedLid
 from usdface.correction.expression_layer import ExpressionTrace
 from usdface.correction.gains import Gains
@@ -133,7 +133,7 @@ class SolvedShot:
         None for a take of weights.
     repairs : tuple of Repair
     findings : tuple of Finding
-    lids : mapping of "left", "right" to LidGaps, or None
+    lids : mapping of "left", "right" to LidApertures, or None
         Of the blend shapes of `weights`; None where they were not measured.
     mistracked : tuple of MistrackedLid
         Lid markers that were not believed; `take` has them where they are instead.
@@ -146,7 +146,7 @@ class SolvedShot:
     solution: Solution | None
     repairs: tuple[Repair, ...] = ()
     findings: tuple[Finding, ...] = ()
-    lids: Mapping[Eye, LidGaps] | None = None
+    lids: Mapping[Eye, LidApertures] | None = None
     mistracked: tuple[MistrackedLid, ...] = ()
     recorded: str = ""
 

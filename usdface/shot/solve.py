@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Protocol, TypeVar
 
 from usdface.cleanup.clean import Cleaned
-from usdface.closure.lid_gaps import Eye, LidGaps, lid_gaps_of
+from usdface.closure.lid_apertures import Eye, LidApertures, lid_apertures_of
 from usdface.closure.mistracked_lids import (
     MistrackedLid,
     lid_reach,
@@ -89,30 +89,30 @@ def solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress, stages: St
         return solve(take, face, setup, cleaned=cleaned, progress=progress)
 
     lids: tuple[MistrackedLid, ...] = ()
-    gaps = None
+    apertures = None
     with progress.step("solve"):
         if isinstance(take, MarkerTake):
-            gaps = checked_lids(face, setup)
+            apertures = checked_lids(face, setup)
             reach = lid_reach(take.times)
-            answer, lids = solve_with_replaced_lids(take, face, gaps, reach, solved)
+            answer, lids = solve_with_replaced_lids(take, face, apertures, reach, solved)
             take = with_replaced_lids(take, lids)
         else:
             answer = solved(take)
     weights, solution, new_findings = answer
     findings += [*mistracked_findings(lids), *new_findings]
     repairs = cleaned.repairs if cleaned else ()
-    return SolvedShot(take, weights, solution, repairs, tuple(findings), gaps, lids, recorded)
+    return SolvedShot(take, weights, solution, repairs, tuple(findings), apertures, lids, recorded)
 
 
-def checked_lids(face: BoundFace, setup: RetargetSetup) -> Mapping[Eye, LidGaps] | None:
+def checked_lids(face: BoundFace, setup: RetargetSetup) -> Mapping[Eye, LidApertures] | None:
     """Return the lids whose markers are checked; None where the take stays as it was tracked."""
-    return lid_gaps_of(face.with_contacts(), face.shape_names) if setup.clean.spikes else None
+    return lid_apertures_of(face.with_contacts(), face.shape_names) if setup.clean.spikes else None
 
 
 def solve_with_replaced_lids(
     take: MarkerTake,
     face: BoundFace,
-    gaps: Mapping[Eye, LidGaps] | None,
+    apertures: Mapping[Eye, LidApertures] | None,
     reach: int,
     tracked: TakeSolver,
     corrected: TakeSolver | None = None,
@@ -124,7 +124,7 @@ def solve_with_replaced_lids(
     take : MarkerTake
         A whole one, or a piece.
     face : BoundFace
-    gaps : mapping of "left", "right" to LidGaps, or None
+    apertures : mapping of "left", "right" to LidApertures, or None
         As `checked_lids` returns them.
     reach : int
         `lid_reach` of the whole take.
@@ -135,8 +135,8 @@ def solve_with_replaced_lids(
     """
     answer = tracked(take)
     lids: tuple[MistrackedLid, ...] = ()
-    if gaps is not None and answer[1] is not None:
-        lids = mistracked_lids(take, face.with_contacts(), answer[1], gaps, reach)
+    if apertures is not None and answer[1] is not None:
+        lids = mistracked_lids(take, face.with_contacts(), answer[1], apertures, reach)
     if lids or corrected is not None:
         answer = (corrected or tracked)(with_replaced_lids(take, lids))
     return answer, lids

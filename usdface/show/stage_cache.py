@@ -11,7 +11,7 @@ from usdface.cleanup.repairs import Repair
 from usdface.closure.closed_eyes import CompletedClosing
 from usdface.closure.closure_layer import Closure
 from usdface.closure.eye_closing import EyeClosing
-from usdface.closure.lid_gaps import LidGaps
+from usdface.closure.lid_apertures import LidApertures
 from usdface.closure.mistracked_lids import MistrackedLid
 from usdface.content_digest import content_digest
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
@@ -38,7 +38,7 @@ __all__ = ["StageCache"]
 # Of results; inputs, which they refer to, are not written.
 _CLASSES = (
     *(BlendShapeEvaluator, Cleaned, Closure, CombinationWeight, CompletedClosing, EstimatedTake),
-    *(Evaluation, ExpressionTrace, EyeClosing, FilmedHead, Finding, InbetweenPath, LidGaps),
+    *(Evaluation, ExpressionTrace, EyeClosing, FilmedHead, Finding, InbetweenPath, LidApertures),
     *(
         JointMotion,
         MapChoice,

@@ -1,9 +1,10 @@
-"""The gap between the lids of an eye, measured on the rig.
+"""The aperture between the lids of an eye, measured on the rig.
 
 Lids that meet are two surfaces, whose vertices need not face each other. In the pose in which the
-eye is closed, points of each rim are paired with the nearest point of the other one (`rims`); the
-gap of a pair is its distance along the normal there, negative where one lid is inside the other.
-Near contact that is their signed distance, and it is as linear in the weights as the vertices are.
+eye is closed, points of each rim are paired with the nearest point of the other one (`rims`). The
+aperture of a pair is its distance along the normal there, negative where one lid is inside the
+other. Near contact that is their signed distance, and it is as linear in the weights as the
+vertices are.
 """
 
 from collections.abc import Callable
@@ -20,7 +21,7 @@ from usdface.face.expression_poses import units_of
 from usdface.face.eye_sides import is_left_lid
 from usdface.rigs import Mesh
 
-__all__ = ["EYES", "Eye", "LidGaps", "lid_gaps_of"]
+__all__ = ["EYES", "Eye", "LidApertures", "lid_apertures_of"]
 
 Eye = Literal["left", "right"]
 EYES: tuple[Eye, Eye] = ("left", "right")
@@ -46,8 +47,8 @@ _RAISED, _TIGHTENED, _CHEEK_RAISED = 5, 7, 6
 
 
 @dataclass(frozen=True, eq=False)
-class LidGaps:
-    """The gaps of one eye at K pairs of points, for weights of T blend shapes.
+class LidApertures:
+    """The apertures of one eye at K pairs of points, for weights of T blend shapes.
 
     Attributes
     ----------
@@ -55,7 +56,7 @@ class LidGaps:
     neutral : (K,) float64 [m]
         On the neutral face.
     evaluator : BlendShapeEvaluator
-        By how much the shapes change the gaps: N = K.
+        By how much the shapes change the apertures: N = K.
     place : (K,) int64
         The place along the eye of each pair, rising.
     opening : float [m]
@@ -88,30 +89,30 @@ class LidGaps:
         object.__setattr__(self, "place", frozen(self.place, np.int64))
 
     def at(self, weights: FloatArray) -> FloatArray:
-        """Return the gaps (F, K) [m] at weights (F, T)."""
+        """Return the apertures (F, K) [m] at weights (F, T)."""
         combined = self.evaluator.combined(weights)
         return np.asarray(self.neutral + self.evaluator.displacements(combined))
 
     def least(self, weights: FloatArray) -> FloatArray:
-        """Return the least gap (F,) [m]; where the lids cross, how far, negative."""
+        """Return the least aperture (F,) [m]; where the lids cross, how far, negative."""
         return np.asarray(self.at(weights).min(axis=1))
 
     def widest(self, weights: FloatArray) -> FloatArray:
-        """Return the gap at the place that is open widest: (F,) [m]."""
+        """Return the aperture at the place that is open widest: (F,) [m]."""
         return self.ends(weights)[1]
 
     def ends(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the least gap, and the gap at the widest place: (F,) each [m]."""
+        """Return the least aperture, and the aperture at the widest place: (F,) each [m]."""
         return self.ends_of(self.at(weights))
 
-    def ends_of(self, gaps: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the least of gaps (F, K), and that at the widest place: (F,) each [m]."""
+    def ends_of(self, apertures: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the least of apertures (F, K), and that at the widest place: (F,) each [m]."""
         first = np.flatnonzero(np.diff(self.place, prepend=-1))
-        places = np.minimum.reduceat(gaps, first, axis=1)
+        places = np.minimum.reduceat(apertures, first, axis=1)
         return places.min(axis=1), places.max(axis=1)
 
     def between(self, start: FloatArray, end: FloatArray) -> Callable[[FloatArray], FloatArray]:
-        """Return a function from shares (F,) of the way between weights (F, T) to gaps (F, K)."""
+        """Return a function from shares (F,) of the way between weights to apertures (F, K)."""
         if self.evaluator.linear:
             fixed = self.at(start)
             way = self.at(end) - fixed
@@ -119,7 +120,7 @@ class LidGaps:
         return lambda share: self.at(start + share[:, None] * (end - start))
 
 
-def lid_gaps_of(face: BoundFace, names: tuple[str, ...]) -> dict[Eye, LidGaps]:
+def lid_apertures_of(face: BoundFace, names: tuple[str, ...]) -> dict[Eye, LidApertures]:
     """Measure the lids of each eye of a face that has lids and a shape that closes it.
 
     Parameters
@@ -135,10 +136,10 @@ def lid_gaps_of(face: BoundFace, names: tuple[str, ...]) -> dict[Eye, LidGaps]:
     left = is_left_lid(mesh.points, lids)
     sides: tuple[tuple[Eye, BoolArray], ...] = (("left", left), ("right", ~left))
     measured = {eye: _measure(eye, mesh, lids[own], names) for eye, own in sides if own.any()}
-    return {eye: gaps for eye, gaps in measured.items() if gaps is not None}
+    return {eye: apertures for eye, apertures in measured.items() if apertures is not None}
 
 
-def _measure(eye: Eye, mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> LidGaps | None:
+def _measure(eye: Eye, mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> LidApertures | None:
     apart = mesh.points[lids[:, 0]] - mesh.points[lids[:, 1]]
     opening = float(np.linalg.norm(apart, axis=1).mean())
     closing = _closing_shape(mesh, lids, names)
@@ -147,7 +148,7 @@ def _measure(eye: Eye, mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> Li
     shape, weight = closing
     pairs = rim_pairs(mesh, lids, _posed(mesh, shape, weight), _RIM * opening)
     vertices = pairs.vertices
-    neutral = pairs.gaps(vertices, mesh.points[vertices].reshape(-1))
+    neutral = pairs.apertures(vertices, mesh.points[vertices].reshape(-1))
     kept = neutral > _CORNER * opening
     if not kept.any():
         return None
@@ -163,7 +164,7 @@ def _measure(eye: Eye, mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> Li
         moving = sign * change > _STILL * opening
         return tuple(t for t, n in enumerate(names) if moving[t] and unit in units.get(n, set()))
 
-    return LidGaps(
+    return LidApertures(
         eye,
         neutral,
         evaluator,
@@ -216,4 +217,4 @@ def _evaluator(
     column = {name: place for place, name in enumerate(mesh.shape_names)}
     shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
     evaluator = evaluator_of(mesh, vertices)[0]
-    return evaluator.mapped(lambda values: pairs.gaps(vertices, values)).reordered(shapes)
+    return evaluator.mapped(lambda values: pairs.apertures(vertices, values)).reordered(shapes)
