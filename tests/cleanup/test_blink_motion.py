@@ -108,6 +108,14 @@ def test_a_take_of_an_image_is_cleaned_of_it_and_says_so() -> None:
     assert kept.take is take and findings == []
 
 
+def test_landmarks_that_do_not_move_are_neither_changed_nor_reported() -> None:
+    """Nor is anything divided by their motion, which is rounding."""
+    face = np.arange(2.0 * LANDMARKS).reshape(LANDMARKS, 2) % 7.0
+    still = take_of(np.tile(face, (FRAMES, 1, 1)), BLINK)
+    with np.errstate(all="raise", under="ignore"):
+        assert without_blink_motion(still) == (still, [])
+
+
 def test_markers_in_space_and_takes_without_recorded_blinks_stay() -> None:
     true, tracked = film()
     flat = take_of(true + tracked, None)

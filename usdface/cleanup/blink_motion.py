@@ -17,9 +17,10 @@ blinks agree; a frame has it by ``a = d . u / |u|^2``, 0 at least.
 from dataclasses import replace
 
 import numpy as np
-from scipy.ndimage import grey_opening, label
+from scipy.ndimage import grey_opening
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.cleanup.gaps import frame_ranges
 from usdface.findings import Finding, finding
 from usdface.takes import MarkerTake, frame_step, visible
 
@@ -35,6 +36,8 @@ LEAST_BLINK = 0.1
 _BEGUN = 0.1
 # Rounds of weighting landmarks by how far they move. Set by hand.
 _ROUNDS = 10
+# Landmarks that are off by less are still [px]: far above rounding, far below any noise.
+_STILL = 1e-9
 # Fewer landmarks move by a similarity of the image, which has four numbers; one blink does not tell
 # the tracker's motion from the performer's.
 _FEWEST, _FEWEST_BLINKS = 5, 2
@@ -55,7 +58,7 @@ def without_blink_motion(take: MarkerTake) -> tuple[MarkerTake, list[Finding]]:
     seen = np.flatnonzero(take.visible.any(axis=0))
     motion = blink_motion(take.positions[:, seen], take.times, take.blink)
     lengths = np.linalg.norm(motion, axis=2)
-    if not lengths.any():
+    if lengths.max(initial=0.0) <= _STILL:
         return take, []
     positions = take.positions.copy()
     positions[:, seen] -= motion
@@ -110,12 +113,10 @@ def _pulses(times: FloatArray, blink: FloatArray) -> FloatArray:
 
 def _around_blinks(pulses: FloatArray) -> list[IntArray]:
     """Return the frames of each blink, from the last before it to the first after it."""
-    inside, count = label(pulses > _BEGUN * LEAST_BLINK)
-    runs = [np.flatnonzero(inside == number) for number in range(1, count + 1)]
     return [
-        np.arange(max(run[0] - 1, 0), min(run[-1] + 2, len(pulses)))
-        for run in runs
-        if pulses[run].max() >= LEAST_BLINK
+        np.arange(max(first - 1, 0), min(last + 2, len(pulses)))
+        for first, last in frame_ranges(pulses > _BEGUN * LEAST_BLINK)
+        if pulses[first : last + 1].max() >= LEAST_BLINK
     ]
 
 
@@ -147,7 +148,7 @@ def _without_head(motion: FloatArray, head: FloatArray) -> FloatArray:
         moved = np.linalg.solve(weighted.transpose(0, 2, 1) @ head, right[..., None])[..., 0]
         rest = motion - moved @ head.T
         apart = np.linalg.norm(rest.reshape(len(rest), -1, 2), axis=2)
-        usual = np.maximum(np.median(apart, axis=1, keepdims=True), 1e-300)
+        usual = np.maximum(np.median(apart, axis=1, keepdims=True), _STILL)
         weights = 1.0 / (1.0 + (apart / usual) ** 2)
     return np.asarray(rest)
 
