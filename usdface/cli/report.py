@@ -115,12 +115,14 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
         groups[finding.code].append(finding)
     for group in groups.values():
         kinds: dict[str, list[Finding]] = {}
-        told: Counter[str] = Counter()
+        messages: Counter[str] = Counter()
         for finding in dict.fromkeys(group):
-            # A second message about one place is not "others": it would not be printed.
-            told[finding.where] += 1
-            info = "" if told[finding.where] == 1 else str(told[finding.where])
-            wording = info if finding.severity == "info" else _wording(finding)
+            # Infos are grouped by place alone; a second one about a place has a line of its own,
+            # since among "others" it would not be printed.
+            messages[finding.where] += 1
+            wording = _wording(finding)
+            if finding.severity == "info":
+                wording = str(messages[finding.where])
             if wording not in kinds and len(kinds) == _EXAMPLES:
                 wording = next(iter(kinds))
             kinds.setdefault(wording, []).append(finding)
