@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from usdface.cleanup.gaps import fill_gaps, frame_ranges
+from usdface.cleanup.gaps import fill_gaps
 
 TIMES = np.arange(240) / 60
 WAVE = np.stack([np.sin(3 * TIMES), np.cos(2 * TIMES), np.sin(TIMES)], -1)[:, None] * 0.01
@@ -61,8 +61,3 @@ def test_what_was_seen_stays() -> None:
     seen = hidden(50, 60)
     filled = fill_gaps(WAVE, seen, WAVE, known=KNOWN, times=TIMES, noise=1e-3)
     np.testing.assert_array_equal(filled[seen], WAVE[seen])
-
-
-def test_runs_have_first_and_last_frame() -> None:
-    assert frame_ranges(np.array([True, True, False, True, False])) == [(0, 1), (3, 3)]
-    assert frame_ranges(np.zeros(3, dtype=bool)) == []

@@ -20,8 +20,8 @@ import numpy as np
 from scipy.ndimage import grey_opening
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.cleanup.gaps import frame_ranges
 from usdface.findings import Finding, finding
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.takes import MarkerTake, frame_step, visible
 
 __all__ = ["LEAST_BLINK", "LONGEST_BLINK", "blink_motion", "without_blink_motion"]

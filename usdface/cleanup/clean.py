@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.cleanup.blink_motion import without_blink_motion
-from usdface.cleanup.gaps import OWN, fill_gaps, frame_ranges
+from usdface.cleanup.gaps import OWN, fill_gaps
 from usdface.cleanup.label_assignment import assign_labels, last_visible
 from usdface.cleanup.low_rank_model import (
     FRAMES_PER_MODE,
@@ -21,6 +21,7 @@ from usdface.cleanup.stabilise import ROUNDS, StabilisedMarkers, stabilise
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, rigid_fit
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.options import CleanOptions
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.solver.noise import white_noise

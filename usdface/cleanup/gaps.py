@@ -7,7 +7,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.retarget.solver.curvature import curvature_bands
 from usdface.takes import frame_step
 
-__all__ = ["OWN", "fill_gaps", "frame_ranges"]
+__all__ = ["OWN", "fill_gaps"]
 
 # Time from the end of a gap within which a marker's own motion predicts it better than the other
 # markers do [s]: measured on real optical takes with gaps of 0.1 to 4 s; judge:
@@ -83,16 +83,3 @@ def _acceleration(path: FloatArray, dt: float, noise: float) -> float:
     size = float(np.mean(second**2)) - 6.0 * noise**2
     floor = max(noise**2, 1e-12 * float(np.ptp(path, axis=0).max()) ** 2, 1e-30)
     return max(size, 0.1 * floor) / (2.0 / 3.0 * (step * dt) ** 3)
-
-
-def frame_ranges(where: BoolArray) -> list[tuple[int, int]]:
-    """Return first and last frame of each run of True in `where` (F,)."""
-    padded = np.concatenate([[False], where, [False]]).astype(np.int8)
-    change = np.diff(padded)
-    return list(
-        zip(
-            np.flatnonzero(change == 1).tolist(),
-            (np.flatnonzero(change == -1) - 1).tolist(),
-            strict=True,
-        )
-    )

@@ -4,9 +4,9 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.cleanup.gaps import frame_ranges
 from usdface.closure.even_times import even_times
 from usdface.closure.lip_signal import LipDistances
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.numerics.ramps import smooth_step
 
 __all__ = ["WIDENS", "largest_apertures"]

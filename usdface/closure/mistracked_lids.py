@@ -17,13 +17,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.cleanup.gaps import frame_ranges
 from usdface.closure.lid_apertures import Eye, LidApertures
 from usdface.closure.lid_motion import LidMarker, lid_markers
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import midline, mirrored_markers
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.numerics.ramps import linear_ramp
 from usdface.retarget.solution import Solution
 from usdface.takes import MarkerTake, frame_step

@@ -1,1 +1,1 @@
-"""Numerics that know nothing of faces: blocks of frames, ramps, maxima, visibility patterns."""
+"""Numerics that know nothing of faces: blocks and ranges of frames, ramps, maxima, visibility."""
