@@ -1,1 +1,1 @@
-"""Numerics that know nothing of faces: blocks and ranges of frames, ramps, maxima, visibility."""
+"""Numerics that know nothing of faces: frame blocks and ranges, ramps, visibility patterns."""
