@@ -11,6 +11,7 @@ from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis, small_motions
+from usdface.retarget.motion_errors import MotionErrors
 from usdface.retarget.places import (
     PlaceGuess,
     guess_at_rest,
@@ -133,6 +134,11 @@ def test_centred_is_the_vertices_with_the_same_spread() -> None:
     np.testing.assert_array_equal(guess.covariance, guess.spread**2 * np.eye(3 * MARKERS))
 
 
+def of_frames(weights: np.ndarray, variance: float) -> MotionErrors:
+    """Return errors that come anew in every 30 frames."""
+    return MotionErrors(variance, weights, np.zeros(weights.shape[1]))
+
+
 def step(
     shifts: np.ndarray, guess: PlaceGuess, performed: np.ndarray, variance: float, head: bool = True
 ) -> np.ndarray:
@@ -140,9 +146,8 @@ def step(
     placed = HEAD.surface.at(shifts)
     neutral = HEAD.performed(SHIFTS)[0]
     rigid = motion_basis(placed.points, 3) if head else np.zeros((3 * MARKERS, 0))
-    return guess_in_motion(
-        guess, shifts, placed, HEAD.weights, performed - neutral, rigid, variance
-    )
+    errors = of_frames(HEAD.weights, variance)
+    return guess_in_motion(guess, shifts, placed, errors, performed - neutral, rigid)
 
 
 def test_a_step_in_motion_finds_markers_beside_their_vertices() -> None:
@@ -176,8 +181,8 @@ def test_residuals_that_weights_or_the_head_could_explain_move_no_place() -> Non
         still = replace(placed.skin.evaluator, offsets=0.0 * placed.skin.evaluator.offsets)
         without = replace(placed, skin=replace(placed.skin, evaluator=still))
         naive = guess_in_motion(
-            alike(0.003), zero, without, HEAD.weights,
-            off.reshape(-1, MARKERS, 3), np.zeros((3 * MARKERS, 0)), 1e-5**2,
+            alike(0.003), zero, without, of_frames(HEAD.weights, 1e-5**2),
+            off.reshape(-1, MARKERS, 3), np.zeros((3 * MARKERS, 0)),
         )  # fmt: skip
         assert rms(with_all) < 0.1 * rms(naive)
 
@@ -190,6 +195,27 @@ def test_motion_that_is_mostly_error_leaves_the_guess() -> None:
     tangents = HEAD.surface.at(np.zeros_like(SHIFTS)).tangents
     along, expected = (np.einsum("mad,md->ma", tangents, one) for one in (found, SHIFTS))
     np.testing.assert_allclose(along, expected, atol=1e-5)
+
+
+def test_more_frames_of_one_movement_are_no_more_evidence() -> None:
+    """A performer whose blend shapes move in other directions: errors return with each movement."""
+    zero, rng = np.zeros_like(SHIFTS), np.random.default_rng(4)
+    placed = HEAD.surface.at(zero)
+    offsets = placed.evaluator.offsets.reshape(HEAD.weights.shape[1], -1)
+    size = 0.3 * np.sqrt((offsets**2).mean(axis=1))
+    other = offsets + size[:, None] * rng.normal(size=offsets.shape)
+    found = {}
+    for times in (10, 100):
+        weights = np.tile(HEAD.weights, (times, 1))
+        displaced = (weights @ other).reshape(-1, MARKERS, 3)
+        for name, variances in {"of frames": 0.0 * size, "of shapes": size**2}.items():
+            errors = MotionErrors(5e-4**2, weights, variances)
+            rigid = np.zeros((3 * MARKERS, 0))
+            shifts = guess_in_motion(alike(0.003), zero, placed, errors, displaced, rigid)
+            found[name, times] = rms(shifts)
+    assert found["of frames", 100] > 1.5 * found["of frames", 10]
+    assert found["of shapes", 100] < 1.2 * found["of shapes", 10]
+    assert found["of shapes", 100] < 0.5 * found["of frames", 100]
 
 
 def test_occluded_markers_are_found_from_what_is_seen_of_them() -> None:
@@ -219,28 +245,31 @@ def unsized(shapes: BlendShapeEvaluator) -> BlendShapeEvaluator:
 def test_the_search_leaves_a_wrong_lip() -> None:
     """Bound to the upper lip beside the corner, the marker moves with the lower one."""
     surface, weights, none = lips()
+    errors = of_frames(weights, 5e-4**2)
     guess = PlaceGuess(none, np.eye(15), 0.003).centred()
     displaced = np.zeros((90, 5, 3))
     displaced[:, 0, 1] = -0.01 * weights[:, 0]
     displaced[20:30, 0] = np.nan
-    found = search_in_motion(guess, surface, 0, weights, displaced, unsized, 5e-4**2)
+    found = search_in_motion(guess, surface, 0, errors, displaced, unsized)
     vertex = np.linalg.norm(surface.mesh.points - surface.mesh.points[3 * LIP + 1] - found, axis=1)
     assert vertex.min() < 1e-12 and vertex.argmin() < 3 * LIP
 
 
 def test_the_search_keeps_the_right_lip() -> None:
     surface, weights, none = lips()
+    errors = of_frames(weights, 5e-4**2)
     guess = PlaceGuess(none, np.eye(15), 0.003).centred()
     displaced = np.zeros((90, 5, 3))
-    found = search_in_motion(guess, surface, 0, weights, displaced, unsized, 5e-4**2)
+    found = search_in_motion(guess, surface, 0, errors, displaced, unsized)
     np.testing.assert_array_equal(found, 0.0)
 
 
 def test_the_search_goes_no_further_than_the_guess_allows() -> None:
     """A marker that is known to sit on its vertex stays, however it moves."""
     surface, weights, none = lips()
+    errors = of_frames(weights, 5e-4**2)
     guess = PlaceGuess(none, np.eye(15), 1e-6).centred()
     displaced = np.zeros((90, 5, 3))
     displaced[:, 0, 1] = -0.01 * weights[:, 0]
-    found = search_in_motion(guess, surface, 0, weights, displaced, unsized, 5e-4**2)
+    found = search_in_motion(guess, surface, 0, errors, displaced, unsized)
     np.testing.assert_array_equal(found, 0.0)

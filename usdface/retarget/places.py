@@ -19,6 +19,7 @@ from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import small_motions
+from usdface.retarget.motion_errors import MotionErrors
 from usdface.retarget.rbf import distances
 
 __all__ = [
@@ -38,9 +39,6 @@ _REACHES = (0.33, 0.5, 0.75, 1.2)
 _RATIOS = 10.0 ** np.arange(-2.0, 4.1, 0.25)
 # Scale and head motion are free: their variance by that of a place. Any large number.
 _FREE = 1e6
-# Errors are correlated in time: this many frames count as one. Of 3, 10 and 30, 30 was the best on
-# the performers of python -m benchmarks.performers that the solve was built with.
-_REPEATED = 30.0
 # Frames sampled for the search of a place: a bound on time.
 _SEARCHED = 300
 # Least variance of weights, for those that never move in the take.
@@ -158,10 +156,9 @@ def guess_in_motion(
     guess: PlaceGuess,
     shifts: FloatArray,
     placed: PlacedMarkers,
-    weights: FloatArray,
+    errors: MotionErrors,
     displaced: FloatArray,
     rigid: FloatArray,
-    variance: float,
 ) -> FloatArray:
     """Return more probable shifts (M, 3) [m] by the motion of a solved take: a Gauss-Newton step.
 
@@ -175,31 +172,29 @@ def guess_in_motion(
     shifts : (M, 3) float64 [m]
         Of `placed`.
     placed : PlacedMarkers
-    weights : (F, S) float64
-        As solved with them.
+    errors : MotionErrors
+        Of the motion, with the weights as solved with these places.
     displaced : (F, M, 3) float64 [m]
         Of the markers on the character; NaN where occluded.
     rigid : (3 M, 6) float64
         Orthonormal small head motions; (3 M, 0) for a head that rests.
-    variance : float [m^2]
-        Of the error of a marker coordinate.
     """
-    count = len(shifts)
+    count, weights = len(shifts), errors.weights
     predicted = placed.evaluator.displacements(weights)
     residual = displaced.reshape(len(displaced), -1) - predicted
     seen = ~np.isnan(residual)
     residual = np.where(seen, residual, 0.0)
     slopes = np.stack([one.displacements(weights) for one in placed.slopes], axis=2)
     slopes = np.where(seen[..., None], slopes, 0.0)
-    kept = _not_explained(placed.evaluator, weights, rigid, variance)
+    kept = _not_explained(placed.evaluator, weights, rigid, errors.variance)
     flat = slopes.reshape(len(slopes), -1)
-    gram = (flat.T @ flat).reshape(count, 3, 2, count, 3, 2)
+    weighted = errors.weighted(flat)
+    gram = (flat.T @ weighted).reshape(count, 3, 2, count, 3, 2)
     kept = kept.reshape(count, 3, count, 3)
-    share = 1.0 / (_REPEATED * variance)
-    normal = share * np.einsum("miankb,mink->manb", gram, kept, optimize=True)
-    right = share * np.einsum(
-        "fmia,mink,fnk->ma", slopes.reshape(-1, count, 3, 2), kept, residual.reshape(-1, count, 3),
-        optimize=True,
+    normal = np.einsum("miankb,mink->manb", gram, kept, optimize=True)
+    right = np.einsum(
+        "fmia,mink,fnk->ma", weighted.reshape(-1, count, 3, 2), kept,
+        residual.reshape(-1, count, 3), optimize=True,
     )  # fmt: skip
     along = block_diag(*placed.tangents.transpose(0, 2, 1))
     before = guess.precision(along)
@@ -214,10 +209,9 @@ def search_in_motion(
     guess: PlaceGuess,
     surface: MarkerSurface,
     marker: int,
-    weights: FloatArray,
+    errors: MotionErrors,
     displaced: FloatArray,
     sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
-    variance: float,
 ) -> FloatArray:
     """Return the shift (3,) [m] of one marker to the nearby vertex that moves most like it.
 
@@ -229,9 +223,10 @@ def search_in_motion(
     frames = np.flatnonzero(~np.isnan(displaced[:, marker, 0]))
     frames = frames[:: max(1, len(frames) // _SEARCHED)]
     evaluator, _ = evaluator_of(surface.mesh, near)
-    moved = sized(evaluator).displacements(weights[frames]).reshape(len(frames), -1, 3)
-    error = ((moved - displaced[frames, marker][:, None]) ** 2).sum(axis=(0, 2))
-    error *= len(displaced) / max(len(frames), 1) / (_REPEATED * variance)
+    sampled = errors.at(frames)
+    moved = sized(evaluator).displacements(sampled.weights).reshape(len(frames), -1, 3)
+    off = (moved - displaced[frames, marker][:, None]).reshape(len(frames), -1)
+    error = (off * sampled.weighted(off)).sum(axis=0).reshape(-1, 3).sum(axis=1)
     shifts = surface.mesh.points[near] - surface.mesh.points[surface.vertices[marker]]
     return np.asarray(shifts[(error + guess.improbability(marker, shifts)).argmin()])
 

@@ -11,6 +11,7 @@ from usdface.geometry.rigid_modes import motion_basis
 from usdface.numerics.ramps import smooth_step
 from usdface.options import MapOptions
 from usdface.retarget.face_fit import FaceFit, fit_places, fit_transferred
+from usdface.retarget.motion_errors import MotionErrors
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_in_motion, search_in_motion
 from usdface.retarget.pose_and_weights import PoseAndWeights
@@ -110,10 +111,11 @@ def _refined_shifts(
     """Return shifts (M, 3) [m] that the solved frames make more probable than those of `fit`."""
     assert fit.placed is not None and fit.guess is not None
     weights, displaced = solved.weights, solved.displaced
-    variance = solved.regularisation.variance
     rigid = motion_basis(fit.points, 3) if head_moves else np.zeros((fit.points.size, 0))
     placed = fit.placed.mapped(sized)
-    shifts = guess_in_motion(fit.guess, fit.shifts, placed, weights, displaced, rigid, variance)
+    offsets = placed.evaluator.offsets.reshape(weights.shape[1], -1)
+    errors = MotionErrors.of(solved.regularisation, weights, offsets, displaced)
+    shifts = guess_in_motion(fit.guess, fit.shifts, placed, errors, displaced, rigid)
     residual = displaced - placed.evaluator.displacements(weights).reshape(displaced.shape)
     seen = visible(displaced)
     squares = np.where(seen, (residual**2).sum(axis=2), 0.0).sum(axis=0)
@@ -121,8 +123,6 @@ def _refined_shifts(
     begin, full = _UNLIKE
     unlike = smooth_step((away / max(float(np.median(away)), 1e-300) - begin) / (full - begin))
     for marker in np.flatnonzero(unlike):
-        found = search_in_motion(
-            fit.guess, surface, int(marker), weights, displaced, sized, variance
-        )
+        found = search_in_motion(fit.guess, surface, int(marker), errors, displaced, sized)
         shifts[marker] += unlike[marker] * (found - shifts[marker])
     return shifts
