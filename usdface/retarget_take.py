@@ -6,7 +6,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.blend_shape_evaluator import with_combinations
+from usdface.blend_shapes.combined_weights import with_combinations
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -182,7 +182,7 @@ def recorded_weights(
     weights, new_findings = rename_weights(take, face.rig_shapes, setup.curves)
     findings += new_findings
     pinned = with_pins(setup.pins, weights.names, weights.times, weights.weights)
-    combined = with_combinations(face.mesh, weights.names, pinned)
+    combined = with_combinations(face.mesh.shapes, weights.names, pinned)
     return replace(weights, weights=combined), findings
 
 

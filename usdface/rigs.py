@@ -10,7 +10,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shapes import BlendShape, Combination, CombinationRule, Inbetween
+from usdface.blend_shapes.blend_shape import (
+    BlendShape,
+    Combination,
+    CombinationRule,
+    Inbetween,
+    offsets_at,
+)
 from usdface.errors import InputError
 from usdface.materials import Material, Texture
 from usdface.scene import Camera, Extras, Group, Light
@@ -231,13 +237,7 @@ class Mesh:
 
         Vertices may be repeated.
         """
-        result = np.zeros((len(self.shapes), len(vertices), 3))
-        for row, shape in zip(result, self.shapes, strict=True):
-            if len(shape.indices):
-                place = np.searchsorted(shape.indices, vertices).clip(max=len(shape.indices) - 1)
-                found = shape.indices[place] == vertices
-                row[found] = shape.offsets[place[found]]
-        return result
+        return offsets_at(self.shapes, vertices)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from slits import slit_face
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.closure.closed_eyes import close_eyes
 from usdface.closure.lid_apertures import LidApertures
 from usdface.face.bound_face import BoundFace

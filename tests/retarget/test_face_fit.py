@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from skins import RATE, Head, make_head
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.marker_surface import MarkerSurface
 from usdface.options import MapOptions, SolveOptions, SolvePlaces
 from usdface.retarget.face_fit import TRANSFER, FaceFit, fit_face, fit_places
@@ -32,7 +33,7 @@ def rms(values: np.ndarray) -> float:
 
 
 def bound() -> BlendShapeEvaluator:
-    return evaluator_of(HEAD.mesh, HEAD.vertices)[0]
+    return evaluator_of(HEAD.mesh.shapes, HEAD.vertices)[0]
 
 
 def fitted(positions: np.ndarray, surface: MarkerSurface | None, **options: object) -> FaceFit:

@@ -6,7 +6,8 @@ import pytest
 from worlds import NEUTRAL, World, make_world
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import MapOptions, SolveOptions
@@ -247,7 +248,7 @@ def test_calibration_learns_no_slip(world: World) -> None:
     setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
     found, _ = calibrate_take(
         take, mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names, setup,
-        evaluator_of(mesh, vertices)[0], False, None,
+        evaluator_of(mesh.shapes, vertices)[0], False, None,
     )  # fmt: skip
     assert found.calibration.offsets.max() < 0.02
 

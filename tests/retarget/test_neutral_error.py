@@ -1,6 +1,6 @@
 import numpy as np
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.options import SolveOptions
 from usdface.retarget.neutral_error import bootstrap_residual, neutral_correction
 from usdface.retarget.solver.regularisation import Regularisation

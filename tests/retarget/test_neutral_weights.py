@@ -5,8 +5,8 @@ import pytest
 from worlds import NEUTRAL, World, make_world
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import evaluator_of
-from usdface.blend_shapes import Inbetween
+from usdface.blend_shapes.blend_shape import Inbetween
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
 from usdface.findings import Finding
@@ -246,7 +246,7 @@ def test_an_inbetween_shows_at_the_weight_of_its_path(world: World) -> None:
     early = Inbetween("early", 0.2, 0.6 * mesh.shapes[jaw].offsets)
     shapes = list(mesh.shapes)
     shapes[jaw] = replace(shapes[jaw], inbetweens=(early,))
-    model, _ = evaluator_of(replace(mesh, shapes=tuple(shapes)), vertices)
+    model, _ = evaluator_of(tuple(shapes), vertices)
     take, _ = showing(world, {"jawOpen": 0.3})
     setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
     solution, _ = solve_take(take, points, offsets, mesh.shape_names, setup, model)

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.inbetween_path import InbetweenPath
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.inbetween_path import InbetweenPath
 from usdface.options import SolveOptions
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.regularisation import Regularisation

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding

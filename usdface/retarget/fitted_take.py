@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose

@@ -10,7 +10,7 @@ reason to ignore the region or the marker.
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis

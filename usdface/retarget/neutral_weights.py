@@ -11,7 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.geometry.marker_spread import rms_radius

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, similarity_fit
 from usdface.progress import Progress, Step

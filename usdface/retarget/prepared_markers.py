@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding

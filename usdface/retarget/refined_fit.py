@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.numerics.ramps import smooth_step

@@ -13,7 +13,7 @@ so their weights are spread over many shapes, not too small (`python -m benchmar
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.head_size import human_size
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.regions import named_regions

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.nonlinear_solve import first_guess, solve_nonlinear

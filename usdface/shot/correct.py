@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.blend_shape_evaluator import with_combinations
+from usdface.blend_shapes.combined_weights import with_combinations
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
 from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
@@ -108,7 +108,7 @@ def _after_correction(
     pinned = faded_at_pins(
         shot.setup.pins, solved.names, solved.times, solved.weights, expressed.weights
     )
-    combined = with_combinations(shot.mesh, solved.names, pinned)
+    combined = with_combinations(shot.mesh.shapes, solved.names, pinned)
     corrected = replace(solved, weights=combined)
     corrected, findings = run_hooks(hooks, "weights_corrected", corrected, shot)
     return corrected.weights, findings
@@ -189,5 +189,5 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
     )
     if closure is None:
         return None
-    complete = with_combinations(face.mesh, result.solved.names, closure.weights)
+    complete = with_combinations(face.mesh.shapes, result.solved.names, closure.weights)
     return replace(closure, weights=complete)
