@@ -41,7 +41,7 @@ from usdface.geometry.rigid_fit import Pose
 from usdface.options import SolveOptions, SolvePlaces
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_take import solve
+from usdface.retarget_take.solve import solve
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake

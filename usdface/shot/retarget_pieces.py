@@ -31,7 +31,8 @@ from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
 from usdface.retarget.solve_take import estimate_take
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.retarget_take import clean, solver_input
+from usdface.retarget_take.clean import clean
+from usdface.retarget_take.solver_input import solver_input
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot.shot import Shot, SolvedShot
 from usdface.shot.solve import Solved, TakeSolver, checked_lids, solve_with_replaced_lids
