@@ -90,7 +90,7 @@ def test_a_blink_that_changes_nothing_was_not_completed() -> None:
     assert closings_of(wide=0.4, pinned=1.0)[0] == closings_of(wide=0.0, pinned=0.0)[0] == 0
 
 
-def test_a_blink_that_only_the_recording_names_is_closed_and_told() -> None:
+def test_a_blink_that_only_the_recording_names_is_closed_and_reported() -> None:
     times = np.arange(0.0, 4.0, 1 / 60)
     still = np.zeros((len(times), 2))
     take = WeightsTake(NAMES, times, still, 60.0)
@@ -103,5 +103,5 @@ def test_a_blink_that_only_the_recording_names_is_closed_and_told() -> None:
     assert [each.code for each in closed.findings] == ["BLINK_RECORDED", "EYES_CLOSED"]
     pinned = close_eyes(FACE, take, still, None, still + 1.0, {"left": APERTURES}, blink=0.3 * rise)
     assert pinned is not None and not pinned.findings
-    untold = close_eyes(FACE, take, still, None, still, {"left": APERTURES})
-    assert untold is not None and not untold.closings
+    unreported = close_eyes(FACE, take, still, None, still, {"left": APERTURES})
+    assert unreported is not None and not unreported.closings

@@ -118,7 +118,7 @@ def test_pinned_frames_stay() -> None:
 
 
 @pytest.mark.slow
-def test_without_lip_markers_it_is_told() -> None:
+def test_without_lip_markers_it_is_reported() -> None:
     shot = result(
         markers(MESH, performance(NAMES, jawOpen=OPEN), without=("mouth_up",)),
         options=ProcessOptions(express=False),

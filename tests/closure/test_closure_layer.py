@@ -127,7 +127,7 @@ def test_a_larger_mouth_contradicts_no_marker() -> None:
 
 
 @pytest.mark.slow
-def test_a_pin_stays_and_lids_that_it_makes_cross_are_told() -> None:
+def test_a_pin_stays_and_lids_that_it_makes_cross_are_reported() -> None:
     frame = int(3.3 * 60)
     pinned = {"eyeBlinkLeft": 1.0, "eyeSquintLeft": 1.0, "eyeWideLeft": 0.0}
     pins = [Pin(name, np.array([frame]), np.array([weight])) for name, weight in pinned.items()]
@@ -159,7 +159,7 @@ def test_a_pin_at_0_keeps_an_eye_open_in_a_blink() -> None:
     assert final[NAMES.index("eyeBlinkRight")] > 0.95
 
 
-def test_without_markers_at_the_lids_it_is_told() -> None:
+def test_without_markers_at_the_lids_it_is_reported() -> None:
     shot = result(markers(MESH, performance(NAMES), without=("eye",)))
     assert "LIDS_UNSEEN" in codes(shot)
     assert not closure_of(shot).closings

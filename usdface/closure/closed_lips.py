@@ -94,8 +94,8 @@ def close_lips(
     )
     before, after = apertures.opened(weights), apertures.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
-    findings = _told("LIPS_CLOSED", _CLOSED, before - after)
-    return ClosedLips(closed, course, findings + _told("LIPS_APART", _APART, after - largest))
+    findings = _findings("LIPS_CLOSED", _CLOSED, before - after)
+    return ClosedLips(closed, course, findings + _findings("LIPS_APART", _APART, after - largest))
 
 
 def _exaggerated(
@@ -109,7 +109,7 @@ def _exaggerated(
     return np.where(larger > 1.0, tolerance + larger * (largest - tolerance), largest)
 
 
-def _told(code: str, message: str, apertures: FloatArray) -> list[Finding]:
+def _findings(code: str, message: str, apertures: FloatArray) -> list[Finding]:
     """Report apertures (F, K) [m]: by how much they were closed, or are still too wide."""
     frames = np.flatnonzero(apertures.max(axis=1) > _REPORTED)
     if not len(frames):
