@@ -11,6 +11,7 @@ from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import MapOptions, SolveOptions
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibration import calibrate_take
 from usdface.retarget.marker_errors import estimate_marker_errors, marker_error_findings
 from usdface.retarget.pose_and_weights import PoseAndWeights
@@ -208,7 +209,9 @@ def solved(world: World, take: MarkerTake, options: SolveOptions) -> tuple[Solut
     vertices = np.array([world.points[name] for name in take.names])
     setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1), solve=options)
     return solve_take(
-        take, mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names, setup
+        take,
+        BoundPoints.linear(mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names),
+        setup,
     )
 
 
@@ -246,10 +249,9 @@ def test_calibration_learns_no_slip(world: World) -> None:
     mesh, take = world.rig.meshes[0], slipped(world, "corner_r", [0.0, 0.0, 0.006])
     vertices = np.array([world.points[name] for name in take.names])
     setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
-    found, _ = calibrate_take(
-        take, mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names, setup,
-        evaluator_of(mesh.shapes, vertices)[0], False, None,
-    )  # fmt: skip
+    model, _ = evaluator_of(mesh.shapes, vertices)
+    bound = BoundPoints(mesh.points[vertices], mesh.shape_names, model)
+    found, _ = calibrate_take(take, bound, setup)
     assert found.calibration.offsets.max() < 0.02
 
 

@@ -12,6 +12,7 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.progress import Progress
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibrated_shapes import as_large, as_performed
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.film.projected_weights import solve_projected_weights
@@ -169,11 +170,8 @@ class _TakeSolver:
 
 def fit_take(
     take: MarkerTake,
-    points: FloatArray,
-    offsets: FloatArray,
-    shape_names: tuple[str, ...],
+    bound: BoundPoints,
     setup: RetargetSetup,
-    model: BlendShapeEvaluator | None,
     *,
     surface: MarkerSurface | None,
     views: Views | None = None,
@@ -184,13 +182,12 @@ def fit_take(
 
     Parameters, findings and errors are those of `usdface.retarget.solve_take.solve_take`.
     """
+    shape_names = bound.shape_names
 
     def first_fit(
         setup: RetargetSetup,
     ) -> tuple[_TakeSolver, FaceFit, RetargetSetup, list[Finding]]:
-        prepared, own, notes = prepare_markers(
-            take, points, offsets, shape_names, setup, model, surface
-        )
+        prepared, own, notes = prepare_markers(take, bound, setup, surface)
         noisy, seen = (
             prepared.frames if correct_neutral else None,
             views and views.of(prepared.names),

@@ -5,6 +5,7 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.progress import Progress
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibration import Calibrated, calibrate_take
 from usdface.retarget_take.clean import clean
 from usdface.retarget_take.filmed_face import filmed_face
@@ -55,12 +56,9 @@ def calibrate(
     skin = filmed.skin if filmed else surface.skin
     calibrated, calibration_findings = calibrate_take(
         filmed.head.still(take) if filmed else take,
-        skin.rest,
-        skin.offsets,
-        face.shape_names,
+        BoundPoints.on_skin(skin, face.shape_names),
         setup,
-        skin.marker_evaluator,
-        extremes,
-        surface,
+        extremes=extremes,
+        surface=surface,
     )
     return calibrated, findings + new_findings + camera_findings + calibration_findings

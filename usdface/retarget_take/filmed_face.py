@@ -11,6 +11,7 @@ from usdface.face.dot_skin import DotSkin
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding
 from usdface.progress import Progress
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibrated_shapes import as_large
 from usdface.retarget.film.film_head import FilmedFace, film_head
 from usdface.retarget.film.filmed_head import FilmedHead
@@ -48,7 +49,7 @@ def filmed_face(
         # Pins are frames of the whole take.
         own = replace(setup, neutral=neutral, pins=(), solve=given)
         solution, _ = solve_take(
-            projected, skin.rest, skin.offsets, face.shape_names, own, skin.marker_evaluator,
+            projected, BoundPoints.on_skin(skin, face.shape_names), own,
             views=views, progress=progress,
         )  # fmt: skip
         return solution.weights.weights

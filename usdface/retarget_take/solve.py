@@ -8,6 +8,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding
 from usdface.progress import Progress
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.markers_beside import markers_beside
 from usdface.retarget.neutral_weights import neutral_weight_findings
@@ -71,11 +72,8 @@ def _solved(
     skin = filmed.skin if filmed else surface.skin
     solution, new_findings = solve_take(
         projected,
-        skin.rest,
-        skin.offsets,
-        face.shape_names,
+        BoundPoints.on_skin(skin, face.shape_names),
         setup,
-        skin.marker_evaluator,
         surface=surface,
         views=views,
         progress=progress,
