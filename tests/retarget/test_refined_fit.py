@@ -33,7 +33,7 @@ def never(_: FaceFit | BlendShapeEvaluator) -> PoseAndWeights:
 def test_markers_on_their_vertices_for_good_are_not_refined(fit: FaceFit) -> None:
     refined = refine_places(
         fit, POSITIONS[0], MapOptions(), EVIDENCE, HEAD.surface,
-        solve=never, sized=lambda shapes: shapes, head_moves=False,
+        solve=never, sized=lambda shapes: shapes, moving_head=False,
     )  # fmt: skip
     assert refined is fit
 

@@ -27,6 +27,7 @@ from usdface.options import (
 )
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.bound_points import BoundPoints
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -176,7 +177,7 @@ def _face(
         setup.binding.points[used],
         frames,
         amplitudes=setup.calibration.of(shape_names)[0],
-        head_moves=solution.head == "solve",
+        moving_head=solution.head == "solve",
     )
     unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
     if not unknown:
@@ -194,16 +195,13 @@ def _weights_in_wide_bounds(
     """Solve the markers as mapped, with weights that may leave 0 to 1: (F, S), (S,)."""
     assert solution.model is not None
     axes = 3 if solution.in_space else 2
-    offsets = solution.model.offsets[free].reshape(len(free), -1, 3)
     return weights_in_wide_bounds(
         solution.displacements[..., :axes],
-        solution.rest,
-        offsets[..., :axes],
+        MotionModel(solution.rest, solution.model, axes, solution.head == "solve"),
         solution.weights.times,
         # Without names and size, so without the terms of weights in 0 to 1: restraint would drive
         # weights further below 0 that may be there.
         Regularisation(solution.noise, solution.misfit, setup.solve),
-        moving_head=solution.head == "solve",
         within=(-LARGEST_OFFSET, AMPLITUDE_RANGE[1]),
     )
 
