@@ -9,6 +9,7 @@ from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shapes.combined_weights import with_combinations
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
+from usdface.closure.solved_performance import SolvedPerformance
 from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.correction.gains import Gains
@@ -176,15 +177,15 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
     if solve is not None and result.solved.names == solve.weights.names:
         apertures = solve.lids
     take = result.shot.take
+    setup = result.shot.setup
+    performance = SolvedPerformance.of(
+        face, result.solved, result.solution, setup.pins, result.performed
+    )
     closure = close_eyes_and_lips(
-        face,
-        result.solved,
+        performance,
         result.weights.weights,
-        solution=result.solution,
-        pins=result.shot.setup.pins,
-        options=result.shot.setup.closure,
+        options=setup.closure,
         apertures=apertures,
-        performed=result.performed,
         blink=take.blink if isinstance(take, MarkerTake) else None,
     )
     if closure is None:
