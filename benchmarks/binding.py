@@ -29,6 +29,7 @@ from usdface.binding.propose import propose
 from usdface.errors import InputError
 from usdface.io.bind_file import read_bind
 from usdface.io.takes.files import read_take
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.rigs import Mesh
@@ -175,7 +176,11 @@ def weight_error(case: Case, setup: RetargetSetup) -> float:
 def solved(case: Case, setup: RetargetSetup) -> Solution:
     points = setup.binding.points
     offsets = case.mesh.offsets_at(points)
-    return solve_take(case.take, case.mesh.points[points], offsets, case.mesh.shape_names, setup)[0]
+    return solve_take(
+        case.take,
+        BoundPoints.linear(case.mesh.points[points], offsets, case.mesh.shape_names),
+        setup,
+    )[0]
 
 
 def as_neutral(setup: RetargetSetup) -> RetargetSetup:

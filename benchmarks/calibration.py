@@ -19,7 +19,8 @@ from benchmarks.performers.worlds import to_extremes  # noqa: E402
 from benchmarks.solve.faces import Face, bent, ict  # noqa: E402
 from usdface.arrays import FloatArray  # noqa: E402
 from usdface.face.bound_face import bound_face  # noqa: E402
-from usdface.retarget_take import calibrate, clean_and_solve  # noqa: E402
+from usdface.retarget_take.calibrate import calibrate  # noqa: E402
+from usdface.retarget_take.clean_and_solve import clean_and_solve  # noqa: E402
 from usdface.setup.binding import Binding  # noqa: E402
 from usdface.setup.calibration import Calibration  # noqa: E402
 from usdface.setup.retarget_setup import RetargetSetup  # noqa: E402

@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from usdface.blend_shapes import BlendShape
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.clips import Clip, JointsTake
 from usdface.io.usd.rig_write import write_rig
 from usdface.rigs import Mesh, Rig, Skeleton, Skin

@@ -24,7 +24,7 @@ from scipy.ndimage import grey_closing, grey_opening
 
 from usdface import assemble_shot, read_bind, read_rig
 from usdface.arrays import BoolArray, FloatArray
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.closure.lip_contact import lip_apertures_of
 from usdface.closure.lip_signal import lip_distances
@@ -229,7 +229,7 @@ def crossing_by_pose(face: BoundFace, weights: FloatArray, frames: np.ndarray) -
     mesh, deepest = face.mesh, 0.0
     lids = face.layout.lids
     middle = (mesh.points[lids, 0].min() + mesh.points[lids, 0].max()) / 2
-    moves = evaluator_of(mesh, np.arange(len(mesh.points)))[0]
+    moves = evaluator_of(mesh.shapes, np.arange(len(mesh.points)))[0]
     for frame in frames.tolist():
         posed = mesh.points + moves.displacements(weights[[frame]]).reshape(-1, 3)
         left = mesh.points[lids[:, 0], 0] > middle

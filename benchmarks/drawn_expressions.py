@@ -30,6 +30,7 @@ from usdface.face.drawn_expressions import DRAWN  # noqa: E402
 from usdface.face.expression_variants import Variant, expression_variants  # noqa: E402
 from usdface.face.face_motion import face_motion  # noqa: E402
 from usdface.face.marker_surface import MarkerSurface  # noqa: E402
+from usdface.retarget.bound_points import BoundPoints  # noqa: E402
 from usdface.retarget.solve_take import Solution, solve_take  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
 
@@ -51,9 +52,7 @@ def performance(face: Face, shown: FloatArray, performer: Face) -> tuple[MarkerT
     points, mesh = face.setup.binding.points, face.mesh
     solution, _ = solve_take(
         take,
-        mesh.points[points],
-        mesh.offsets_at(points),
-        mesh.shape_names,
+        BoundPoints.linear(mesh.points[points], mesh.offsets_at(points), mesh.shape_names),
         face.setup,
         surface=MarkerSurface(mesh, points),
     )

@@ -37,6 +37,7 @@ from usdface.correction.expression_classifier import ExpressionClassifier  # noq
 from usdface.face.face_motion import face_motion  # noqa: E402
 from usdface.face.marker_surface import MarkerSurface  # noqa: E402
 from usdface.geometry.triangulation import triangulated  # noqa: E402
+from usdface.retarget.bound_points import BoundPoints  # noqa: E402
 from usdface.retarget.solve_take import Solution, solve_take  # noqa: E402
 from usdface.rule_design.movements import single_movements  # noqa: E402
 from usdface.takes import MarkerTake  # noqa: E402
@@ -73,9 +74,7 @@ def recorded(
     mesh = face.mesh
     solution, _ = solve_take(
         take,
-        mesh.points[points],
-        mesh.offsets_at(points),
-        mesh.shape_names,
+        BoundPoints.linear(mesh.points[points], mesh.offsets_at(points), mesh.shape_names),
         face.setup,
         surface=MarkerSurface(mesh, points),
     )

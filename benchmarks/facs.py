@@ -22,7 +22,7 @@ from ict_face import ict_mesh  # noqa: E402
 from makehuman_face import posable_face  # noqa: E402
 from scipy.spatial import cKDTree  # noqa: E402
 
-from usdface.blend_shapes import BlendShape  # noqa: E402
+from usdface.blend_shapes.blend_shape import BlendShape  # noqa: E402
 from usdface.facs.judge import ShapeVerdict, judge_shapes  # noqa: E402
 from usdface.facs.movements import SIDED  # noqa: E402
 from usdface.facs.report import judge_rig  # noqa: E402

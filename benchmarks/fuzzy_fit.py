@@ -33,7 +33,7 @@ from usdface.io.bind_file import read_bind  # noqa: E402
 from usdface.io.rigs.makehuman import read_makehuman  # noqa: E402
 from usdface.options import FeatureSpace, FitOptions  # noqa: E402
 from usdface.progress import Progress  # noqa: E402
-from usdface.retarget_take import clean_and_solve  # noqa: E402
+from usdface.retarget_take.clean_and_solve import clean_and_solve  # noqa: E402
 from usdface.rule_design.marker_roles import known_roles  # noqa: E402
 from usdface.rule_learning.cross_validation import Validation, cross_validate  # noqa: E402
 from usdface.rule_learning.examples import NO_EMOTION, Examples  # noqa: E402

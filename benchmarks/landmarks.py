@@ -20,7 +20,7 @@ from benchmarks.solve.faces import Face, bent, ict
 from usdface.binding.propose_film import propose_film
 from usdface.face.bound_face import bound_face
 from usdface.options import SolveOptions
-from usdface.retarget_take import solve
+from usdface.retarget_take.solve import solve
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup

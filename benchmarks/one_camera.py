@@ -39,9 +39,10 @@ from usdface.face.bound_face import bound_face
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import SolveOptions, SolvePlaces
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.solve_take import solve_take
-from usdface.retarget_take import solve
+from usdface.retarget_take.solve import solve
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
@@ -270,7 +271,9 @@ def error(
 def first_order(face: Face, take: MarkerTake) -> float:
     """Return the RMS error of the weights where the image is taken as flat."""
     names = face.mesh.shape_names
-    solution, _ = solve_take(take, face.neutral, face.offsets, names, setup_of(face))
+    solution, _ = solve_take(
+        take, BoundPoints.linear(face.neutral, face.offsets, names), setup_of(face)
+    )
     return off(face, solution.weights.weights)
 
 

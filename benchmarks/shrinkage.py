@@ -18,6 +18,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import shape_regions
 from usdface.options import ProcessOptions, SolveShrinkage
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.shrinkage import brow_factor
 from usdface.rigs import Rig
 from usdface.shot.retarget import retarget
@@ -55,10 +56,8 @@ def row(face: Face, world: World) -> list[str]:
     brows, mouth = (np.isin(kept.solved.names, regions[name]) for name in ("brows", "mouth"))
     solution = kept.solution
     assert solution is not None and solution.model is not None
-    factor = brow_factor(
-        solution.weights.weights, solution.displacements, solution.rest, solution.model, brows,
-        moving_head=world.head_moves,
-    )  # fmt: skip
+    motion = MotionModel(solution.rest, solution.model, 3, world.head_moves)
+    factor = brow_factor(solution.weights.weights, solution.displacements, motion, brows)
     weights = [result.solved.weights[REST:] for result in (kept, restored)]
     slopes = (slope(weights[0], world.truth, own) for own in (brows, mouth))
     errors = [rms((w - world.truth)[:, own]) for own in (brows, brows | True) for w in weights]

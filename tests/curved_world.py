@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from worlds import World, make_world
 
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.geometry.rigid_fit import rigid_fit
 from usdface.rigs import BlendShape, Combination, Inbetween
 
@@ -40,7 +40,7 @@ def make_curved_world(*, head_moves: bool = True) -> World:
         shapes.append(BlendShape(name, on.indices, offsets, combination=combination))
     bent = replace(mesh, shapes=tuple(shapes))
     at = np.array(list(plain.points.values()))
-    model, _ = evaluator_of(bent, at)
+    model, _ = evaluator_of(bent.shapes, at)
     weights = model.complete(plain.weights)
     positions = bent.points[at] + model.displacements(weights).reshape(len(weights), -1, 3)
     if head_moves:

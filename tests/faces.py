@@ -28,6 +28,7 @@ from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig import read_rig
 from usdface.options import CorrectionOptions
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solve_take import solve_take
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
@@ -100,9 +101,9 @@ class Face:
         points = self.setup.binding.points
         solution, _ = solve_take(
             take,
-            self.mesh.points[points],
-            self.mesh.offsets_at(points),
-            self.mesh.shape_names,
+            BoundPoints.linear(
+                self.mesh.points[points], self.mesh.offsets_at(points), self.mesh.shape_names
+            ),
             self.setup,
             surface=MarkerSurface(self.mesh, points),
         )

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from usdface.blend_shapes import BlendShape
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.rigs import Mesh, Rig
 
 __all__ = ["mirrored", "mixed", "renamed", "silenced"]

@@ -3,7 +3,9 @@ import os
 import subprocess
 import sys
 import threading
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
 import numpy as np
 import pytest
@@ -23,6 +25,12 @@ os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[: int(sys.argv[2])])
 """
 COMMAND = "from usdface.cli import main; sys.exit(main(['process', sys.argv[1]]))"
 PYTHON = "import numpy; from usdface import process; process(sys.argv[1])"
+RETARGET_TAKE = [
+    getattr(module, name)
+    for each in iter_modules(retarget_take.__path__)
+    for module in [import_module(f"usdface.retarget_take.{each.name}")]
+    for name in module.__all__
+]
 
 
 def now() -> list[int]:
@@ -151,7 +159,7 @@ def test_our_own_threads_are_limited_each(monkeypatch: pytest.MonkeyPatch) -> No
         for name in pipeline.__all__
         if not name.startswith(("read_", "list_"))
     ]
-    + [getattr(retarget_take, name) for name in retarget_take.__all__]
+    + RETARGET_TAKE
     + [retarget, assemble_shot],
     ids=lambda function: f"{function.__module__}.{function.__name__}",
 )

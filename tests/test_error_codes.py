@@ -21,6 +21,7 @@ from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
 from usdface.options import BindOptions, MapOptions, RigOptions, TakeOptions
 from usdface.pipeline import calibrate, make_shot, process
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solve_take import solve_take
 from usdface.rigs import Rig
 from usdface.setup.binding import Binding
@@ -46,7 +47,11 @@ def fitted(**changes: object) -> object:
 
 def solved(binding: RetargetSetup, take: MarkerTake = TAKE) -> object:
     points = binding.binding.points
-    return solve_take(take, MESH.points[points], MESH.offsets_at(points), MESH.shape_names, binding)
+    return solve_take(
+        take,
+        BoundPoints.linear(MESH.points[points], MESH.offsets_at(points), MESH.shape_names),
+        binding,
+    )
 
 
 def proposed(positions: FloatArray, **options: object) -> object:

@@ -79,7 +79,7 @@ class ExpressionSystem:
     mode, gain
         How the emotions are blended over the weights, see `usdface.correction.pose_blend`.
     response : (onset, full)
-        Outputs at which a raised pose begins to show and shows whole, see
+        Outputs at which a pose begins to be raised and is raised whole, see
         `usdface.correction.pose_blend.respond`; of an event, the largest output.
     evidence : float
         Similarity of solved weights to a pose at which half of it is raised, 0 to 1, see

@@ -86,8 +86,8 @@ CorrectionMode = Literal["raise", "add"]
 FeatureSpace = Literal["character", "take"]
 HoldOut = Literal["auto", "recording", "variant"]
 
-# Largest fuzzy output of an event at which a raised pose begins to show, and from which on all of
-# it shows: half an expression is taken for a whole one, a seventh for none
+# Largest fuzzy output of an event at which a pose begins to be raised, and from which on all of
+# it is: half an expression is taken for a whole one, a seventh for none
 # (benchmarks/expressions.py).
 RESPONSE = (0.15, 0.4)
 # Similarity of the solved weights of brows and mouth to those of a pose (cosine) at which half of

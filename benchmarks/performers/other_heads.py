@@ -13,7 +13,7 @@ from benchmarks.performers.shown_neutral import with_neutral
 from benchmarks.solve.faces import ROOT, Face
 from usdface.face.bound_face import bound_face
 from usdface.io.bind_file import read_bind
-from usdface.retarget_take import solve
+from usdface.retarget_take.solve import solve
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake

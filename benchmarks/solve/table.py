@@ -11,6 +11,7 @@ from benchmarks.solve.worlds import REST, World, worlds
 from usdface.arrays import FloatArray
 from usdface.options import ProcessOptions
 from usdface.retarget.confidence import confidence_of, within_bounds
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import usual_misfit
 from usdface.retarget.solver.regularisation import Regularisation
@@ -42,11 +43,8 @@ def deviations(world: World, solution: Solution) -> FloatArray:
     """Return what `usdface.retarget.solve_report` says of each weight."""
     face, used = world.target, world.target.names
     sure = confidence_of(
-        face.neutral,
-        face.offsets,
+        MotionModel.linear(face.neutral, face.offsets, world.still.shape[2], world.head_moves),
         np.array([used.index(name) for name in solution.markers]),
-        world.still.shape[2],
-        world.head_moves,
         1.0 / face.rate,
         Regularisation(
             solution.noise,

@@ -9,7 +9,7 @@ from worlds import NEUTRAL, World, filmed, make_world
 from usdface.binding.bound_neutral import bound_neutral
 from usdface.binding.neutral_frames import neutral_frames
 from usdface.binding.resolve_binding import resolve_binding
-from usdface.blend_shapes import BlendShape
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.options import BindOptions

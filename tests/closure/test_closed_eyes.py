@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from slits import slit_face
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.closure.closed_eyes import close_eyes
 from usdface.closure.lid_apertures import LidApertures
+from usdface.closure.solved_performance import SolvedPerformance
 from usdface.face.bound_face import BoundFace
 from usdface.takes import WeightsTake
 
@@ -36,7 +37,9 @@ def findings_of(blink: float, sneer: float) -> list[tuple[str, dict[str, object]
     weights[FRAMES // 2 :] = blink, sneer
     take = WeightsTake(NAMES, np.arange(FRAMES) / 30, weights, 30.0)
     still = np.zeros_like(weights)
-    closed = close_eyes(FACE, take, weights, None, still, {"left": APERTURES})
+    closed = close_eyes(
+        SolvedPerformance(FACE, take, take, None, still), weights, {"left": APERTURES}
+    )
     assert closed is not None
     assert APERTURES.least(closed.weights).min() > -0.00017
     return [(f.code, dict(f.values)) for f in closed.findings if f.code.startswith("LIDS")]
@@ -69,11 +72,15 @@ def closings_of(wide: float, pinned: float) -> tuple[int, float]:
         movers=np.array([True, False]),
     )
     take, near = WeightsTake(names, times, weights, 60.0), np.full_like(weights, pinned)
-    found = close_eyes(FACE, take, weights, None, near, {"left": apertures})
+    found = close_eyes(
+        SolvedPerformance(FACE, take, take, None, near), weights, {"left": apertures}
+    )
     assert found is not None
     # The closing shape as it becomes: a second run changes at most the other one.
     weights[:, 0] = found.weights[:, 0]
-    closed = close_eyes(FACE, take, weights, None, near, {"left": apertures})
+    closed = close_eyes(
+        SolvedPerformance(FACE, take, take, None, near), weights, {"left": apertures}
+    )
     assert closed is not None
     findings = [each.code for each in closed.findings if each.code == "EYES_CLOSED"]
     assert bool(findings) == bool(closed.closings)
@@ -90,18 +97,30 @@ def test_a_blink_that_changes_nothing_was_not_completed() -> None:
     assert closings_of(wide=0.4, pinned=1.0)[0] == closings_of(wide=0.0, pinned=0.0)[0] == 0
 
 
-def test_a_blink_that_only_the_recording_names_is_closed_and_told() -> None:
+def test_a_blink_that_only_the_recording_names_is_closed_and_reported() -> None:
     times = np.arange(0.0, 4.0, 1 / 60)
     still = np.zeros((len(times), 2))
     take = WeightsTake(NAMES, times, still, 60.0)
     rise = np.clip(np.minimum((times - 2.0) / 0.08, (2.26 - times) / 0.16), 0, 1)
-    closed = close_eyes(FACE, take, still, None, still, {"left": APERTURES}, blink=0.3 * rise)
+    closed = close_eyes(
+        SolvedPerformance(FACE, take, take, None, still),
+        still,
+        {"left": APERTURES},
+        blink=0.3 * rise,
+    )
     assert closed is not None
     aperture = APERTURES.widest(closed.weights)
     assert aperture[120:136].min() < 1e-4
     assert aperture[:115].min() == aperture[140:].min() == APERTURES.opening
     assert [each.code for each in closed.findings] == ["BLINK_RECORDED", "EYES_CLOSED"]
-    pinned = close_eyes(FACE, take, still, None, still + 1.0, {"left": APERTURES}, blink=0.3 * rise)
+    pinned = close_eyes(
+        SolvedPerformance(FACE, take, take, None, still + 1.0),
+        still,
+        {"left": APERTURES},
+        blink=0.3 * rise,
+    )
     assert pinned is not None and not pinned.findings
-    untold = close_eyes(FACE, take, still, None, still, {"left": APERTURES})
-    assert untold is not None and not untold.closings
+    unreported = close_eyes(
+        SolvedPerformance(FACE, take, take, None, still), still, {"left": APERTURES}
+    )
+    assert unreported is not None and not unreported.closings

@@ -10,6 +10,7 @@ from slits import slit_face
 
 from usdface.closure.closed_lips import close_lips
 from usdface.closure.lip_contact import lip_apertures_of
+from usdface.closure.solved_performance import SolvedPerformance
 from usdface.options import ProcessOptions
 from usdface.rigs import Rig
 from usdface.shot.retarget import retarget
@@ -40,7 +41,7 @@ def test_lips_that_touch_are_brought_together_and_open_ones_are_left() -> None:
     face, solution = speaking().shot.face, speaking().solution
     wrong = replace(speaking().solved, weights=left_open(0.12))
     assert solution is not None
-    closed = close_lips(face, wrong, wrong.weights, solution, FREE)
+    closed = close_lips(SolvedPerformance(face, wrong, wrong, solution, FREE), wrong.weights)
     apertures = lip_apertures_of(face, NAMES)
     assert closed is not None and apertures is not None
     touching = OPEN == 0
@@ -63,7 +64,7 @@ def test_lips_that_stay_open_are_reported(monkeypatch: pytest.MonkeyPatch) -> No
     face, solution = speaking().shot.face, speaking().solution
     wrong = replace(speaking().solved, weights=left_open(0.12))
     assert solution is not None
-    closed = close_lips(face, wrong, wrong.weights, solution, FREE)
+    closed = close_lips(SolvedPerformance(face, wrong, wrong, solution, FREE), wrong.weights)
     assert closed is not None
     (apart,) = closed.findings
     assert apart.code == "LIPS_APART" and apart.values["frame_count"] > 20
@@ -76,7 +77,9 @@ def test_a_solve_that_the_markers_agree_with_stays() -> None:
     solution = speaking().solution
     assert solution is not None
     solved = speaking().solved
-    closed = close_lips(speaking().shot.face, solved, solved.weights, solution, FREE)
+    closed = close_lips(
+        SolvedPerformance(speaking().shot.face, solved, solved, solution, FREE), solved.weights
+    )
     assert closed is not None and not closed.findings
     np.testing.assert_array_equal(closed.weights, solved.weights)
 
@@ -96,7 +99,9 @@ def test_exaggerated_lips_open_as_much_further_and_touch_as_before() -> None:
     assert apertures is not None
     opened = []
     for solved in (performed, exaggerated):
-        closed = close_lips(face, solved, solved.weights, unlike, FREE, performed)
+        closed = close_lips(
+            SolvedPerformance(face, solved, performed, unlike, FREE), solved.weights
+        )
         assert closed is not None
         opened.append(apertures.opened(closed.weights).max(axis=1))
     plain, larger = opened
@@ -112,13 +117,13 @@ def test_pinned_frames_stay() -> None:
     pinned = FREE.copy()
     pinned[40:60, NAMES.index("jawOpen")] = 1.0
     assert solution is not None
-    closed = close_lips(face, wrong, wrong.weights, solution, pinned)
+    closed = close_lips(SolvedPerformance(face, wrong, wrong, solution, pinned), wrong.weights)
     assert closed is not None
     np.testing.assert_array_equal(closed.weights[40:60], wrong.weights[40:60])
 
 
 @pytest.mark.slow
-def test_without_lip_markers_it_is_told() -> None:
+def test_without_lip_markers_it_is_reported() -> None:
     shot = result(
         markers(MESH, performance(NAMES, jawOpen=OPEN), without=("mouth_up",)),
         options=ProcessOptions(express=False),
@@ -134,7 +139,7 @@ def test_no_tolerance_is_the_least_one() -> None:
     found = []
     for tolerance in (0.0, 1e-5):
         own = replace(face, layout=replace(face.layout, tolerance=tolerance))
-        closed = close_lips(own, wrong, wrong.weights, solution, FREE)
+        closed = close_lips(SolvedPerformance(own, wrong, wrong, solution, FREE), wrong.weights)
         assert closed is not None and np.isfinite(closed.weights).all()
         found.append(closed)
     np.testing.assert_array_equal(found[0].weights, found[1].weights)
@@ -155,7 +160,7 @@ def test_lips_of_a_face_of_any_size_are_closed_alike(size: float) -> None:
     for of, found in ((speaking(), solution), (large, large.solution)):
         wrong = replace(of.solved, weights=left_open(0.12))
         bare = replace(of.shot.face, layout=replace(of.shot.face.layout, tolerance=None))
-        closed.append(close_lips(bare, wrong, wrong.weights, found, FREE))
+        closed.append(close_lips(SolvedPerformance(bare, wrong, wrong, found, FREE), wrong.weights))
     one, other = closed
     assert one is not None and other is not None and one.course.max() > 0.5
     np.testing.assert_allclose(other.weights, one.weights, atol=1e-3)

@@ -12,6 +12,7 @@ from usdface.closure import lid_apertures
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
 from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.closure.rims import RimPairs, rim_pairs
+from usdface.closure.solved_performance import SolvedPerformance
 from usdface.face.bound_face import BoundFace
 from usdface.options import ClosureOptions, ProcessOptions
 from usdface.retarget.exaggeration import Exaggeration
@@ -61,9 +62,8 @@ def test_between_the_blinks_the_eyes_stay_as_solved(weak: ShotResult) -> None:
 
 
 def test_a_second_run_on_its_own_result_changes_nothing(weak: ShotResult) -> None:
-    again = close_eyes_and_lips(
-        weak.shot.face, weak.solved, closure_of(weak).weights, solution=weak.solution
-    )
+    performance = SolvedPerformance.of(weak.shot.face, weak.solved, weak.solution)
+    again = close_eyes_and_lips(performance, closure_of(weak).weights)
     assert again is not None
     np.testing.assert_allclose(again.weights, closure_of(weak).weights, atol=2e-5)
 
@@ -127,7 +127,7 @@ def test_a_larger_mouth_contradicts_no_marker() -> None:
 
 
 @pytest.mark.slow
-def test_a_pin_stays_and_lids_that_it_makes_cross_are_told() -> None:
+def test_a_pin_stays_and_lids_that_it_makes_cross_are_reported() -> None:
     frame = int(3.3 * 60)
     pinned = {"eyeBlinkLeft": 1.0, "eyeSquintLeft": 1.0, "eyeWideLeft": 0.0}
     pins = [Pin(name, np.array([frame]), np.array([weight])) for name, weight in pinned.items()]
@@ -159,7 +159,7 @@ def test_a_pin_at_0_keeps_an_eye_open_in_a_blink() -> None:
     assert final[NAMES.index("eyeBlinkRight")] > 0.95
 
 
-def test_without_markers_at_the_lids_it_is_told() -> None:
+def test_without_markers_at_the_lids_it_is_reported() -> None:
     shot = result(markers(MESH, performance(NAMES), without=("eye",)))
     assert "LIDS_UNSEEN" in codes(shot)
     assert not closure_of(shot).closings

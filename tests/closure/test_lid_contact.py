@@ -5,7 +5,7 @@ import pytest
 from slits import LID_GAP, bent_slit_face, slit_face
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.closure.lid_apertures import LidApertures, lid_apertures_of
 from usdface.closure.lid_contact import close_lids, crossing, looks_open, part_crossed_lids
 from usdface.face.bound_face import BoundFace

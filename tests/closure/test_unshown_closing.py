@@ -33,7 +33,7 @@ def opened(
     return weights, without_unshown_closing(weights, weights, shown, APERTURES, FREE)
 
 
-def test_an_eye_without_evidence_is_opened_and_told() -> None:
+def test_an_eye_without_evidence_is_opened_and_reported() -> None:
     before, after = opened(0.4 * HILL, NONE, -0.3 * HILL)
     assert after[:, 0].max() == pytest.approx(0.05)
     np.testing.assert_array_equal(after[:, 1:], before[:, 1:])

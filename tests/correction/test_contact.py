@@ -51,8 +51,8 @@ def test_a_smile_does_not_open_a_closed_mouth():
     places = APERTURES.at(held) - APERTURES.at(solved)
     assert places[0, :6].max() <= TOLERANCE + ROUNDING
     # The smile itself hardly parts the lips and stays; what draws them apart goes.
-    shown = dict(zip(NAMES, held[0], strict=True))
-    assert shown["mouthSmileRight"] > 0.75 and shown["mouthUpperUpLeft"] < 0.1
+    kept = dict(zip(NAMES, held[0], strict=True))
+    assert kept["mouthSmileRight"] > 0.75 and kept["mouthUpperUpLeft"] < 0.1
 
 
 def test_a_smile_that_parts_nothing_is_left_alone():
@@ -277,7 +277,7 @@ def test_on_a_rig_with_inbetweens_little_more_is_taken_back_than_a_solver_takes(
 def test_on_a_rig_with_inbetweens_a_correction_that_grows_smoothly_is_held_smoothly():
     t = np.linspace(0, 1, 200)[:, None]
     solved = 0.15 * np.sin(3 * t) ** 2 * [[float(name == "jawOpen") for name in BENT_NAMES]]
-    shown = [[float(n.startswith(("mouthUpper", "jawOpen"))) for n in BENT_NAMES]]
-    wanted = np.maximum(solved, t * shown)
+    pose = [[float(n.startswith(("mouthUpper", "jawOpen"))) for n in BENT_NAMES]]
+    wanted = np.maximum(solved, t * pose)
     held = limit_correction(solved, wanted, BENT_APERTURES)[0]
     assert np.abs(np.diff(held, axis=0)).max() < 4 * np.abs(np.diff(wanted, axis=0)).max()

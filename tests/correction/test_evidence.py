@@ -26,16 +26,16 @@ def evidence() -> Evidence:
 
 
 def test_what_no_marker_sees_says_nothing(evidence):
-    np.testing.assert_allclose(evidence.seen, [1, 1, 1, 0], atol=0.03)
+    np.testing.assert_allclose(evidence.determination, [1, 1, 1, 0], atol=0.03)
 
 
 def missing(evidence: Evidence, weights: np.ndarray, pose: np.ndarray) -> tuple[str, ...]:
-    """Return the regions that do not show a pose, and check that the others show it whole."""
-    shown = {
-        region: float(share[0]) for region, share in evidence.shown(weights[None], pose).items()
+    """Return the regions that do not match a pose, and check that the others match it whole."""
+    found = {
+        region: float(match[0]) for region, match in evidence.match(weights[None], pose).items()
     }
-    assert set(shown.values()) <= {0.0, 1.0}
-    return tuple(region for region, share in shown.items() if share == 0)
+    assert set(found.values()) <= {0.0, 1.0}
+    return tuple(region for region, match in found.items() if match == 0)
 
 
 def participation(
@@ -45,7 +45,7 @@ def participation(
     return evidence.participation(weights[None], pose, sizes, shares)[0].tolist()
 
 
-def test_half_the_pose_shows_it(evidence):
+def test_half_the_pose_matches_it(evidence):
     assert missing(evidence, 0.5 * POSE, POSE) == ()
 
 
@@ -62,10 +62,10 @@ def test_a_pose_asks_only_for_the_regions_that_it_moves(evidence):
 
 
 def test_blend_shapes_that_rest_take_no_part_unless_unseen(evidence):
-    shown = np.array([0.5, 0.02, 0.0, 0.0])
-    assert participation(evidence, shown, POSE, 0.5) == [True, False, False, True]
+    solved = np.array([0.5, 0.02, 0.0, 0.0])
+    assert participation(evidence, solved, POSE, 0.5) == [True, False, False, True]
     # Likeness alone does not say which undetermined blend shapes take part.
-    assert participation(evidence, shown, POSE, 0.5, by_rules=0.0) == [True, False, False, False]
+    assert participation(evidence, solved, POSE, 0.5, by_rules=0.0) == [True, False, False, False]
 
 
 def two_of_a_kind(other: float) -> Evidence:
@@ -80,9 +80,9 @@ def two_of_a_kind(other: float) -> Evidence:
 
 
 def test_a_shape_explained_by_a_similar_one_is_not_missing():
-    shown, pose = np.array([[0.36, 0.3]]), np.array([1.0, 0.0])
+    solved, pose = np.array([[0.36, 0.3]]), np.array([1.0, 0.0])
     alike, other = (
-        float(two_of_a_kind(z).shown(shown, pose)["mouth"][0]) for z in (0.0021, -0.008)
+        float(two_of_a_kind(z).match(solved, pose)["mouth"][0]) for z in (0.0021, -0.008)
     )
     assert alike > 0.8 and other < 0.4
 
@@ -100,7 +100,7 @@ def test_a_part_at_rest_does_not_make_a_broad_smile_small():
 
 def test_shapes_of_no_marker_are_believed():
     loose = evidence_of(marker_face(), ("smile",), EVIDENCE)
-    assert loose.seen.tolist() == [0.0]
+    assert loose.determination.tolist() == [0.0]
     assert missing(loose, np.zeros(1), np.ones(1)) == ()
     assert participation(loose, np.zeros(1), np.ones(1), 0.3) == [1.0]
 
@@ -113,20 +113,20 @@ def test_without_evidence_the_rules_decide(evidence):
 
 def test_the_evidence_is_a_continuous_function_of_the_weights(evidence):
     there = np.linspace(0, 1, 2001)[:, None] * [0.9, 0.0, 0.0, 0.0] + [0.0, 0.5, 0.3, 0.2]
-    shown = evidence.shown(there[:, [1, 0, 2, 3]], POSE)
-    assert np.ptp(shown["mouth"]) == 1
+    match = evidence.match(there[:, [1, 0, 2, 3]], POSE)
+    assert np.ptp(match["mouth"]) == 1
     for share in (
-        *shown.values(),
+        *match.values(),
         evidence.participation(there, POSE, np.full(2001, 0.5), np.ones(2001)),
     ):
         assert np.abs(np.diff(share, axis=0)).max() < 0.02
 
 
-@pytest.mark.parametrize(("least", "shown"), [(0.05, [0.0, 1.0]), (0.95, [0.0, 1.0])])
-def test_an_exact_pose_shows_whole_and_another_not_at_any_level(evidence, least, shown):
+@pytest.mark.parametrize(("least", "expected"), [(0.05, [0.0, 1.0]), (0.95, [0.0, 1.0])])
+def test_an_exact_pose_matches_whole_and_another_not_at_any_level(evidence, least, expected):
     poses = np.array([POSE * [1, 0, 0, 0] + [0, 0, 1, 0], POSE])
-    found = replace(evidence, least=least).shown(poses, POSE)["mouth"]
-    np.testing.assert_allclose(found, shown, atol=1e-6)
+    found = replace(evidence, least=least).match(poses, POSE)["mouth"]
+    np.testing.assert_allclose(found, expected, atol=1e-6)
 
 
 def test_mixtures_that_markers_cannot_tell_apart_are_alike():
@@ -138,5 +138,5 @@ def test_mixtures_that_markers_cannot_tell_apart_are_alike():
     layout = FaceLayout(regions={"mouth": names})
     evidence = evidence_of(replace(face, layout=layout), names, EVIDENCE)
     pose, split = np.array([1.0, 0.0, 0.4]), np.array([[0.5, 0.5, 0.4]])
-    assert evidence.shown(split, pose)["mouth"][0] == 1.0
-    assert evidence.shown(np.array([[0.0, 0.0, 0.4]]), pose)["mouth"][0] == 0.0
+    assert evidence.match(split, pose)["mouth"][0] == 1.0
+    assert evidence.match(np.array([[0.0, 0.0, 0.4]]), pose)["mouth"][0] == 0.0

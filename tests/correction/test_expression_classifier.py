@@ -60,11 +60,11 @@ def moved(face: BoundFace, **weights: float) -> np.ndarray:
     return face.displacements(np.array([row], dtype=float))
 
 
-def shown(classifier: ExpressionClassifier, motion: np.ndarray) -> dict[str, float]:
+def detected_by(classifier: ExpressionClassifier, motion: np.ndarray) -> dict[str, float]:
     return dict(zip(EMOTIONS, classifier.classify(motion).detected[0], strict=True))
 
 
-def test_every_pose_is_detected_at_its_intensity(
+def test_every_pose_is_detected_at_its_amplitude(
     face: BoundFace, classifier: ExpressionClassifier
 ) -> None:
     poses = np.array([e.pose(NAMES) for e in expressions_for(NAMES)[0]])
@@ -72,7 +72,7 @@ def test_every_pose_is_detected_at_its_intensity(
         found = classifier.classify(face.displacements(amount * poses))
         own = np.diag(found.detected)
         for e, emotion in enumerate(EMOTIONS):
-            assert abs(found.intensity[e, e] - amount) < 1e-9, emotion
+            assert abs(found.amplitude[e, e] - amount) < 1e-9, emotion
             if amount == 1.0 and emotion not in ("fear", "surprise"):
                 assert own[e] > 0.35, emotion
             assert own[e] < amount + 1e-9
@@ -86,7 +86,7 @@ def test_raised_brows_over_an_open_mouth_are_surprise_and_fear_with_stretched_li
     surprise = {"browInnerUp": 0.8, "browOuterUp": 0.6, "eyeWide": 0.8, "jawOpen": 0.3}
     fear = surprise | {"browOuterUp": 0.3, "mouthStretch": 0.8}
     for emotion, units in (("surprise", surprise), ("fear", fear)):
-        found = shown(classifier, moved(face, **units))
+        found = detected_by(classifier, moved(face, **units))
         assert found.pop(emotion) > 0.35
         assert max(found.values()) == 0
 
@@ -96,7 +96,7 @@ def test_a_variant_in_other_directions_is_detected(
 ) -> None:
     smile = moved(face, mouthSmile=0.7, jawOpen=0.1)
     turned = smile * [0.7, 1.3, 0.6]
-    found = shown(classifier, turned)
+    found = detected_by(classifier, turned)
     assert found["joy"] > 0.35 and max(v for n, v in found.items() if n != "joy") == 0
 
 
@@ -109,7 +109,7 @@ def test_speech_and_motion_as_near_to_another_emotion_are_not_detected(
         moved(face, browDown=0.8),
         moved(face, browDown=0.8, mouthSmile=0.3),
     ):
-        assert max(shown(classifier, motion).values()) < 0.35
+        assert max(detected_by(classifier, motion).values()) < 0.35
 
 
 def test_noise_on_a_still_face_is_not_detected(
@@ -156,7 +156,7 @@ def test_the_order_of_the_blend_shapes_does_not_matter(
     poses = np.array([e.pose(NAMES) for e in expressions_for(NAMES)[0]])
     more = 0.4 * np.random.default_rng(0).random((60, len(NAMES)))
     motion = face.displacements(np.tile(poses, (10, 1)) + more)
-    for name in ("confidence", "intensity", "contradiction"):
+    for name in ("confidence", "amplitude", "contradiction"):
         expected = getattr(classifier.classify(motion), name)
         np.testing.assert_allclose(getattr(other.classify(motion), name), expected, atol=1e-9)
         assert expected.max() > 0.0

@@ -186,7 +186,7 @@ def corrected(system, inputs, face: BoundFace, weights, gains: Gains | None = No
     )
 
 
-def shown(**shapes: float) -> np.ndarray:
+def weights_of(**shapes: float) -> np.ndarray:
     return np.array([[shapes.get(name, 0.0) for name in SLITS.shape_names]])
 
 
@@ -205,10 +205,10 @@ def performances(frames: int) -> np.ndarray:
 
 def test_a_one_sided_smile_is_corrected_on_its_side_alone(slits) -> None:
     for side, other in SIDE.items():
-        changed = corrected_by(slits, shown(**{f"mouthSmile{side}": 0.4}))
+        changed = corrected_by(slits, weights_of(**{f"mouthSmile{side}": 0.4}))
         assert changed[f"mouthSmile{side}"] > 0.4
         assert abs(changed[f"mouthSmile{other}"]) < 0.01
-    both = corrected_by(slits, shown(mouthSmileLeft=0.4, mouthSmileRight=0.4))
+    both = corrected_by(slits, weights_of(mouthSmileLeft=0.4, mouthSmileRight=0.4))
     assert both["mouthSmileLeft"] == pytest.approx(both["mouthSmileRight"], abs=1e-9)
     assert both["mouthSmileLeft"] > 0.4
 
@@ -226,10 +226,10 @@ def test_contact_is_kept_and_said(slits) -> None:
     term = Term("on", "ramp", (0.0, 1.0))
     variables = Variable("a", "input", terms=(term,)), Variable("disgust", "output")
     system = expression_system(variables, (parse_rule("IF a IS on THEN disgust IS 1"),))
-    system = replace(system, evidence=0.0)  # the solved weights do not show it
+    system = replace(system, evidence=0.0)  # the solved weights do not match it
     names = SLITS.shape_names
-    weights = np.repeat(shown(mouthPressLeft=0.2), 3, axis=0)
-    weights[2] = shown(jawOpen=0.5)[0]
+    weights = np.repeat(weights_of(mouthPressLeft=0.2), 3, axis=0)
+    weights[2] = weights_of(jawOpen=0.5)[0]
     inputs = Features({"both": np.array([[0.0], [1.0], [1.0]])})
     face = slits[1]
     parted, kept = (corrected(system, inputs, one, weights) for one in (loose(face), face))
@@ -270,7 +270,7 @@ def test_the_gain_of_a_region_is_of_its_shapes_alone(slits, region) -> None:
 
 
 def test_gains_over_time_count_in_their_frames(slits) -> None:
-    weights = np.repeat(shown(mouthSmileLeft=0.4, mouthSmileRight=0.4), 4, axis=0)
+    weights = np.repeat(weights_of(mouthSmileLeft=0.4, mouthSmileRight=0.4), 4, axis=0)
     smile = SLITS.shape_names.index("mouthSmileLeft")
     full = played(slits, weights).weights[0, smile]
     curve = np.array([0.0, 0.5, 1.0, 0.7])
@@ -280,7 +280,7 @@ def test_gains_over_time_count_in_their_frames(slits) -> None:
 
 
 def test_a_frown_goes_back_where_a_smile_is_raised_if_that_is_wanted(slits) -> None:
-    solved = shown(mouthSmileLeft=0.5, mouthSmileRight=0.5, mouthFrownLeft=0.1)
+    solved = weights_of(mouthSmileLeft=0.5, mouthSmileRight=0.5, mouthFrownLeft=0.1)
     assert corrected_by(slits, solved)["mouthFrownLeft"] == 0
     assert corrected_by(slits, solved, ease=1.0)["mouthFrownLeft"] < -0.05
 
@@ -296,10 +296,10 @@ def test_a_frown_goes_back_where_a_smile_is_raised_if_that_is_wanted(slits) -> N
 def test_a_part_that_names_no_shape_of_the_rig_is_said(slits, named) -> None:
     system, face = slits
     face = replace(face, layout=replace(face.layout, **named))
-    findings = played((system, face), shown(jawOpen=0.5)).findings
+    findings = played((system, face), weights_of(jawOpen=0.5)).findings
     reported = {(f.code, f.where) for f in findings if f.code == "SHAPE_UNKNOWN"}
     assert ("SHAPE_UNKNOWN", "nope") in reported
-    assert "SHAPE_UNKNOWN" not in {f.code for f in played(slits, shown(jawOpen=0.5)).findings}
+    assert "SHAPE_UNKNOWN" not in {f.code for f in played(slits, weights_of(jawOpen=0.5)).findings}
 
 
 def test_correcting_twice_is_correcting_once_where_the_face_shows_the_pose(slits) -> None:

@@ -17,6 +17,7 @@ from usdface.face.mirror import SIDES
 from usdface.fuzzy.rules import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.options import FEATURE_SMOOTHING, PIN_REACH
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.pins import with_pins
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -46,7 +47,9 @@ def setup(world: World) -> RetargetSetup:
 def solution(world: World, setup: RetargetSetup) -> Solution:
     mesh, points = world.rig.meshes[0], setup.binding.points
     found, _ = solve_take(
-        world.take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, setup
+        world.take,
+        BoundPoints.linear(mesh.points[points], mesh.offsets_at(points), mesh.shape_names),
+        setup,
     )
     return found
 
@@ -79,7 +82,9 @@ def test_the_head_does_not_move_the_features(
     steady = replace(setup, head="stabilised")
     points = setup.binding.points
     calm, _ = solve_take(
-        still.take, mesh.points[points], mesh.offsets_at(points), mesh.shape_names, steady
+        still.take,
+        BoundPoints.linear(mesh.points[points], mesh.offsets_at(points), mesh.shape_names),
+        steady,
     )
     face = bound_face(mesh, setup)
     nodding, resting = (

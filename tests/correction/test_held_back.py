@@ -4,7 +4,7 @@ from chin_system import chin
 from usdface.correction.held_back import held_back_findings
 
 
-def test_an_emotion_that_a_region_holds_back_is_told_where_it_is_strong() -> None:
+def test_an_emotion_that_a_region_holds_back_is_reported_where_it_is_strong() -> None:
     system = chin("take")
     outputs = np.array([0.1, 0.3, 0.6, 0.8, 0.8, 0.0])[:, None]
     absent = np.array([True, True, True, True, False, True])[:, None]

@@ -9,9 +9,9 @@ UPPER = np.array([True, True, False, False])
 ALL = np.ones(4, dtype=bool)
 
 
-def gains_of(solved, shown, measured, frames):
+def gains_of(solved, recorded, measured, frames):
     """Return the gain of each marker: (F, M)."""
-    products = motion_products(solved, shown, UPPER, measured)
+    products = motion_products(solved, recorded, UPPER, measured)
     return motion_gains(products, frames)[:, UPPER.astype(int)]
 
 
@@ -22,8 +22,8 @@ def solved() -> np.ndarray:
 
 
 def test_a_half_that_moves_further_than_solved_is_read_as_large_as_it_moves(solved):
-    shown = solved * np.where(UPPER, 1.0, 1.25)[:, None]
-    gains = gains_of(solved, shown, ALL, 0.0)
+    recorded = solved * np.where(UPPER, 1.0, 1.25)[:, None]
+    gains = gains_of(solved, recorded, ALL, 0.0)
     np.testing.assert_allclose(gains[:, UPPER], 1.0)
     np.testing.assert_allclose(gains[30, ~UPPER], 1.25, atol=0.01)
 
@@ -41,7 +41,7 @@ def test_noise_on_a_still_face_makes_nothing_larger():
 
 
 def test_a_gain_is_bounded_and_only_of_markers_that_count(solved):
-    shown = 9.0 * solved
-    assert gains_of(solved, shown, ALL, 0.0).max() == 1.5
-    upper_alone = gains_of(solved, shown, UPPER, 0.0)
+    recorded = 9.0 * solved
+    assert gains_of(solved, recorded, ALL, 0.0).max() == 1.5
+    upper_alone = gains_of(solved, recorded, UPPER, 0.0)
     assert upper_alone[30, 0] == 1.5 and (upper_alone[:, ~UPPER] == 1).all()

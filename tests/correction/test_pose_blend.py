@@ -40,10 +40,10 @@ def test_raising_twice_is_raising_once():
 
 
 def test_raise_does_not_push_a_face_that_already_shows_the_expression():
-    shown = respond(EMOTIONS[:, :1], RESPONSE) * POSES[0]
+    raised = respond(EMOTIONS[:, :1], RESPONSE) * POSES[0]
     alone = EMOTIONS * [1, 0, 0]
-    np.testing.assert_array_equal(correct(shown, alone, POSES, np.ones(E)), shown)
-    assert (correct(shown, alone, POSES, np.ones(E), "add") > shown).any()
+    np.testing.assert_array_equal(correct(raised, alone, POSES, np.ones(E)), raised)
+    assert (correct(raised, alone, POSES, np.ones(E), "add") > raised).any()
 
 
 @pytest.mark.parametrize("mode", MODES)

@@ -1,4 +1,4 @@
-"""Raising: held where the performance is held, once, and only where the face shows the pose."""
+"""Raising: held where the performance is held, once, and only where the face matches the pose."""
 
 from itertools import pairwise
 
@@ -88,7 +88,7 @@ def test_a_region_at_rest_keeps_the_expression_out_of_the_others() -> None:
     events = judged(frown, 0.5 * CURVE)
     assert events.missing("mouth", len(frown))[INSIDE].all()
     assert not events.missing("brows", len(frown)).any()
-    assert not events.shown(np.ones(len(frown))).any()
+    assert not events.intensity(np.ones(len(frown))).any()
 
 
 def test_a_gain_counts_in_its_frames() -> None:
@@ -96,8 +96,8 @@ def test_a_gain_counts_in_its_frames() -> None:
     gain = np.where(np.arange(len(CURVE)) < 70, 1.0, 0.7)
     added = raised(weights, 0.5 * CURVE, gain)
     np.testing.assert_allclose(added[[60, 80], 0], [0.5, 0.2], atol=0.01)
-    shown = judged(weights, 0.5 * CURVE).shown(gain)
-    np.testing.assert_allclose(shown[[60, 80]], [1.0, 0.7])
+    intensity = judged(weights, 0.5 * CURVE).intensity(gain)
+    np.testing.assert_allclose(intensity[[60, 80]], [1.0, 0.7])
 
 
 def test_the_correction_is_a_continuous_function_of_weights_and_outputs() -> None:

@@ -20,11 +20,11 @@ def face() -> Face:
 
 
 def made(face: Face, rigs: tuple[str, ...] | None = None) -> list[FloatArray]:
-    def shown(weights: FloatArray) -> FloatArray:
+    def coordinates_of(weights: FloatArray) -> FloatArray:
         moved = face.bound.displacements(weights)
         return np.asarray((moved - moved[:, face.bound.nose, None]).reshape(len(weights), -1))
 
-    return synthetic_faces(face.bound, face.expressions, shown, drawn=DRAWN, rigs=rigs)
+    return synthetic_faces(face.bound, face.expressions, coordinates_of, drawn=DRAWN, rigs=rigs)
 
 
 def test_they_are_the_same_each_time_and_finite(face: Face) -> None:
@@ -75,11 +75,11 @@ def test_faces_come_with_their_mirror_images(face: Face) -> None:
         mirror[[left, right]] = right, left
     weights: list[FloatArray] = []
 
-    def shown(rows: FloatArray) -> FloatArray:
+    def coordinates_of(rows: FloatArray) -> FloatArray:
         weights.append(rows)
         return np.zeros((len(rows), 3 * len(face.bound.markers)))
 
-    synthetic_faces(face.bound, face.expressions, shown, drawn=DRAWN, rigs=())
+    synthetic_faces(face.bound, face.expressions, coordinates_of, drawn=DRAWN, rigs=())
     for rows in (*weights, weights_without_emotion(face.bound)):
         ordered, mirrored = (each[np.lexsort(each.T)] for each in (rows, rows[:, mirror]))
         np.testing.assert_allclose(ordered, mirrored, atol=1e-12)

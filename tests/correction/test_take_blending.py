@@ -1,4 +1,4 @@
-"""Poses blended over a take: what both halves of a face show is raised on both."""
+"""Poses blended over a take: what both halves of a face perform is raised on both."""
 
 import numpy as np
 import pytest
@@ -50,12 +50,12 @@ def test_a_half_that_shows_it_alone_is_judged_alone() -> None:
     assert raised(0.0, 0.4, (0.6, 0.0))[0] == 0.0
 
 
-@pytest.mark.parametrize(("shown", "raised"), [(0.4, True), (0.0, False)])
+@pytest.mark.parametrize(("solved", "raised"), [(0.4, True), (0.0, False)])
 def test_half_an_expression_that_is_raised_on_its_half_is_not_held_back(
-    shown: float, raised: bool
+    solved: float, raised: bool
 ) -> None:
     system = chin("take")
-    weights = np.tile([0.5, 0.5, shown, 0.0, 0.0], (3, 1))
+    weights = np.tile([0.5, 0.5, solved, 0.0, 0.0], (3, 1))
     blending = TakeBlending(system, POSE[None], NAMES, LAYOUT, Gains(), EVIDENCE, weights, None)
     outputs: Outputs = {
         "both": np.full((3, 1), 0.6), "left": np.full((3, 1), 0.6), "right": np.full((3, 1), 0.2)

@@ -65,5 +65,5 @@ def test_each_side_has_its_own_classifier() -> None:
     assert list(found) == ["both", "left"]
     for side, scale in (("both", 1.0), ("left", 10.0)):
         np.testing.assert_allclose(found[side].confidence, scale * course[:, 0])
-        np.testing.assert_allclose(found[side].intensity, 2 * scale * course[:, 0])
+        np.testing.assert_allclose(found[side].amplitude, 2 * scale * course[:, 0])
         np.testing.assert_allclose(found[side].contradiction, 3 * scale * course[:, 0])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skins import LIP, STEP, flat_skin, joined_lips, make_head
 
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.dot_skin import dot_skin
 from usdface.rigs import BlendShape
 
@@ -41,7 +41,7 @@ def test_a_dot_moves_as_the_mean_of_its_skin() -> None:
 def test_a_dot_without_radius_is_its_vertex_to_the_last_bit() -> None:
     head = make_head()
     skin = dot_skin(head.mesh, head.vertices, np.full(len(head.vertices), np.nan))
-    exact, _ = evaluator_of(head.mesh, head.vertices)
+    exact, _ = evaluator_of(head.mesh.shapes, head.vertices)
     np.testing.assert_array_equal(skin.rest, head.points)
     np.testing.assert_array_equal(skin.marker_evaluator.offsets, exact.offsets)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from worlds import make_world
 
-from usdface.blend_shapes import BlendShape
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.face.face_points import face_points
 
 NONE = np.zeros(0, dtype=np.int64)

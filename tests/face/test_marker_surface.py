@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skins import LIP, STEP, flat_skin, joined_lips, make_head
 
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.dot_skin import dot_skin
 from usdface.face.marker_surface import MarkerSurface
 from usdface.rigs import BlendShape, Combination, Inbetween, Mesh
@@ -31,7 +31,7 @@ def along_the_skin(size: float) -> np.ndarray:
 
 def test_a_place_on_its_vertex_is_that_vertex_to_the_last_bit() -> None:
     placed = HEAD.surface.at(np.zeros((len(HEAD.vertices), 3)))
-    exact, _ = evaluator_of(HEAD.mesh, HEAD.vertices)
+    exact, _ = evaluator_of(HEAD.mesh.shapes, HEAD.vertices)
     np.testing.assert_array_equal(placed.points, HEAD.points)
     np.testing.assert_array_equal(placed.evaluator.offsets, exact.offsets)
 
@@ -53,7 +53,7 @@ def test_a_place_on_another_vertex_is_that_one() -> None:
     beside = HEAD.vertices + 38
     placed = HEAD.surface.at(HEAD.mesh.points[beside] - HEAD.points)
     np.testing.assert_allclose(placed.points, HEAD.mesh.points[beside], atol=1e-15)
-    exact, _ = evaluator_of(HEAD.mesh, beside)
+    exact, _ = evaluator_of(HEAD.mesh.shapes, beside)
     np.testing.assert_allclose(placed.evaluator.offsets, exact.offsets, atol=1e-15)
 
 
@@ -102,7 +102,7 @@ def test_a_smooth_head_is_followed_within_a_tenth_of_the_shift() -> None:
     beside = HEAD.vertices + 1
     middle = (HEAD.mesh.points[beside] - HEAD.points) / 2
     found = HEAD.surface.at(middle).evaluator.offsets
-    own, next_one = (evaluator_of(HEAD.mesh, v)[0].offsets for v in (HEAD.vertices, beside))
+    own, next_one = (evaluator_of(HEAD.mesh.shapes, v)[0].offsets for v in (HEAD.vertices, beside))
     error = np.sqrt(np.mean((found - (own + next_one) / 2) ** 2))
     assert error < 0.1 * np.sqrt(np.mean((own - next_one) ** 2))
 
@@ -162,7 +162,7 @@ def test_inbetweens_and_combinations_follow_the_place() -> None:
         )
         for k, shape in enumerate(shapes)
     )
-    judge, _ = evaluator_of(replace(mesh, points=moved, shapes=exact), VERTICES)
+    judge, _ = evaluator_of(exact, VERTICES)
     weights = np.array([[0.2, 0.7], [0.4, 0.0], [0.9, 1.0], [-0.1, 0.3]])
     np.testing.assert_allclose(
         evaluator.displacements(evaluator.complete(weights)),

@@ -7,6 +7,7 @@ from worlds import make_world
 from usdface.face.bound_face import bound_face
 from usdface.face.region_residuals import region_errors, region_residuals
 from usdface.face.regions import regions_of
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solve_take import solve_take
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
@@ -25,7 +26,9 @@ def test_residuals_of_regions_make_up_that_of_the_face() -> None:
     positions[20, WORLD.take.names.index("chin"), 2] += 0.03
     take = replace(WORLD.take, positions=positions)
     offsets = MESH.offsets_at(BINDING.points)
-    solution, _ = solve_take(take, MESH.points[BINDING.points], offsets, MESH.shape_names, setup)
+    solution, _ = solve_take(
+        take, BoundPoints.linear(MESH.points[BINDING.points], offsets, MESH.shape_names), setup
+    )
     curves = region_residuals(FACE, solution.markers, solution.distances)
     regions = np.array(regions_of(MESH, BINDING.points))
     seen = ~np.isnan(solution.distances)

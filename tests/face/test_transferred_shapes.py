@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from skins import make_head
 
-from usdface.blend_shapes import BlendShape, Combination, Inbetween
+from usdface.blend_shapes.blend_shape import BlendShape, Combination, Inbetween
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.transferred_shapes import transferred_surface
 from usdface.rigs import Mesh

@@ -91,7 +91,7 @@ def test_a_half_that_says_something_else_has_its_curve(tmp_path: Path) -> None:
     explained = explanation()
     whole = explained.whole
     silent = replace(whole.evaluation, outputs=0.0 * whole.evaluation.outputs)
-    still = replace(whole, evaluation=silent, shown=0.0 * whole.shown)
+    still = replace(whole, evaluation=silent, intensity=0.0 * whole.intensity)
     halves = with_sides(explained, both=still, left=whole, right=still)
     write_explanation_figure(halves, 4, tmp_path / "a.svg")
     text = (tmp_path / "a.svg").read_text()

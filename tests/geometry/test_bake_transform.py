@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from deformed import deformed
 
-from usdface.blend_shapes import Inbetween
+from usdface.blend_shapes.blend_shape import Inbetween
 from usdface.geometry.bake_transform import bake_transform
 from usdface.rigs import BlendShape, Mesh
 

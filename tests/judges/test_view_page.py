@@ -12,7 +12,7 @@ import pytest
 from chromium import Browser, Page, chromium_path, open_browser
 from pxr import Usd, UsdSkel
 
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.cli import main
 from usdface.clips import Clip
 from usdface.io.gltf.image import to_png
@@ -262,7 +262,7 @@ def test_sliders_move_inbetweens_and_combinations_as_the_evaluator(
     write_rig(Rig("r", (mesh,)), tmp_path / "rig.usda")
     assert main(["view", str(tmp_path / "rig.usda"), "-o", str(tmp_path / "rig.html")]) == 0
     page = browser.page(tmp_path / "rig.html")
-    evaluator, _ = evaluator_of(mesh, every)
+    evaluator, _ = evaluator_of(mesh.shapes, every)
     for jaw, smile in ((0.0, 0.0), (0.15, 1.0), (0.3, 0.5), (0.5, 0.2), (0.9, 1.0), (1.0, 0.0)):
         page.run(
             f"[{jaw}, {smile}].forEach((weight, i) => {{ const row = usdface.sliders.rows[i];"

@@ -4,7 +4,7 @@ import numpy as np
 from curved_world import make_curved_world
 from worlds import make_world
 
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.geometry.triangulation import triangle_fans
 from usdface.materials import Material, Placement, Texture
 from usdface.page.character import character_data, page_meshes
@@ -30,7 +30,7 @@ def test_targets_add_up_to_what_the_evaluator_says() -> None:
     rig, mesh = world.rig, world.rig.meshes[0]
     data = character_data(rig, rig.meshes)
     every = np.arange(len(mesh.points))
-    evaluator, _ = evaluator_of(mesh, every)
+    evaluator, _ = evaluator_of(mesh.shapes, every)
     for shape in data["meshes"][0]["shapes"]:
         for weight, target in zip(shape["weights"], shape["offsets"], strict=True):
             weights = np.zeros((1, len(mesh.shapes)))

@@ -1,7 +1,8 @@
 import numpy as np
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, CombinationWeight
-from usdface.inbetween_path import InbetweenPath
+from usdface.blend_shapes.combination_weight import CombinationWeight
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.inbetween_path import InbetweenPath
 from usdface.retarget.calibrated_shapes import performed
 from usdface.setup.calibration import Calibration
 

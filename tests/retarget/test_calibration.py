@@ -7,7 +7,8 @@ from worlds import NEUTRAL, World, make_world
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
-from usdface.retarget_take import calibrate, clean_and_solve
+from usdface.retarget_take.calibrate import calibrate
+from usdface.retarget_take.clean_and_solve import clean_and_solve
 from usdface.setup.binding import Binding
 from usdface.setup.calibration import Calibration
 from usdface.setup.retarget_setup import RetargetSetup

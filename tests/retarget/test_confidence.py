@@ -12,6 +12,7 @@ from usdface.retarget.confidence import (
     weight_deviations,
     within_bounds,
 )
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.covariance import inverse_bands
 from usdface.retarget.solver.curvature import curvature_bands
@@ -204,7 +205,9 @@ for shape in range(5):
 
 
 def world(bound: list[int], moving_head: bool = False, axes: int = 3) -> Confidence:
-    return confidence_of(PLACES, SHAPES, np.array(bound), axes, moving_head, STEP, USUAL)
+    return confidence_of(
+        MotionModel.linear(PLACES, SHAPES, axes, moving_head), np.array(bound), STEP, USUAL
+    )
 
 
 def test_a_shape_that_no_marker_sees_keeps_its_prior_and_its_place_is_named() -> None:
@@ -223,7 +226,9 @@ def test_a_marker_at_the_named_place_shows_the_shape() -> None:
 def test_no_place_is_named_where_one_marker_would_not_determine_the_shape() -> None:
     """Of three shapes that move alike a marker sees the sum."""
     alike = np.concatenate([SHAPES, SHAPES[[2, 2]]])
-    result = confidence_of(PLACES, alike, np.array([0, 3, 9, 12]), 3, False, STEP, USUAL)
+    result = confidence_of(
+        MotionModel.linear(PLACES, alike, 3, False), np.array([0, 3, 9, 12]), STEP, USUAL
+    )
     assert result.unseen == {2: None, 5: None, 6: None}
 
 
@@ -247,12 +252,12 @@ def test_an_unknown_head_makes_weights_less_sure() -> None:
 def test_an_image_sees_no_depth() -> None:
     deep = np.roll(SHAPES, 1, axis=2)
     bound = np.arange(0, 15, 3)
-    result = confidence_of(PLACES, deep, bound, 2, False, STEP, USUAL)
+    result = confidence_of(MotionModel.linear(PLACES, deep, 2, False), bound, STEP, USUAL)
     np.testing.assert_allclose(result.deviations, OPTIONS.spread, rtol=1e-6)
 
 
 def test_what_has_no_errors_is_sure() -> None:
     exact = Regularisation(0.0, 0.0, OPTIONS)
-    result = confidence_of(PLACES, SHAPES, np.arange(15), 3, True, STEP, exact)
+    result = confidence_of(MotionModel.linear(PLACES, SHAPES, 3, True), np.arange(15), STEP, exact)
     assert np.isfinite(result.deviations).all() and result.deviations.max() < 0.1
     assert not len(result.places)

@@ -115,9 +115,9 @@ def test_a_bent_path_is_followed_as_far_as_the_factor_says() -> None:
 
 
 def usdface_points(mesh: usdface.Mesh, weights: FloatArray) -> FloatArray:
-    from usdface.blend_shape_evaluator import evaluator_of
+    from usdface.blend_shapes.vertex_evaluator import evaluator_of
 
-    evaluator, _ = evaluator_of(mesh, np.arange(len(mesh.points)))
+    evaluator, _ = evaluator_of(mesh.shapes, np.arange(len(mesh.points)))
     return evaluator.displacements(weights).reshape(len(weights), -1, 3)
 
 

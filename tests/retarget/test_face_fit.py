@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 from skins import RATE, Head, make_head
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.marker_surface import MarkerSurface
 from usdface.options import MapOptions, SolveOptions, SolvePlaces
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.face_fit import TRANSFER, FaceFit, fit_face, fit_places
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_at_rest
@@ -32,7 +34,7 @@ def rms(values: np.ndarray) -> float:
 
 
 def bound() -> BlendShapeEvaluator:
-    return evaluator_of(HEAD.mesh, HEAD.vertices)[0]
+    return evaluator_of(HEAD.mesh.shapes, HEAD.vertices)[0]
 
 
 def fitted(positions: np.ndarray, surface: MarkerSurface | None, **options: object) -> FaceFit:
@@ -114,7 +116,9 @@ def solved(
     take = MarkerTake(names, np.arange(len(positions)) / RATE, positions, RATE)
     mesh = world.mesh
     offsets = mesh.offsets_at(world.vertices)
-    return solve_take(take, world.points, offsets, mesh.shape_names, setup, surface=surface)[0]
+    return solve_take(
+        take, BoundPoints.linear(world.points, offsets, mesh.shape_names), setup, surface=surface
+    )[0]
 
 
 def error(solution: Solution) -> float:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.interpolate import RBFInterpolator
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.options import Kernel, MapOptions
 from usdface.retarget.map_choice import _rest_without, choose_map, left_out_errors
 from usdface.retarget.motion_evidence import MotionEvidence

@@ -6,12 +6,15 @@ import pytest
 from worlds import NEUTRAL, World, make_world
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import MapOptions, SolveOptions
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibration import calibrate_take
 from usdface.retarget.marker_errors import estimate_marker_errors, marker_error_findings
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import fit_map
 from usdface.retarget.solution import Solution
@@ -52,20 +55,24 @@ def estimated(
     model: BlendShapeEvaluator = MODEL,
     *,
     axes: int = 3,
-    head_moves: bool = True,
+    moving_head: bool = True,
 ) -> FloatArray:
+    motion = MotionModel(points, model, axes, moving_head)
     return estimate_marker_errors(
-        TIMES[: len(joint.weights)], joint.weights, joint.displaced, points, model,
-        variance=joint.regularisation.variance, axes=axes, head_moves=head_moves,
-    )  # fmt: skip
+        TIMES[: len(joint.weights)],
+        joint.weights,
+        joint.displaced,
+        motion,
+        joint.regularisation.variance,
+    )
 
 
-@pytest.mark.parametrize("head_moves", [False, True])
+@pytest.mark.parametrize("moving_head", [False, True])
 @pytest.mark.parametrize("axes", [2, 3])
-def test_errors_that_are_known_are_found(axes: int, head_moves: bool) -> None:
+def test_errors_that_are_known_are_found(axes: int, moving_head: bool) -> None:
     errors = np.ones(MARKERS)
     errors[[3, 17]] = [5.0, 20.0]
-    found = estimated(performed(errors), axes=axes, head_moves=head_moves)
+    found = estimated(performed(errors), axes=axes, moving_head=moving_head)
     np.testing.assert_allclose(found, errors, rtol=0.12)
 
 
@@ -79,7 +86,7 @@ def test_what_few_markers_show_is_not_taken_for_their_accuracy() -> None:
     left = joint.displaced - model.displacements(WEIGHTS).reshape(joint.displaced.shape)
     along = left[:, 2] @ np.ones(3) / 0.03
     fitted = replace(joint, weights=WEIGHTS + np.outer(along, np.eye(SHAPES)[0]))
-    found = estimated(fitted, model=model, head_moves=False)
+    found = estimated(fitted, model=model, moving_head=False)
     np.testing.assert_allclose(found, 1.0, rtol=0.12)
 
 
@@ -207,7 +214,9 @@ def solved(world: World, take: MarkerTake, options: SolveOptions) -> tuple[Solut
     vertices = np.array([world.points[name] for name in take.names])
     setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1), solve=options)
     return solve_take(
-        take, mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names, setup
+        take,
+        BoundPoints.linear(mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names),
+        setup,
     )
 
 
@@ -245,10 +254,9 @@ def test_calibration_learns_no_slip(world: World) -> None:
     mesh, take = world.rig.meshes[0], slipped(world, "corner_r", [0.0, 0.0, 0.006])
     vertices = np.array([world.points[name] for name in take.names])
     setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
-    found, _ = calibrate_take(
-        take, mesh.points[vertices], mesh.offsets_at(vertices), mesh.shape_names, setup,
-        evaluator_of(mesh, vertices)[0], False, None,
-    )  # fmt: skip
+    model, _ = evaluator_of(mesh.shapes, vertices)
+    bound = BoundPoints(mesh.points[vertices], mesh.shape_names, model)
+    found, _ = calibrate_take(take, bound, setup)
     assert found.calibration.offsets.max() < 0.02
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.options import MapOptions
 from usdface.retarget.motion_evidence import MotionEvidence

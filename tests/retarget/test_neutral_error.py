@@ -1,7 +1,8 @@
 import numpy as np
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.options import SolveOptions
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.neutral_error import bootstrap_residual, neutral_correction
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import Iterate
@@ -12,7 +13,7 @@ def test_noise_holds_back_where_weights_cannot_fall_below_0() -> None:
     """Of two markers along one shape: at rest half of the noise is positive and fits a weight."""
     model = BlendShapeEvaluator(0.01 * np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]]))
     points = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])
-    rows = TakeRows.of(points, model, 3, moving_head=False)
+    rows = TakeRows.of(MotionModel(points, model, 3, moving_head=False))
     held, times = Regularisation(1e-4, 0.0, SolveOptions(mode="frame")), np.arange(4000) / 30.0
     seen = np.ones((4000, 2), dtype=bool)
     solved = {weight: Iterate(np.full((4000, 1), weight)) for weight in (0.0, 0.5)}
@@ -31,7 +32,7 @@ def test_the_mean_of_the_drawn_noise_is_no_residual() -> None:
     """Far from the bounds the ridge alone leaves a micrometre; the noise's mean is 20 of them."""
     model = BlendShapeEvaluator(0.01 * np.array([[0.0, 1.0, 0.0, 0.0, 1.0, 0.0]]))
     points = np.array([[0.0, 0.0, 0.0], [0.01, 0.0, 0.0]])
-    rows = TakeRows.of(points, model, 3, moving_head=False)
+    rows = TakeRows.of(MotionModel(points, model, 3, moving_head=False))
     held, times = Regularisation(1e-4, 0.0, SolveOptions(mode="frame")), np.arange(40) / 30.0
     iterate, seen = Iterate(np.full((40, 1), 0.5)), np.ones((40, 2), dtype=bool)
     left = bootstrap_residual(rows, points, seen, times, held, iterate)
@@ -48,7 +49,7 @@ def test_the_residual_of_a_mirrored_face_is_mirrored() -> None:
     found = []
     for side in (1.0, mirror):
         model = BlendShapeEvaluator((offsets * side).reshape(3, -1))
-        rows = TakeRows.of(points * side, model, 3, moving_head=True)
+        rows = TakeRows.of(MotionModel(points * side, model, 3, moving_head=True))
         found.append(
             side * bootstrap_residual(rows, points * side, seen, times, held, Iterate(weights))
         )

@@ -5,12 +5,13 @@ import pytest
 from worlds import NEUTRAL, World, make_world
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import evaluator_of
-from usdface.blend_shapes import Inbetween
+from usdface.blend_shapes.blend_shape import Inbetween
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
 from usdface.findings import Finding
 from usdface.options import MapOptions, SolveOptions
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.neutral_weights import (
     LARGEST,
     neutral_weight_findings,
@@ -47,7 +48,9 @@ def solved(
     vertices, points, offsets = parts(world)
     setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
     setup = replace(setup, **changes)
-    solution, findings = solve_take(take, points, offsets, world.rig.meshes[0].shape_names, setup)
+    solution, findings = solve_take(
+        take, BoundPoints.linear(points, offsets, world.rig.meshes[0].shape_names), setup
+    )
     return solution, findings, solution.weights.weights
 
 
@@ -73,7 +76,7 @@ def neutral_weights_of(
     take = MarkerTake(names, np.arange(len(positions)) / 30.0, positions, 30.0)
     setup = RetargetSetup(Binding(names, np.arange(len(points))), neutral=(0, NEUTRAL - 1))
     shapes = tuple(f"s{i}" for i in range(len(offsets)))
-    solution, _ = solve_take(take, points, offsets, shapes, setup)
+    solution, _ = solve_take(take, BoundPoints.linear(points, offsets, shapes), setup)
     return dict(solution.neutral_weights)
 
 
@@ -219,7 +222,9 @@ def test_the_order_of_the_markers_does_not_matter(world: World) -> None:
     vertices, points, offsets = parts(world)
     setup = RetargetSetup(Binding(names, vertices[order]), neutral=(0, NEUTRAL - 1))
     shape_names = world.rig.meshes[0].shape_names
-    again, _ = solve_take(mixed, points[order], offsets[:, order], shape_names, setup)
+    again, _ = solve_take(
+        mixed, BoundPoints.linear(points[order], offsets[:, order], shape_names), setup
+    )
     assert dict(again.neutral_weights) == dict(found)
 
 
@@ -241,15 +246,15 @@ def test_a_performers_file_tells_the_size_of_the_shapes(world: World) -> None:
 def test_an_inbetween_shows_at_the_weight_of_its_path(world: World) -> None:
     """With an inbetween that is at 0.6 of it at weight 0.2, 0.3 shows at weight 0.1 already."""
     mesh = world.rig.meshes[0]
-    vertices, points, offsets = parts(world)
+    vertices, points, _ = parts(world)
     jaw = mesh.shape_names.index("jawOpen")
     early = Inbetween("early", 0.2, 0.6 * mesh.shapes[jaw].offsets)
     shapes = list(mesh.shapes)
     shapes[jaw] = replace(shapes[jaw], inbetweens=(early,))
-    model, _ = evaluator_of(replace(mesh, shapes=tuple(shapes)), vertices)
+    model, _ = evaluator_of(tuple(shapes), vertices)
     take, _ = showing(world, {"jawOpen": 0.3})
     setup = RetargetSetup(Binding(take.names, vertices), neutral=(0, NEUTRAL - 1))
-    solution, _ = solve_take(take, points, offsets, mesh.shape_names, setup, model)
+    solution, _ = solve_take(take, BoundPoints(points, mesh.shape_names, model), setup)
     assert solution.neutral_weights["jawOpen"] == pytest.approx(0.1, abs=0.02)
 
 
@@ -320,5 +325,7 @@ def test_neutral_weights_that_cannot_be_are_one_line(world: World) -> None:
         replace(setup, neutral=None, neutral_weights={names[0]: 0.5})
     with pytest.raises(InputError, match="'noShape'"):
         solve_take(
-            world.take, points, offsets, names, replace(setup, neutral_weights={"noShape": 0.5})
+            world.take,
+            BoundPoints.linear(points, offsets, names),
+            replace(setup, neutral_weights={"noShape": 0.5}),
         )

@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from skins import RATE, make_head
 
 from usdface.findings import Finding
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibration import calibrate_take
 from usdface.retarget.performed_face import (
     MatchedFace,
@@ -29,6 +30,7 @@ NAMES = tuple(f"m{i}" for i in range(MARKERS))
 SETUP = RetargetSetup(Binding(NAMES, HEAD.vertices), head="stabilised", neutral=(0, NEUTRAL - 1))
 OFFSETS = HEAD.mesh.offsets_at(HEAD.vertices)
 SHAPES = HEAD.mesh.shape_names
+BOUND = BoundPoints.linear(HEAD.points, OFFSETS, SHAPES)
 FRAMES = np.full(MARKERS, 10)
 TURN = Rotation.from_rotvec([0.4, -1.1, 0.3]).as_matrix()
 SHIFTS = HEAD.beside(0.002, seed=5)
@@ -168,15 +170,13 @@ def take_of(weights: np.ndarray, seed: int) -> MarkerTake:
 
 def solved(take: MarkerTake, calibration: Calibration | None) -> tuple[Solution, list[Finding]]:
     setup = replace(SETUP, calibration=calibration)
-    return solve_take(take, HEAD.points, OFFSETS, SHAPES, setup, surface=HEAD.surface)
+    return solve_take(take, BOUND, setup, surface=HEAD.surface)
 
 
 @pytest.fixture(scope="module")
 def learned() -> tuple[Calibration, list[Finding]]:
     first = take_of(HEAD.weights, 1)
-    found, findings = calibrate_take(
-        first, HEAD.points, OFFSETS, SHAPES, SETUP, surface=HEAD.surface
-    )
+    found, findings = calibrate_take(first, BOUND, SETUP, surface=HEAD.surface)
     return found.calibration, findings
 
 
@@ -224,7 +224,7 @@ def test_bound_markers_wear_no_face(learned: tuple[Calibration, list[Finding]]) 
     gains = replace(learned[0], face=None)
     one, two = (
         solve_take(
-            take, HEAD.points, OFFSETS, SHAPES, replace(bound, calibration=known),
+            take, BOUND, replace(bound, calibration=known),
             surface=HEAD.surface,
         )[0]
         for known in (learned[0], gains)
@@ -237,8 +237,6 @@ def test_shapes_that_the_take_does_not_show_are_named() -> None:
     weights = HEAD.weights.copy()
     weights[:, 3] = 0.0
     take = take_of(weights, 1)
-    found, findings = calibrate_take(
-        take, HEAD.points, OFFSETS, SHAPES, SETUP, surface=HEAD.surface
-    )
+    found, findings = calibrate_take(take, BOUND, SETUP, surface=HEAD.surface)
     (unknown,) = [f for f in findings if f.code == "DIRECTION_UNKNOWN"]
     assert SHAPES[3] in unknown.message and found.calibration.face is not None

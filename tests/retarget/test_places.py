@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from skins import LIP, joined_lips, make_head
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis, small_motions

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.options import HeadMode, MapOptions
 from usdface.retarget.pose_and_weights import PoseAndWeights, solve_pose_and_weights

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 from worlds import camera_pixels, make_world
 
 from usdface.errors import InputError
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.prepared_markers import PreparedMarkers, prepare_markers
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
@@ -19,7 +20,9 @@ SETUP = RetargetSetup(Binding(NAMES, VERTICES), neutral=(0, 3))
 
 def prepared(take: MarkerTake, setup: RetargetSetup = SETUP) -> tuple[PreparedMarkers, set[str]]:
     points, offsets = MESH.points[VERTICES], MESH.offsets_at(VERTICES)
-    found, _, findings = prepare_markers(take, points, offsets, MESH.shape_names, setup, None, None)
+    found, _, findings = prepare_markers(
+        take, BoundPoints.linear(points, offsets, MESH.shape_names), setup, None
+    )
     return found, {finding.code for finding in findings}
 
 
@@ -61,7 +64,9 @@ def test_an_image_leaves_blend_shapes_out_that_it_cannot_show() -> None:
     forward = offsets.copy()
     forward[0, :, :2] = 0.0
     take = camera_pixels(WORLD.take)
-    found, _, findings = prepare_markers(take, points, forward, MESH.shape_names, SETUP, None, None)
+    found, _, findings = prepare_markers(
+        take, BoundPoints.linear(points, forward, MESH.shape_names), SETUP, None
+    )
     assert [f.where for f in findings if f.code == "SHAPE_UNSEEN"] == [MESH.shape_names[0]]
     assert not found.model.offsets[0].any() and found.model.offsets[1].any()
     assert found.head_neutral.shape == (0, 2)

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from skins import make_head
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.options import MapOptions
 from usdface.retarget.face_fit import FaceFit, fit_face
 from usdface.retarget.motion_evidence import MotionEvidence
@@ -21,7 +22,7 @@ EVIDENCE = MotionEvidence(HEAD.times, POSITIONS)
 @pytest.fixture
 def fit() -> FaceFit:
     """A fit of an equal face, with markers on their vertices for good."""
-    evaluator, _ = evaluator_of(HEAD.mesh, HEAD.vertices)
+    evaluator, _ = evaluator_of(HEAD.mesh.shapes, HEAD.vertices)
     return fit_face(POSITIONS[0], HEAD.points, evaluator, MapOptions(), EVIDENCE, HEAD.surface)
 
 
@@ -32,7 +33,7 @@ def never(_: FaceFit | BlendShapeEvaluator) -> PoseAndWeights:
 def test_markers_on_their_vertices_for_good_are_not_refined(fit: FaceFit) -> None:
     refined = refine_places(
         fit, POSITIONS[0], MapOptions(), EVIDENCE, HEAD.surface,
-        solve=never, sized=lambda shapes: shapes, head_moves=False,
+        solve=never, sized=lambda shapes: shapes, moving_head=False,
     )  # fmt: skip
     assert refined is fit
 

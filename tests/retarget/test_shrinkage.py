@@ -12,6 +12,7 @@ from usdface import ProcessOptions, ShotResult
 from usdface.arrays import FloatArray
 from usdface.geometry.rigid_modes import small_motions
 from usdface.io.bind_file import setup_of_json
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.shrinkage import brow_factor
 from usdface.retarget.solution import Solution
 from usdface.setup.pin import Pin
@@ -50,8 +51,8 @@ def shrunk(result: ShotResult, share: float, shapes: FloatArray = BROWS) -> Solu
 def factor_of(solution: Solution, moving_head: bool = True) -> float:
     assert solution.model is not None
     displaced = np.where(np.isnan(solution.distances)[..., None], np.nan, solution.displacements)
-    weights, rest = solution.weights.weights, solution.rest
-    return brow_factor(weights, displaced, rest, solution.model, BROWS, moving_head=moving_head)
+    motion = MotionModel(solution.rest, solution.model, 3, moving_head)
+    return brow_factor(solution.weights.weights, displaced, motion, BROWS)
 
 
 def moved(solution: Solution, by: FloatArray) -> Solution:
@@ -174,7 +175,9 @@ def test_the_guard_against_noise_counts_by_the_size_of_the_face(exact: ShotResul
     displaced, weights = 0.05 * slight.displacements, 0.05 * slight.weights.weights
     large = slight.model.mapped(lambda offsets: 3.0 * offsets)
     human, wrong, right = (
-        brow_factor(weights, k * displaced, k * slight.rest, model, BROWS, moving_head=True, size=s)
+        brow_factor(
+            weights, k * displaced, MotionModel(k * slight.rest, model, 3, True), BROWS, size=s
+        )
         for k, model, s in ((1.0, slight.model, 1.0), (3.0, large, 1.0), (3.0, large, 3.0))
     )
     assert 1.0 < human < wrong

@@ -7,6 +7,7 @@ from worlds import World, make_world
 from usdface.binding.marker_places import free_places
 from usdface.face.bound_face import bound_face
 from usdface.options import SolveOptions
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import SolveReport, solve_report
 from usdface.retarget.solve_take import solve_take
@@ -26,7 +27,9 @@ def solved(
     setup = RetargetSetup(Binding(tuple(kept), np.array(list(kept.values()))), neutral=(0, 3))
     points = setup.binding.points
     solution, _ = solve_take(
-        take, MESH.points[points], MESH.offsets_at(points), MESH.shape_names, setup
+        take,
+        BoundPoints.linear(MESH.points[points], MESH.offsets_at(points), MESH.shape_names),
+        setup,
     )
     return setup, solution
 

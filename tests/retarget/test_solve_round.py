@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.options import MapOptions, SolveOptions
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.rbf import fit_map
 from usdface.retarget.solve_round import Recording, Round, measured, next_round
 from usdface.retarget.solver.regularisation import Regularisation
@@ -27,12 +28,12 @@ MOVING = Pose(TURNS, 0.02 * np.stack([np.sin(TIMES)] * 3, 1))
 KNOWN = Regularisation(1e-6, 0.0, SolveOptions(), tuple("abcde"), size=0.1)
 
 
-def begun(positions: np.ndarray, head_moves: bool = True) -> tuple[Recording, Round]:
-    rows = TakeRows.of(FACE, MODEL, 3, head_moves)
+def begun(positions: np.ndarray, moving_head: bool = True) -> tuple[Recording, Round]:
+    rows = TakeRows.of(MotionModel(FACE, MODEL, 3, moving_head))
     seen = visible(positions)
-    over = np.eye(3) if head_moves else None
+    over = np.eye(3) if moving_head else None
     take = Recording(TIMES, positions, seen, rows, over, None, 0.0)
-    pose = rigid_fit(FACE, positions)[0] if head_moves else Pose.identity(FRAMES)
+    pose = rigid_fit(FACE, positions)[0] if moving_head else Pose.identity(FRAMES)
     space = fit_map(FACE, FACE, MapOptions())
     nothing = np.zeros(take.hidden.shape)
     return take, Round(0, pose, pose.to_head(positions), space, KNOWN, nothing)
@@ -62,7 +63,7 @@ def test_a_round_leaves_what_it_is_given() -> None:
 
 
 def test_a_known_pose_stays() -> None:
-    take, state = begun(STILL, head_moves=False)
+    take, state = begun(STILL, moving_head=False)
     after = next_round(take, next_round(take, state))
     assert after.pose is state.pose and after.here is state.here
     assert after.settled(take)
@@ -72,7 +73,7 @@ def test_markers_that_are_hidden_are_no_settled_take_at_first() -> None:
     """They are interpolated until the pose has settled, and the rig's prediction from then on."""
     positions = STILL.copy()
     positions[20:25, 3] = np.nan
-    take, state = begun(positions, head_moves=False)
+    take, state = begun(positions, moving_head=False)
     numbers = []
     while not state.settled(take) and state.number < 40:
         state = next_round(take, state)
@@ -97,7 +98,7 @@ def test_it_has_settled_by_what_moves_on_the_character(size: float) -> None:
 
 
 def test_noise_is_measured_once_begun() -> None:
-    take, state = begun(STILL, head_moves=False)
+    take, state = begun(STILL, moving_head=False)
     found = measured(take, state)
     assert found.number == 1 and found.regularisation is state.regularisation
     np.testing.assert_allclose(found.observed, (STILL - FACE).reshape(FRAMES, -1), atol=1e-12)

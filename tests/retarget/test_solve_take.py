@@ -4,6 +4,7 @@ import pytest
 from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.options import SolveOptions
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.setup.binding import Binding
@@ -27,7 +28,9 @@ def run(
 ) -> tuple[Solution, list[Finding]]:
     binding = Binding(NAMES, np.arange(MARKERS))
     setup = RetargetSetup(binding, **{"head": "stabilised", "neutral": (0, 5), **settings})  # type: ignore[arg-type]
-    return solve_take(MarkerTake(names, TIMES, positions), FACE, BASIS, SHAPES, setup)
+    return solve_take(
+        MarkerTake(names, TIMES, positions), BoundPoints.linear(FACE, BASIS, SHAPES), setup
+    )
 
 
 def codes(findings: list[Finding]) -> set[str]:
@@ -86,7 +89,9 @@ def test_a_shape_that_moves_no_marker_stays_at_zero_and_is_said() -> None:
     basis = np.concatenate([BASIS, np.zeros((1, MARKERS, 3))])
     setup = RetargetSetup(Binding(NAMES, np.arange(MARKERS)), head="stabilised", neutral=(0, 5))
     solution, findings = solve_take(
-        MarkerTake(NAMES, TIMES, POSITIONS), FACE, basis, (*SHAPES, "blink"), setup
+        MarkerTake(NAMES, TIMES, POSITIONS),
+        BoundPoints.linear(FACE, basis, (*SHAPES, "blink")),
+        setup,
     )
     assert codes(findings) == {"SHAPE_UNSEEN"}
     assert not solution.weights.column("blink").any()
@@ -124,7 +129,9 @@ def test_head_markers_hold_the_head_still() -> None:
     setup = RetargetSetup(
         Binding(NAMES, np.arange(MARKERS)), head="markers", head_markers=NAMES[:4], neutral=(0, 5)
     )
-    solution, _ = solve_take(MarkerTake(NAMES, TIMES, turned), FACE, basis, SHAPES, setup)
+    solution, _ = solve_take(
+        MarkerTake(NAMES, TIMES, turned), BoundPoints.linear(FACE, basis, SHAPES), setup
+    )
     np.testing.assert_allclose(solution.weights.weights, TRUTH, atol=1e-5)
 
 
@@ -143,7 +150,7 @@ def test_symmetry_brings_left_and_right_together_by_their_names() -> None:
             solve=SolveOptions(symmetry=symmetry),
         )
         take = MarkerTake(NAMES, TIMES, noisy)
-        weights = solve_take(take, FACE, BASIS, names, setup)[0].weights
+        weights = solve_take(take, BoundPoints.linear(FACE, BASIS, names), setup)[0].weights
         np.testing.assert_allclose(weights.column("jawOpen"), 0.5 * RISE, atol=0.1)
         return float(np.abs(weights.column("smileLeft") - weights.column("smileRight")).max())
 

@@ -9,7 +9,7 @@ from worlds import NEUTRAL, make_world
 from usdface.face.bound_face import bound_face
 from usdface.options import AMPLITUDE_RANGE, SolveOptions
 from usdface.retarget.take_amplitudes import take_amplitudes
-from usdface.retarget_take import clean_and_solve
+from usdface.retarget_take.clean_and_solve import clean_and_solve
 from usdface.setup.binding import Binding
 from usdface.setup.calibration import Calibration
 from usdface.setup.retarget_setup import RetargetSetup

@@ -3,6 +3,7 @@
 import numpy as np
 
 from usdface.options import SolveOptions
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.wide_bounds import held_peaks, resting_weights, weights_in_wide_bounds
 
@@ -18,7 +19,7 @@ def test_weights_beyond_1_come_back_under_a_moving_head() -> None:
     moved = np.tensordot(truth, OFFSETS, 1) + turn + 0.01 * TIMES[:, None, None]
     exact = Regularisation(0.0, 0.0, SolveOptions())  # each frame for itself
     found, deviations = weights_in_wide_bounds(
-        moved, REST, OFFSETS, TIMES, exact, moving_head=True, within=(0.0, 2.0)
+        moved, MotionModel.linear(REST, OFFSETS, 3, True), TIMES, exact, within=(0.0, 2.0)
     )
     np.testing.assert_allclose(found, truth, atol=1e-6)
     assert (deviations < 1e-3).all()

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.rule_design.feature_errors import feature_errors
 from usdface.rule_design.feature_selection import SelectedFeatures, select_features
 from usdface.rule_design.movements import Movements

@@ -82,7 +82,7 @@ def test_a_frame_adds_up(explained: Explanation) -> None:
 def test_a_weight_names_the_emotion_that_asks_for_it(shot: Path, explained: Explanation) -> None:
     """What is shown, times the pose, is what each emotion asks for."""
     change = np.abs(explained.result.weights.weights - explained.result.solved.weights).max(axis=1)
-    raised = np.where(change > 0.02, explained.whole.shown.max(axis=1), 0.0)
+    raised = np.where(change > 0.02, explained.whole.intensity.max(axis=1), 0.0)
     facts = explained.frame(int(raised.argmax()))
     assert change.max() > 0.02 and facts["weights"]
     poses = {e.name: dict(zip(e.shapes, e.weights, strict=True)) for e in poses_of(shot)}
@@ -176,16 +176,16 @@ def test_a_region_that_does_not_show_the_pose_is_named(
 def test_the_peak_is_an_emotion_that_the_frame_lists(explained: Explanation) -> None:
     """A half that shows what the whole face shows is not listed, however strong its emotions."""
     whole = explained.whole
-    quiet = replace(whole, shown=np.zeros_like(whole.shown))
+    quiet = replace(whole, intensity=np.zeros_like(whole.intensity))
     louder = np.zeros_like(whole.evaluation.outputs)
     louder[3] = whole.evaluation.outputs.max() + 0.1
     half = replace(quiet, evaluation=replace(quiet.evaluation, outputs=louder))
     held = with_sides(explained, {"both": quiet, "left": half})
     assert not held.frame(3)["halves"]
     assert held.peak == int(whole.evaluation.outputs.max(axis=1).argmax())
-    shown = np.zeros_like(whole.shown)
-    shown[3] = 0.5
-    listed = with_sides(explained, {"both": quiet, "left": replace(half, shown=shown)})
+    intensity = np.zeros_like(whole.intensity)
+    intensity[3] = 0.5
+    listed = with_sides(explained, {"both": quiet, "left": replace(half, intensity=intensity)})
     assert list(listed.frame(3)["halves"]) == ["left"]
     assert listed.peak == 3
 

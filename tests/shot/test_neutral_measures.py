@@ -6,7 +6,7 @@ from worlds import NEUTRAL, World, make_world
 
 import usdface
 from usdface.arrays import FloatArray
-from usdface.blend_shapes import Inbetween
+from usdface.blend_shapes.blend_shape import Inbetween
 from usdface.face.bound_face import bound_face
 from usdface.options import ProcessOptions
 from usdface.retarget.neutral_weights import LARGEST

@@ -13,6 +13,7 @@ from usdface.face.place_descriptions import place_descriptions
 from usdface.geometry.marker_spread import rms_radius
 from usdface.options import SolveOptions
 from usdface.retarget.confidence import Confidence, confidence_of
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
@@ -207,11 +208,8 @@ def _confidence(
 ) -> Confidence:
     """Return the confidence of a solve with markers on the first `bound` places."""
     return confidence_of(
-        mesh.points[places],
-        mesh.offsets_at(places),
+        MotionModel.linear(mesh.points[places], mesh.offsets_at(places), 3, moving_head=True),
         np.arange(bound),
-        3,
-        True,
         1.0 / _RATE,
         Regularisation(noise, _MISFIT, SolveOptions()),
         wanted,

@@ -3,7 +3,7 @@
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from usdface import pipeline
 from usdface.cli.command import (
@@ -20,6 +20,9 @@ from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import EXAGGERATION_PARTS, DeliverOptions, ProcessOptions
 
+if TYPE_CHECKING:
+    from usdface.result import Result
+
 __all__ = ["add_calibrate", "add_process"]
 
 
@@ -33,6 +36,30 @@ def add_process(commands: Any, summary: str) -> None:
         writes=("gltf", "figure", "sheet", "deliver"),
     )
     command.add_argument("shot", type=Path)
+    _add_files(command)
+    _add_delivery(command)
+    _add_switches(command)
+    _add_factors(command)
+    command.add_argument(
+        "--cache",
+        default="",
+        metavar="DIR",
+        help="keep the arrays of each stage, and compute only those that changed",
+    )
+    _add_pieces(command)
+    add_asset_root(command)
+    add_skip_hook(command)
+    add_overwrite(command, EDITED_RESULT)
+    result = command.add_mutually_exclusive_group()
+    result.add_argument(
+        "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
+    )
+    result.add_argument(
+        "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
+    )
+
+
+def _add_files(command: argparse.ArgumentParser) -> None:
     command.add_argument("--gltf", default="", metavar="FILE", help="also write .glb or .gltf")
     command.add_argument(
         "--figure", default="", metavar="FILE", help="also draw the take: .png, .svg or .pdf"
@@ -43,7 +70,10 @@ def add_process(commands: Any, summary: str) -> None:
         metavar="FILE",
         help="also draw the face at its peaks and worst frames, solved above corrected",
     )
-    _add_delivery(command)
+
+
+def _add_switches(command: argparse.ArgumentParser) -> None:
+    """Add what a job leaves out, or does in another way than the shot says."""
     command.add_argument("--no-express", dest="express", action="store_false")
     command.add_argument(
         "--no-closure",
@@ -65,6 +95,9 @@ def add_process(commands: Any, summary: str) -> None:
         choices=("take", "frame"),
         help="all frames together or each alone (default: as the shot says)",
     )
+
+
+def _add_factors(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--exaggeration",
         default="",
@@ -76,23 +109,6 @@ def add_process(commands: Any, summary: str) -> None:
         default="",
         metavar="FACTORS",
         help="show emotions more or less, 1 = as designed: joy=0.5,anger=0",
-    )
-    command.add_argument(
-        "--cache",
-        default="",
-        metavar="DIR",
-        help="keep the arrays of each stage, and compute only those that changed",
-    )
-    _add_pieces(command)
-    add_asset_root(command)
-    add_skip_hook(command)
-    add_overwrite(command, EDITED_RESULT)
-    result = command.add_mutually_exclusive_group()
-    result.add_argument(
-        "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
-    )
-    result.add_argument(
-        "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
     )
 
 
@@ -143,49 +159,13 @@ def _add_delivery(command: argparse.ArgumentParser) -> None:
 
 
 def _process(parsed: argparse.Namespace) -> int:
-    given = settings(parsed, ProcessOptions)
-    factors = {
-        "exaggeration": _factors("exaggeration", parsed.exaggeration, EXAGGERATION_PARTS[0]),
-        "gains": _factors("gains", parsed.gains),
-    }
-    options = ProcessOptions(**given | factors)
-    if parsed.piece and not parsed.pieces:
-        raise InputError(f"--piece {parsed.piece} needs a folder: --pieces DIR", "SETTING_WRONG")
-    if parsed.openjd and not parsed.pieces:
-        raise InputError(f"--openjd {parsed.openjd} needs a folder: --pieces DIR", "SETTING_WRONG")
-    if parsed.chunk is not None and not parsed.openjd:
-        raise InputError(
-            f"--chunk {parsed.chunk} is of a farm's job: --openjd DIR", "SETTING_WRONG"
-        )
-    if parsed.workers is not None and not parsed.pieces:
-        raise InputError(
-            f"--workers {parsed.workers} are for the pieces of a long take: --pieces DIR",
-            "SETTING_WRONG",
-        )
-    if parsed.workers is not None and parsed.workers < 1:
-        raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
-    delivery = DeliverOptions(**settings(parsed, DeliverOptions))
-    if delivery != DeliverOptions() and not parsed.deliver:
-        raise InputError(
-            "--start, --end, --handles and --rate are of a deliverable: --deliver FILE",
-            "SETTING_WRONG",
-        )
+    options = _options(parsed)
+    _check_pieces(parsed)
+    delivery = _delivery(parsed)
     if parsed.openjd:
         return _write_job(parsed)
     if parsed.pieces:
-        if not parsed.piece:
-            _check_outputs(parsed)  # `process` does so, too, but after the pieces
-        with progress(parsed) as step:
-            solved = pipeline.solve_pieces(
-                parsed.shot,
-                parsed.pieces,
-                index=parsed.piece,
-                workers=parsed.workers,
-                asset_root=parsed.asset_root,
-                skip_hooks=parsed.skip_hooks,
-                options=options,
-                on_progress=step,
-            )
+        solved = _solve_pieces(parsed, options)
         if parsed.piece:
             return report(parsed, solved)
     with progress(parsed) as step:
@@ -208,6 +188,61 @@ def _process(parsed: argparse.Namespace) -> int:
             on_progress=step,
         )
     return report(parsed, result)
+
+
+def _options(parsed: argparse.Namespace) -> ProcessOptions:
+    given = settings(parsed, ProcessOptions)
+    factors = {
+        "exaggeration": _factors("exaggeration", parsed.exaggeration, EXAGGERATION_PARTS[0]),
+        "gains": _factors("gains", parsed.gains),
+    }
+    return ProcessOptions(**given | factors)
+
+
+def _check_pieces(parsed: argparse.Namespace) -> None:
+    """Refuse options of pieces, and of a farm's job, without those that they belong to."""
+    if parsed.piece and not parsed.pieces:
+        raise InputError(f"--piece {parsed.piece} needs a folder: --pieces DIR", "SETTING_WRONG")
+    if parsed.openjd and not parsed.pieces:
+        raise InputError(f"--openjd {parsed.openjd} needs a folder: --pieces DIR", "SETTING_WRONG")
+    if parsed.chunk is not None and not parsed.openjd:
+        raise InputError(
+            f"--chunk {parsed.chunk} is of a farm's job: --openjd DIR", "SETTING_WRONG"
+        )
+    if parsed.workers is not None and not parsed.pieces:
+        raise InputError(
+            f"--workers {parsed.workers} are for the pieces of a long take: --pieces DIR",
+            "SETTING_WRONG",
+        )
+    if parsed.workers is not None and parsed.workers < 1:
+        raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
+
+
+def _delivery(parsed: argparse.Namespace) -> DeliverOptions:
+    """Return the options of a deliverable; refuse them where there is none."""
+    delivery = DeliverOptions(**settings(parsed, DeliverOptions))
+    if delivery != DeliverOptions() and not parsed.deliver:
+        raise InputError(
+            "--start, --end, --handles and --rate are of a deliverable: --deliver FILE",
+            "SETTING_WRONG",
+        )
+    return delivery
+
+
+def _solve_pieces(parsed: argparse.Namespace, options: ProcessOptions) -> "Result[Any]":
+    if not parsed.piece:
+        _check_outputs(parsed)  # `process` does so, too, but after the pieces
+    with progress(parsed) as step:
+        return pipeline.solve_pieces(
+            parsed.shot,
+            parsed.pieces,
+            index=parsed.piece,
+            workers=parsed.workers,
+            asset_root=parsed.asset_root,
+            skip_hooks=parsed.skip_hooks,
+            options=options,
+            on_progress=step,
+        )
 
 
 def _check_outputs(parsed: argparse.Namespace) -> None:

@@ -19,6 +19,7 @@ from usdface.closure.lid_signal import least_pulses, lid_signal
 from usdface.closure.parted_lids import one_shape_for_both, part_eyes
 from usdface.closure.recorded_blinks import recorded_blinks, unseen_blinks
 from usdface.closure.solved_lids import solved_lids
+from usdface.closure.solved_performance import SolvedPerformance
 from usdface.closure.unshown_closing import (
     opened_findings,
     shown_closing,
@@ -26,8 +27,6 @@ from usdface.closure.unshown_closing import (
 )
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
-from usdface.retarget.solution import Solution
-from usdface.takes import WeightsTake
 
 __all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
 
@@ -68,35 +67,22 @@ class ClosedEyes:
 
 
 def close_eyes(
-    face: BoundFace,
-    solved: WeightsTake,
+    performance: SolvedPerformance,
     weights: FloatArray,
-    solution: Solution | None,
-    near_pins: FloatArray,
     apertures: Mapping[Eye, LidApertures],
     blink: FloatArray | None = None,
-    *,
-    exaggerated: FloatArray | None = None,
 ) -> ClosedEyes | None:
     """Complete the blinks of a take, and part lids that cross.
 
     Parameters
     ----------
-    face : BoundFace
-    solved : WeightsTake
-        Weights of T blend shapes before exaggeration and correction.
+    performance : SolvedPerformance
     weights : (F, T) float64
         The weights to close, corrected or not.
-    solution : Solution or None
-        Of the markers; None of a take of weights.
-    near_pins : (F, T) float64
-        `usdface.retarget.pins.pin_nearness`.
     apertures : mapping of "left", "right" to LidApertures
         Of the T blend shapes.
     blink : (F,) float64, optional
         `usdface.takes.MarkerTake.blink`: blinks that the markers do not show are closed, too.
-    exaggerated : (F, T) float64, optional
-        Weights after exaggeration, before correction; those of `solved`, if left out.
 
     Returns
     -------
@@ -105,6 +91,8 @@ def close_eyes(
     """
     if not apertures:
         return None
+    face, solved, solution = performance.face, performance.performed, performance.solution
+    near_pins, exaggerated = performance.near_pins, performance.solved.weights
     signal = lid_signal(face, apertures, solved, solution)
     lids = lid_markers(face, apertures, solved.names, solution) if solution else []
     alone = lid_motion(lids, solution) if solution else None

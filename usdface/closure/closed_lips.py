@@ -8,10 +8,8 @@ from usdface.arrays import FloatArray
 from usdface.closure.lip_contact import as_open_as_seen, lip_apertures_of, touching_lips
 from usdface.closure.lip_limits import largest_apertures
 from usdface.closure.lip_signal import lip_distances
-from usdface.face.bound_face import BoundFace
+from usdface.closure.solved_performance import SolvedPerformance
 from usdface.findings import Finding, finding
-from usdface.retarget.solution import Solution
-from usdface.takes import WeightsTake
 
 __all__ = ["ClosedLips", "close_lips"]
 
@@ -39,53 +37,42 @@ class ClosedLips:
     findings: list[Finding]
 
 
-def close_lips(
-    face: BoundFace,
-    solved: WeightsTake,
-    weights: FloatArray,
-    solution: Solution,
-    near_pins: FloatArray,
-    performed: WeightsTake | None = None,
-) -> ClosedLips | None:
+def close_lips(performance: SolvedPerformance, weights: FloatArray) -> ClosedLips | None:
     """Bring the character's lips together where the markers show that the performer's touch.
 
     Parameters
     ----------
-    face : BoundFace
-    solved : WeightsTake
-        Weights of T blend shapes before any correction.
+    performance : SolvedPerformance
+        Of markers.
     weights : (F, T) float64
         The weights to close, corrected or not.
-    solution : Solution
-    near_pins : (F, T) float64
-        `usdface.retarget.pins.pin_nearness`.
-    performed : WeightsTake, optional
-        The solved weights before their exaggeration, which the markers are compared with; those of
-        `solved`, if left out.
 
     Returns
     -------
     ClosedLips or None
         None of a face without lips.
     """
+    face, solved, solution = performance.face, performance.solved, performance.solution
+    assert solution is not None
     apertures = lip_apertures_of(face, solved.names)
     if apertures is None:
         return None
-    distances = lip_distances(face, performed or solved, solution, apertures.across, apertures.x)
+    distances = lip_distances(face, performance.performed, solution, apertures.across, apertures.x)
     if distances is None:
         message = "no two markers of the lips part and meet with the mouth, so a touch is not seen"
         return ClosedLips(
             weights, np.zeros(len(weights)), [finding("LIPS_UNSEEN", "lips", message)]
         )
     tolerance = max(face.tolerance, _LEAST_TOLERANCE)
-    near = near_pins[:, apertures.evaluator.moving].max(axis=1, initial=0.0)
+    near = performance.near_pins[:, apertures.evaluator.moving].max(axis=1, initial=0.0)
     # Near a pin the limit widens, to none at the pin.
     as_solved = apertures.opened(solved.weights)
     largest = largest_apertures(
         distances, as_solved, tolerance, solved.times, misfit=solution.misfit
     )
-    if performed is not None and performed is not solved:
-        largest = _exaggerated(largest, as_solved, apertures.opened(performed.weights), tolerance)
+    if performance.is_exaggerated:
+        performed = apertures.opened(performance.performed.weights)
+        largest = _exaggerated(largest, as_solved, performed, tolerance)
     with np.errstate(divide="ignore"):
         largest = largest / (1.0 - near[:, None])
     closed = touching_lips(weights, largest, apertures)
@@ -94,8 +81,8 @@ def close_lips(
     )
     before, after = apertures.opened(weights), apertures.opened(closed)
     course = np.clip((before - after) / np.maximum(before, tolerance), 0.0, 1.0).max(axis=1)
-    findings = _told("LIPS_CLOSED", _CLOSED, before - after)
-    return ClosedLips(closed, course, findings + _told("LIPS_APART", _APART, after - largest))
+    findings = _findings("LIPS_CLOSED", _CLOSED, before - after)
+    return ClosedLips(closed, course, findings + _findings("LIPS_APART", _APART, after - largest))
 
 
 def _exaggerated(
@@ -109,7 +96,7 @@ def _exaggerated(
     return np.where(larger > 1.0, tolerance + larger * (largest - tolerance), largest)
 
 
-def _told(code: str, message: str, apertures: FloatArray) -> list[Finding]:
+def _findings(code: str, message: str, apertures: FloatArray) -> list[Finding]:
     """Report apertures (F, K) [m]: by how much they were closed, or are still too wide."""
     frames = np.flatnonzero(apertures.max(axis=1) > _REPORTED)
     if not len(frames):

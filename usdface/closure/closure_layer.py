@@ -5,7 +5,7 @@ weights, by the same solve, changes hardly any: those of the mouth by less than 
 of a closure was done, as the rest of it is found anew.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,13 +14,9 @@ from usdface.arrays import FloatArray, frozen
 from usdface.closure.closed_eyes import CompletedClosing, close_eyes
 from usdface.closure.closed_lips import close_lips
 from usdface.closure.lid_apertures import Eye, LidApertures, lid_apertures_of
-from usdface.face.bound_face import BoundFace
+from usdface.closure.solved_performance import SolvedPerformance
 from usdface.findings import Finding
 from usdface.options import ClosureOptions
-from usdface.retarget.pins import pin_nearness
-from usdface.retarget.solution import Solution
-from usdface.setup.pin import Pin
-from usdface.takes import WeightsTake
 
 __all__ = ["Closure", "close_eyes_and_lips"]
 
@@ -52,36 +48,25 @@ class Closure:
 
 
 def close_eyes_and_lips(
-    face: BoundFace,
-    solved: WeightsTake,
+    performance: SolvedPerformance,
     weights: FloatArray,
     *,
-    solution: Solution | None,
-    pins: Sequence[Pin] = (),
     options: ClosureOptions = ClosureOptions(),
     apertures: Mapping[Eye, LidApertures] | None = None,
-    performed: WeightsTake | None = None,
     blink: FloatArray | None = None,
 ) -> Closure | None:
     """Bring lips together that touch, complete the blinks of a take, and part lids that cross.
 
     Parameters
     ----------
-    face : BoundFace
-    solved : WeightsTake
-        Weights of T blend shapes before any correction.
+    performance : SolvedPerformance
+        The lips of a take of weights stay as they are. Pinned weights stay, and the layer fades
+        towards them.
     weights : (F, T) float64
         The weights to close, corrected or not.
-    solution : Solution or None
-        Of the markers; None of a take of weights, whose lips stay as they are.
-    pins : sequence of Pin
-        Pinned weights stay, and the layer fades towards them.
     options : ClosureOptions
     apertures : mapping of "left", "right" to LidApertures, optional
         Of the T blend shapes, where they were measured before.
-    performed : WeightsTake, optional
-        The solved weights before their exaggeration, which closings are measured on; those of
-        `solved`, if left out.
     blink : (F,) float64, optional
         `usdface.takes.MarkerTake.blink`.
 
@@ -90,27 +75,16 @@ def close_eyes_and_lips(
     Closure or None
         None where nothing is to close, or the face has neither lids nor lips.
     """
-    face = face.with_contacts()
-    performed = performed or solved
-    near_pins = pin_nearness(pins, solved.names, solved.times)
+    performance = replace(performance, face=performance.face.with_contacts())
     lips, eyes = None, None
-    if options.lips and solution is not None:
-        lips = close_lips(face, solved, weights, solution, near_pins, performed)
+    if options.lips and performance.solution is not None:
+        lips = close_lips(performance, weights)
     if options.lids:
         # Last: a jaw that closes the lips may move the lower lids a little.
         lower = weights if lips is None else lips.weights
         if apertures is None:
-            apertures = lid_apertures_of(face, solved.names)
-        eyes = close_eyes(
-            face,
-            performed,
-            lower,
-            solution,
-            near_pins,
-            apertures,
-            blink,
-            exaggerated=solved.weights,
-        )
+            apertures = lid_apertures_of(performance.face, performance.solved.names)
+        eyes = close_eyes(performance, lower, apertures, blink)
     if lips is None and eyes is None:
         return None
     closure = Closure(weights, np.zeros((len(weights), 2)), np.zeros(len(weights)))

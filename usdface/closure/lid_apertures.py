@@ -14,7 +14,8 @@ from typing import Literal
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.closure.rims import RimPairs, rim_pairs
 from usdface.face.bound_face import BoundFace
 from usdface.face.expression_poses import units_of
@@ -181,7 +182,7 @@ def _measure(eye: Eye, mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> Li
 def _closing_shape(mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> tuple[int, float] | None:
     """Return the blend shape that closes an eye best, and the weight at which it does."""
     vertices = lids.T.ravel()
-    evaluator = evaluator_of(mesh, vertices)[0]
+    evaluator = evaluator_of(mesh.shapes, vertices)[0]
     upper, lower = mesh.points[lids[:, 0]], mesh.points[lids[:, 1]]
     across = (upper - lower).sum(axis=0)
     across /= max(float(np.linalg.norm(across)), 1e-12)
@@ -205,7 +206,7 @@ def _closing_shape(mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> tuple[
 
 def _posed(mesh: Mesh, shape: int, weight: float) -> FloatArray:
     own = replace(mesh.shapes[shape], combination=None)
-    evaluator = evaluator_of(replace(mesh, shapes=(own,)), own.indices)[0]
+    evaluator = evaluator_of((own,), own.indices)[0]
     posed = mesh.points.copy()
     posed[own.indices] += evaluator.displacements(np.array([[weight]])).reshape(-1, 3)
     return posed
@@ -216,5 +217,5 @@ def _evaluator(
 ) -> BlendShapeEvaluator:
     column = {name: place for place, name in enumerate(mesh.shape_names)}
     shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
-    evaluator = evaluator_of(mesh, vertices)[0]
+    evaluator = evaluator_of(mesh.shapes, vertices)[0]
     return evaluator.mapped(lambda values: pairs.apertures(vertices, values)).reordered(shapes)

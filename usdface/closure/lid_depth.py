@@ -16,6 +16,7 @@ from scipy.ndimage import maximum_filter1d
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_pulses import APART, lid_pulses
+from usdface.numerics.ramps import linear_ramp
 
 __all__ = [
     "LidDepth",
@@ -202,7 +203,7 @@ def _solved_at(solved: LidDepth, peaks: IntArray) -> tuple[FloatArray, float, fl
     known = most[np.isfinite(most)]
     # Of few blinks the deepest, which may be a squeeze, does not count.
     level = min(np.quantile(known, 0.75), np.sort(known)[-2:][0]) if len(known) else 0.0
-    return most, level, float(np.clip((level - _HARDLY) / (_SHOWN - _HARDLY), 0.0, 1.0))
+    return most, level, float(linear_ramp(np.asarray(level), _HARDLY, _SHOWN))
 
 
 def _sweep_far(swept: FloatArray, gone: FloatArray, least: float) -> bool:

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.closure.lip_limits import WIDENS
 from usdface.face.bound_face import BoundFace
 from usdface.face.known_limits import with_known_limits
@@ -77,7 +78,7 @@ def lip_apertures_of(face: BoundFace, names: tuple[str, ...]) -> LipApertures | 
     vertices = lips.T.ravel()
     column = {name: place for place, name in enumerate(mesh.shape_names)}
     shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
-    evaluator = with_known_limits(evaluator_of(mesh, vertices)[0], mesh.shape_names)
+    evaluator = with_known_limits(evaluator_of(mesh.shapes, vertices)[0], mesh.shape_names)
     neutral = apertures(mesh.points[vertices].reshape(-1))
     return LipApertures(neutral, x, across, evaluator.mapped(apertures).reordered(shapes))
 

@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.eye_sides import is_left_lid
@@ -130,7 +131,7 @@ def apertures_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> 
     vertices = pairs.T.ravel()
     column = {name: place for place, name in enumerate(mesh.shape_names)}
     shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
-    evaluator = evaluator_of(mesh, vertices)[0].mapped(across).reordered(shapes)
+    evaluator = evaluator_of(mesh.shapes, vertices)[0].mapped(across).reordered(shapes)
     neutral_apertures = across(mesh.points[vertices].ravel())
     contact = tuple(
         kind for (kind, _), mean in zip(contacts, means, strict=True) for _ in range(mean.shape[1])

@@ -49,7 +49,7 @@ def with_classification(
     suppression = min(2.0 * system.likeness, 1.0)
     by_emotion = {
         side: Classification(
-            found.confidence[:, at], found.intensity[:, at], found.contradiction[:, at] * posed
+            found.confidence[:, at], found.amplitude[:, at], found.contradiction[:, at] * posed
         )
         for side, found in classifications.items()
     }
@@ -93,13 +93,13 @@ def combined_outputs(
     weights : (E,) float64
         How far the classification counts for each emotion, 0 to 1.
     strength : (E,) float64
-        The largest output or `Classification.detected` of each emotion over the take. Intensities
-        of a performer who shows less than about half of the character's pose are scaled up.
+        The largest output or `Classification.detected` of each emotion over the take. Amplitudes
+        of a performer who moves by less than about half of the character's pose are scaled up.
     suppression : float
         How far a contradiction suppresses a rule, 0 to 1.
     """
     gain = np.clip(_USUAL_STRENGTH / np.maximum(strength, 1e-12), 1.0, _LARGEST_GAIN)
-    intensity = np.minimum(gain * classification.intensity, 1.0)
-    detected = np.minimum(classification.confidence * intensity, _MOST)
+    amplitude = np.minimum(gain * classification.amplitude, 1.0)
+    detected = np.minimum(classification.confidence * amplitude, _MOST)
     remaining = outputs * (1.0 - suppression * classification.contradiction)
     return np.maximum(remaining, weights * detected)

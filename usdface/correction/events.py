@@ -1,4 +1,4 @@
-"""Events: stretches of a take in which an emotion is shown, and how far it is held in each frame.
+"""Events: stretches of a take with an emotion, and how far it is held in each frame.
 
 A correction that follows the output frame by frame jumps wherever the output does. So an event is
 corrected as a whole: a pose that is held gets a constant correction. Nor do the ends of an event
@@ -15,7 +15,7 @@ from scipy.ndimage import label
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.numerics.frame_blocks import frame_blocks
-from usdface.numerics.ramps import smooth_step
+from usdface.numerics.ramps import linear_ramp, smooth_step
 
 __all__ = ["Events", "events_of", "frame_events"]
 
@@ -42,7 +42,7 @@ _COLUMNS = 2048
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Events:
-    """The frames of a take in which an emotion is shown.
+    """The frames of a take in which an emotion is detected.
 
     Attributes
     ----------
@@ -67,8 +67,8 @@ def events_of(output: FloatArray, onset: float, step: float) -> Events:
     They reach the onset, and last as long as the curve is above half of it.
     """
     release = _RELEASE * onset
-    shown = np.concatenate([[False], output > release, [False]])
-    ends = np.flatnonzero(np.diff(shown.astype(np.int8))).reshape(-1, 2)
+    above = np.concatenate([[False], output > release, [False]])
+    ends = np.flatnonzero(np.diff(above.astype(np.int8))).reshape(-1, 2)
     runs = [np.arange(first, end) for first, end in ends.tolist()]
     runs = [at for at in runs if output[at].max() > onset]
     stretches = [_Stretch(at, output[at], (release, onset), step) for at in runs]
@@ -150,8 +150,7 @@ class _Stretch:
             first, end = np.searchsorted(self._core, [cores.start, cores.stop])
             for part in frame_blocks(end - first, _COLUMNS):
                 columns = slice(first + part.start, first + part.stop)
-                share = (output[columns] / size - _PEAK[0]) / (_PEAK[1] - _PEAK[0])
-                weights = np.clip(share, 0.0, 1.0)
+                weights = linear_ramp(output[columns] / size, *_PEAK)
                 weights *= together[:, self._core[columns] - cores.start]
                 total += weights.sum(axis=1, keepdims=True)
                 mean += weights @ values[columns]
@@ -179,7 +178,7 @@ class _Stretch:
             yield places, cores, together
 
     def _belonging(self, own: FloatArray, least: FloatArray) -> FloatArray:
-        fallen = np.clip((self._onset - least) / (self._onset - self._release), 0.0, 1.0)
+        fallen = linear_ramp(least, self._onset, self._release)
         own = own[:, None]
         share = np.maximum(own - least, 0.0) / np.maximum(own - self._release, 1e-12)
         return np.asarray(1.0 - fallen * np.minimum(share, 1.0))

@@ -1,4 +1,4 @@
-"""Evidence: which regions of a face show an expression, so that no others are corrected.
+"""Evidence: which regions of a face match an expression, so that no others are corrected.
 
 Rules detect an emotion from a few markers. Whether the whole face moves as in its pose is judged by
 the solved weights: a mouth that speaks, puckers or rests while the brows frown is not angry.
@@ -21,7 +21,7 @@ __all__ = ["Evidence", "evidence_of"]
 # Shares of its weight in the expression up to which a blend shape takes no part, and from which on
 # it takes full part. Set by benchmarks/expression_takes.py.
 _PARTICIPATION = (0.5, 0.7)
-# Margin below and above the similarity of a region at which it shows half the pose; it ends at 0
+# Margin below and above the similarity of a region at which it matches half the pose; it ends at 0
 # and at 1. A steep ramp lets noise decide: other persons' expressions at half, with markers 4 mm
 # off, were corrected by up to 0.59 more with one noise than with another where it was 0.03 around a
 # similarity of 0.84 that discounts each shape by itself, now by 0.13; recorded motion is changed as
@@ -34,7 +34,7 @@ _FACE_ERROR = 0.0005
 
 @dataclass(frozen=True, eq=False)
 class Evidence:
-    """Judges whether solved weights show an expression.
+    """Judges whether solved weights match an expression.
 
     Attributes
     ----------
@@ -44,10 +44,10 @@ class Evidence:
     motion : (T, K) float64 [m]
         Displacements of the markers' coordinates by each blend shape, on a human face.
     least : float
-        Similarity of a region to that of a pose at which it shows half of it; 0 = any weights
-        show any pose.
+        Similarity of a region to that of a pose at which it matches half of it; 0 = any weights
+        match any pose.
     regions : mapping of str to (T,) bool
-        The regions that an expression has to be shown in, if it has blend shapes there. The eyes
+        The regions that have to match an expression, if it has blend shapes there. The eyes
         are not among them: markers hardly determine lids.
     """
 
@@ -57,7 +57,7 @@ class Evidence:
     regions: dict[GainRegion, BoolArray]
 
     @cached_property
-    def seen(self) -> FloatArray:
+    def determination(self) -> FloatArray:
         """How far the markers determine the weight of each blend shape by itself: (T,), 0 to 1."""
         return np.clip(np.diag(self.determined), 0.0, 1.0)  # rounding in shapes that move by metres
 
@@ -67,8 +67,8 @@ class Evidence:
         values, vectors = np.linalg.eigh(self.determined)
         return np.asarray((vectors * np.sqrt(values.clip(min=0.0))) @ vectors.T)
 
-    def shown(self, weights: FloatArray, pose: FloatArray) -> dict[GainRegion, FloatArray]:
-        """Return how far weights (N, T) show a pose (T,) in each region, 0 to 1: (N,)."""
+    def match(self, weights: FloatArray, pose: FloatArray) -> dict[GainRegion, FloatArray]:
+        """Return how far weights (N, T) match a pose (T,) in each region, 0 to 1: (N,)."""
         if self.least == 0:
             return {region: np.ones(len(weights)) for region in self.regions}
         lowest, highest = max(self.least - _AROUND, 0.0), min(self.least + _AROUND, 1.0)
@@ -86,7 +86,7 @@ class Evidence:
         """
         own = self.regions[region]
         wanted, there = (np.where(own, w, 0.0) for w in (pose, weights))
-        if not (self.seen * wanted).any():
+        if not (self.determination * wanted).any():
             return np.ones(len(weights))
         shapes = _cosine(wanted @ self._root, there @ self._root)
         markers = _cosine(wanted @ self.motion, there @ self.motion)
@@ -112,11 +112,14 @@ class Evidence:
         moved = pose > 0
         if self.least == 0:
             return np.tile(moved.astype(np.float64), (len(weights), 1))
-        wanted, there = self.seen * pose, self.seen * np.where(moved, weights, 0.0)
+        wanted, there = (
+            self.determination * pose,
+            self.determination * np.where(moved, weights, 0.0),
+        )
         # Weighted by the weights, so that shapes at rest do not reduce the size.
-        shown = (there**2).sum(axis=1) / np.maximum(there @ wanted, 1e-12)
-        unsure = by_rules[:, None] * SolveOptions().spread * np.sqrt(1.0 - self.seen)
-        whole = np.maximum(size, shown)[:, None] * np.where(moved, pose, 1.0)
+        solved = (there**2).sum(axis=1) / np.maximum(there @ wanted, 1e-12)
+        unsure = by_rules[:, None] * SolveOptions().spread * np.sqrt(1.0 - self.determination)
+        whole = np.maximum(size, solved)[:, None] * np.where(moved, pose, 1.0)
         share = (weights + unsure) / np.maximum(whole, 1e-12)
         return np.where(moved, linear_ramp(share, *_PARTICIPATION), 0.0)
 

@@ -1,4 +1,4 @@
-"""A classifier of expressions: the emotion that the motion of all markers shows, or none.
+"""A classifier of expressions: the emotion in the motion of all markers, or none.
 
 Rules detect an emotion from a few markers, as far as they move as in the character's own pose.
 Another person's brows and lips move differently: the right rule is mostly the strongest, but weak.
@@ -31,7 +31,7 @@ from usdface.setup.expression import Expression
 
 __all__ = ["Classification", "ExpressionClassifier", "classifiers_of_sides"]
 
-# Tuned by hand on expressions that `benchmarks/drawn_expressions.py` shows, each judged without the
+# Tuned by hand on expressions that `benchmarks/drawn_expressions.py` draws, each judged without the
 # drawings of its own source; see docs/constants.md.
 # Margins of an emotion's score [log odds] to the next emotion and to none: the confidence is 0 up
 # to the first number and 1 from the second on.
@@ -55,26 +55,26 @@ _STILL, _SMALL = 0.00014, 0.0005
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Classification:
-    """Emotions that a face shows over a take.
+    """Emotions that a face performs over a take.
 
     Attributes
     ----------
     confidence : (F, E) float64
-        How sure it is that the face shows the emotion and no other, 0 to 1.
-    intensity : (F, E) float64
-        Motion along the mean of faces that show it, relative to the pose, 0 to 1.
+        How sure it is that the face performs the emotion and no other, 0 to 1.
+    amplitude : (F, E) float64
+        Motion along the mean of faces that perform it, relative to the pose, 0 to 1.
     contradiction : (F, E) float64
-        How sure it is that the face shows another emotion, or none, 0 to 1.
+        How sure it is that the face performs another emotion, or none, 0 to 1.
     """
 
     confidence: FloatArray
-    intensity: FloatArray
+    amplitude: FloatArray
     contradiction: FloatArray
 
     @property
     def detected(self) -> FloatArray:
-        """The intensity times the confidence of each emotion: (F, E)."""
-        return self.confidence * self.intensity
+        """The amplitude times the confidence of each emotion: (F, E)."""
+        return self.confidence * self.amplitude
 
 
 class ExpressionClassifier:
@@ -130,7 +130,7 @@ class ExpressionClassifier:
         )
         means = np.array([each.mean(axis=0) for each in faces])
         sizes = np.einsum("ei,ei->e", poses, means)
-        self._intensity = (means / np.maximum(sizes, 1e-12)[:, None]).T
+        self._amplitude = (means / np.maximum(sizes, 1e-12)[:, None]).T
 
     def _relative(self, moved: FloatArray) -> FloatArray:
         """Return displacements (F, M, 3) relative to the nose tip's: (F, 3 M)."""
@@ -156,8 +156,8 @@ class ExpressionClassifier:
             confidence[:, e] *= linear_ramp(scores[:, e] - scores[:, -1], *_MARGIN_TO_NONE)
             none = linear_ramp(scores[:, -1] - scores[:, e], *_NONE_AHEAD)
             contradiction[:, e] = clear * np.maximum(linear_ramp(lead, *_OTHER_AHEAD), none)
-        intensity = np.clip(faces @ self._intensity, 0.0, 1.0)
-        return Classification(confidence, intensity, contradiction)
+        amplitude = np.clip(faces @ self._amplitude, 0.0, 1.0)
+        return Classification(confidence, amplitude, contradiction)
 
 
 def classifiers_of_sides(

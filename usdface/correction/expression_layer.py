@@ -42,17 +42,17 @@ class SideTrace:
         Features, in units of `ExpressionTrace.unit`; columns as `ExpressionSystem.inputs`.
     evaluation : Evaluation
         Emotions, of rules and classifier, firing strengths, and memberships if requested.
-    shown : (F, E) float64
+    intensity : (F, E) float64
         The share of its pose that each emotion gets, without the gains of regions.
     missing : mapping of "brows", "mouth" to (F, E) bool
-        Frames in which a region held the correction back: it does not show the pose.
+        Frames in which a region held the correction back: it does not match the pose.
     by_rules : (F, E) float64
         Emotions of the rules alone.
     """
 
     inputs: FloatArray
     evaluation: Evaluation
-    shown: FloatArray
+    intensity: FloatArray
     missing: MissingRegions
     by_rules: FloatArray
 
@@ -169,7 +169,7 @@ def express(
         side: SideTrace(
             features.sides[side],
             evaluation,
-            blended.shown[side],
+            blended.intensity[side],
             blended.missing[side],
             by_rules[side].outputs,
         )

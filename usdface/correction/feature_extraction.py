@@ -98,7 +98,7 @@ def sided_features(
     """Measure the inputs of the whole face and of each half, mirrored to the other side.
 
     With `expressions` the motion is also classified, if the system uses it. Frames that
-    `pins` bend do not show how far the performer moves. Raises as `features`.
+    `pins` bend do not measure how far the performer moves. Raises as `features`.
     """
     if system.space == "take":
         names, neutral, by_side = _take_markers(face, take, solution, sides)
@@ -196,8 +196,12 @@ def _character_markers(
     pairs = symmetric_pairs(face.shape_names)
     bent = _bent_by_pins(face, solved, pins)
     if len(pairs):
-        return names, neutral, {s: _shown_positions(face, solved, solution, s, bent) for s in sides}
-    positions = _shown_positions(face, solved, solution, "both", bent)
+        return (
+            names,
+            neutral,
+            {s: _scaled_positions(face, solved, solution, s, bent) for s in sides},
+        )
+    positions = _scaled_positions(face, solved, solution, "both", bent)
     by_side = _sided_positions(positions, neutral, neutral, names, face.nose_tip, sides)
     return names, neutral, by_side
 
@@ -221,7 +225,7 @@ def _sided_positions(
     return {side: positions if side == "both" else of(side) for side in sides}
 
 
-def _shown_positions(
+def _scaled_positions(
     face: BoundFace, solved: WeightsTake, solution: Solution | None, side: Side, bent: BoolArray
 ) -> _Positions:
     """Return a side's markers on the solved character, their motion scaled to that of the take.
@@ -239,12 +243,12 @@ def _shown_positions(
     upper = _upper(face)
     gains, half = _gains(face, solved, solution, side, bent), upper.astype(np.intp)
 
-    def shown(frames: slice) -> FloatArray:
+    def scaled(frames: slice) -> FloatArray:
         at = moved(frames)
         nose = at[:, face.nose, None]
         return np.asarray(face.neutral + (nose + gains[frames][:, half, None] * (at - nose)))
 
-    return shown
+    return scaled
 
 
 def _gains(
@@ -259,10 +263,10 @@ def _gains(
 
     def products(frames: slice) -> FloatArray:
         own = face.displacements(solved.weights[frames])
-        shown = own.copy()
-        shown[:, used] = solution.feature_points[frames][:, at] - solution.rest[at]
-        own, shown = (each - each[:, face.nose, None] for each in (own, shown))
-        return motion_products(own, shown, _upper(face), measured)
+        recorded = own.copy()
+        recorded[:, used] = solution.feature_points[frames][:, at] - solution.rest[at]
+        own, recorded = (each - each[:, face.nose, None] for each in (own, recorded))
+        return motion_products(own, recorded, _upper(face), measured)
 
     times = solved.times
     step = frame_step(times) if len(times) > 1 else 1.0

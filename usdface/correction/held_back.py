@@ -1,4 +1,4 @@
-"""Findings of emotions that are detected but not raised: a region does not show their pose."""
+"""Findings of emotions that are detected but not raised: a region does not match their pose."""
 
 from collections.abc import Mapping
 
@@ -18,14 +18,14 @@ def held_back_findings(
 ) -> list[Finding]:
     """Report each emotion that a region holds back where its pose would be raised in full.
 
-    Judged by the whole face; an emotion that one half shows and is raised on is not held back.
+    Judged by the whole face; an emotion that one half performs and is raised on is not held back.
 
     Parameters
     ----------
     system : ExpressionSystem
     outputs : mapping of "both", "left", "right" to (F, E) float64
     missing : mapping of "both", "left", "right" to mapping of "brows", "mouth" to (F, E) bool
-        Frames in which a region does not show the pose (`usdface.correction.evidence`).
+        Frames in which a region does not match the pose (`usdface.correction.evidence`).
     """
     message = (
         "detected by up to {output:.2f} in {frame_count} frames ({first_frame} to {last_frame}) "

@@ -19,16 +19,16 @@ _MOST = 1.5
 
 
 def motion_products(
-    solved: FloatArray, shown: FloatArray, upper: BoolArray, measured: BoolArray
+    solved: FloatArray, recorded: FloatArray, upper: BoolArray, measured: BoolArray
 ) -> FloatArray:
     """Return mean products of motion: (F, 2, 2) [m^2].
 
-    Of the lower and the upper half: solved times shown motion, and solved motion squared; 0 of a
+    Of the lower and the upper half: solved times recorded motion, and solved motion squared; 0 of a
     half that is not measured.
 
     Parameters
     ----------
-    solved, shown : (F, M, 3) float64 [m]
+    solved, recorded : (F, M, 3) float64 [m]
         Displacements against the nose tip, of the character as solved and of the markers mapped
         over to it.
     upper : (M,) bool
@@ -40,7 +40,7 @@ def motion_products(
     for half, own in enumerate((~upper & measured, upper & measured)):
         if own.any():
             at = solved[:, own]
-            products[:, half, 0] = np.einsum("fmk,fmk->f", at, shown[:, own]) / own.sum()
+            products[:, half, 0] = np.einsum("fmk,fmk->f", at, recorded[:, own]) / own.sum()
             products[:, half, 1] = np.einsum("fmk,fmk->f", at, at) / own.sum()
     return products
 
@@ -48,7 +48,7 @@ def motion_products(
 def motion_gains(products: FloatArray, frames: float, size: float = 1.0) -> FloatArray:
     """Return by how much markers move further than solved: (F, 2), of the lower and upper half.
 
-    The gain of the least squares from solved to shown motion; 1 where hardly anything moves, and
+    The gain of the least squares from solved to recorded motion; 1 where hardly anything moves, and
     never less than 1.
 
     Parameters

@@ -12,7 +12,7 @@ from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
 from usdface.fuzzy.inference import evaluate
 from usdface.options import MARKER_NOISE
-from usdface.retarget_take import clean_and_solve
+from usdface.retarget_take.clean_and_solve import clean_and_solve
 from usdface.rigs import Rig
 from usdface.rule_design.paper_system import paper_system
 from usdface.setup.retarget_setup import RetargetSetup

@@ -10,7 +10,7 @@ from usdface.errors import InputError
 from usdface.numerics.ramps import smooth_step
 from usdface.options import RESPONSE, CorrectionMode
 
-__all__ = ["correct", "ease_antagonists", "pose_shares", "respond"]
+__all__ = ["correct", "ease_antagonists", "pose_intensity", "respond"]
 
 
 def correct(
@@ -41,8 +41,8 @@ def correct(
     gain : float or (F,) float64
         Common factor.
     response : (float, float)
-        Of "raise": the output at which the pose begins to show, and the one from which it shows
-        fully.
+        Of "raise": the output at which the pose begins to be raised, and the one from which it
+        is raised fully.
 
     Returns
     -------
@@ -63,19 +63,19 @@ def correct(
         raise InputError(f"gains have shape {gains.shape} for {len(poses)} emotions")
     if mode not in get_args(CorrectionMode):
         raise InputError(f"correction mode is {mode!r}; expected raise or add")
-    all_shares = pose_shares(emotions, gains, mode, gain, response)
+    intensity = pose_intensity(emotions, gains, mode, gain, response)
     corrected = np.array(weights, dtype=np.float64)
-    for shares, pose in zip(all_shares.T, poses, strict=True):
+    for own, pose in zip(intensity.T, poses, strict=True):
         moved = np.flatnonzero(pose)
-        shown = shares[:, None] * pose[moved]
+        scaled = own[:, None] * pose[moved]
         if mode == "add":
-            corrected[:, moved] += shown
+            corrected[:, moved] += scaled
         else:
-            corrected[:, moved] = np.maximum(corrected[:, moved], shown)
+            corrected[:, moved] = np.maximum(corrected[:, moved], scaled)
     return np.clip(corrected, 0.0, 1.0)
 
 
-def pose_shares(
+def pose_intensity(
     emotions: FloatArray,
     gains: FloatArray,
     mode: CorrectionMode,

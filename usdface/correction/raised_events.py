@@ -20,8 +20,8 @@ from usdface.face.regions import GainRegion
 
 __all__ = ["RaisedEvents", "raised_events"]
 
-# A region shows an expression from this share of the evidence on, in the trace.
-_SHOWN = 0.5
+# A region matches an expression from this share of the evidence on, in the trace.
+_MATCHED = 0.5
 # Standard deviations of a weight at the peak that are left below 1, where the jitter of the weight
 # would be clipped. Set by hand.
 _HEADROOM = 1.5
@@ -29,7 +29,7 @@ _HEADROOM = 1.5
 
 @dataclass(frozen=True, eq=False, slots=True)
 class RaisedEvents:
-    """The events of an emotion, and how far the face shows its pose in each of their frames.
+    """The events of an emotion, and how far the face matches its pose in each of their frames.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class RaisedEvents:
     most : (N, T) float64
         The largest weight that a blend shape is raised to: 1 less its jitter at the peak.
     regions : mapping of str to (N,) float64
-        How far each region shows the expression, 0 to 1.
+        How far each region matches the expression, 0 to 1.
     participation : (N, T) float64
         How far each blend shape takes part, 0 to 1, and is raised; 0 where a region is missing.
     """
@@ -75,17 +75,19 @@ class RaisedEvents:
         added[block] = np.maximum(added[block], share * lacking)
         reached[block] = np.maximum(reached[block], share * target)
 
-    def shown(self, gain: FloatArray) -> FloatArray:
+    def intensity(self, gain: FloatArray) -> FloatArray:
         """Return the share of its pose that the emotion gets over a take, at gains (F,): (F,)."""
-        shown = np.zeros(len(gain))
+        intensity = np.zeros(len(gain))
         at = self.events.frames
-        shown[at] = self.level * gain[at] * self.events.envelope * self.participation.max(axis=1)
-        return shown
+        intensity[at] = (
+            self.level * gain[at] * self.events.envelope * self.participation.max(axis=1)
+        )
+        return intensity
 
     def missing(self, region: GainRegion, frames: int) -> BoolArray:
-        """Return the frames of a take in which a region does not show the emotion: (F,)."""
+        """Return the frames of a take in which a region does not match the emotion: (F,)."""
         missing = np.zeros(frames, dtype=bool)
-        missing[self.events.frames] = self.regions[region] < _SHOWN
+        missing[self.events.frames] = self.regions[region] < _MATCHED
         return missing
 
 
@@ -126,12 +128,13 @@ def raised_events(
     else:
         mean, confirmed = events.peaks(weights), ruled[events.frames] / output[events.frames]
         most = np.ones(mean.shape)
-    seen = mean if judged is weights else events.peaks(judged)
-    regions = evidence.shown(seen, pose)
-    shown = np.ones(len(mean))
-    for share in regions.values():
-        shown = np.minimum(shown, share)
-    participation = evidence.participation(seen, pose, events.size, confirmed) * shown[:, None]
+    judged_mean = mean if judged is weights else events.peaks(judged)
+    regions = evidence.match(judged_mean, pose)
+    least_match = np.ones(len(mean))
+    for match in regions.values():
+        least_match = np.minimum(least_match, match)
+    participation = evidence.participation(judged_mean, pose, events.size, confirmed)
+    participation = participation * least_match[:, None]
     level = np.maximum(
         respond(confirmed * events.size, response),
         np.minimum(respond(events.size, response), events.size),

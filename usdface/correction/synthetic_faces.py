@@ -41,13 +41,13 @@ _AS_DRAWN, _STRENGTH, _MORE = 8, (0.4, 1.1), 0.3
 # Share of the faces in which the jaw drops by up to so much, and of those whose eyes close.
 _JAW, _DROPPED, _CLOSED = 0.5, 0.8, 0.3
 _SEED = 11
-_Shown = Callable[[FloatArray], FloatArray]
+_CoordinatesOf = Callable[[FloatArray], FloatArray]
 
 
 def synthetic_faces(
     face: BoundFace,
     expressions: Sequence[Expression],
-    shown: _Shown,
+    coordinates_of: _CoordinatesOf,
     *,
     drawn: Collection[str],
     rigs: Collection[str] | None = None,
@@ -58,7 +58,7 @@ def synthetic_faces(
     ----------
     face : BoundFace
     expressions : sequence of Expression
-    shown : callable
+    coordinates_of : callable
         Returns the coordinates (F, 3 M) of weights (F, S).
     drawn : collection of str
         Sources of `DRAWN`.
@@ -70,7 +70,7 @@ def synthetic_faces(
     alone = _alone(face)
     factors = _factors(["".join(shape_key(name)) for name in names], len(expressions), _OWN // 2)
     nuisances = [_unit(face, number) for number in (26, 43)]
-    motion = _motion_of_units(face, shown, rigs)
+    motion = _motion_of_units(face, coordinates_of, rigs)
     units = () if motion is None else motion[0]
     unit_factors = _factors([str(unit) for unit in units], len(expressions), _OTHERS)
     made = []
@@ -78,7 +78,7 @@ def synthetic_faces(
         rng = _generator(expression.name)
         own = [v for v in variants if v.emotion == expression.name]
         poses = np.array([v.weights for v in own + own[:1] * (_AS_DRAWN - 1)])
-        faces = [shown(_varied(rng, poses, alone, nuisances, own_factors, mirror))]
+        faces = [coordinates_of(_varied(rng, poses, alone, nuisances, own_factors, mirror))]
         if motion is not None and expression.name in EMOTIONS:
             moved = motion[1]
             drawings = [_strengths(EMOTIONS[expression.name], units)] * _AS_DRAWN
@@ -169,7 +169,7 @@ def _mirror(names: tuple[str, ...]) -> IntArray:
 
 
 def _motion_of_units(
-    face: BoundFace, shown: _Shown, rigs: Collection[str] | None
+    face: BoundFace, coordinates_of: _CoordinatesOf, rigs: Collection[str] | None
 ) -> tuple[tuple[int, ...], FloatArray] | None:
     """Return action units and their displacements on R rigs, the character first: (R, U, 3 M) [m].
 
@@ -182,7 +182,7 @@ def _motion_of_units(
     moved = np.full((1 + len(others), len(units), 3 * len(face.markers)), np.nan)
     for column, unit in enumerate(units):
         if (own := _unit(face, unit)).any():
-            moved[0, column] = shown(own[None])[0]
+            moved[0, column] = coordinates_of(own[None])[0]
         for rig, known in enumerate(others.values(), start=1):
             if unit in known:
                 moved[rig, column] = (known[unit] - known[unit][face.nose]).ravel()

@@ -9,7 +9,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.evidence import Evidence
 from usdface.correction.gains import Gains
-from usdface.correction.pose_blend import correct, ease_antagonists, pose_shares
+from usdface.correction.pose_blend import correct, ease_antagonists, pose_intensity
 from usdface.correction.raised_events import RaisedEvents, raised_events
 from usdface.correction.temporal_blend import blend_frames, blended
 from usdface.expression_system import ExpressionSystem
@@ -28,7 +28,7 @@ _ALIKE = (0.5, 0.9)
 
 # The outputs (F, E) of the whole face and of its halves.
 Outputs = Mapping[Side, FloatArray]
-# Frames (F, E) in which a region does not show the pose of an emotion.
+# Frames (F, E) in which a region does not match the pose of an emotion.
 MissingRegions = Mapping[GainRegion, BoolArray]
 
 
@@ -40,14 +40,14 @@ class Blended:
     ----------
     weights : (F, T) float64
         In [0, 1].
-    shown : mapping of "both", "left", "right" to (F, E) float64
+    intensity : mapping of "both", "left", "right" to (F, E) float64
         The share of its pose that each emotion gets.
     missing : mapping of "both", "left", "right" to mapping of str to (F, E) bool
         Frames in which a region held an event back, see `usdface.correction.evidence`.
     """
 
     weights: FloatArray
-    shown: Outputs
+    intensity: Outputs
     missing: Mapping[Side, MissingRegions]
 
 
@@ -84,20 +84,23 @@ class TakeBlending:
         corrected = correct(self._eased(from_rest), strengths, poses, regional, "add", gain)
         own = self.gains.of_emotions(emotions, frames)
         response = self.system.response
-        shown = {s: pose_shares(given, own, "add", gain, response) for s, given in outputs.items()}
-        return Blended(corrected, shown, {side: {} for side in outputs})
+        intensity = {
+            side: pose_intensity(given, own, "add", gain, response)
+            for side, given in outputs.items()
+        }
+        return Blended(corrected, intensity, {side: {} for side in outputs})
 
     def raise_up(self, outputs: Outputs, by_rules: Outputs) -> Blended:
         """Raise weak expressions event by event; `by_rules` are the outputs of the rules alone."""
         added, reached = np.zeros(self.weights.shape), np.zeros(self.weights.shape)
-        shown = {side: np.zeros(given.shape) for side, given in outputs.items()}
+        intensity = {side: np.zeros(given.shape) for side, given in outputs.items()}
         missing = {
             side: {region: np.zeros(given.shape, bool) for region in self.evidence.regions}
             for side, given in outputs.items()
         }
 
         def record(events: RaisedEvents, row: int, side: Side) -> None:
-            shown[side][:, row] = events.shown(self._gain(row, None))
+            intensity[side][:, row] = events.intensity(self._gain(row, None))
             for region, absent in missing[side].items():
                 absent[:, row] = events.missing(region, len(absent))
 
@@ -116,7 +119,7 @@ class TakeBlending:
             record(self._events(outputs, by_rules, row, side), row, side)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames, self.times), 0.0, 1.0)
-        return Blended(corrected, shown, missing)
+        return Blended(corrected, intensity, missing)
 
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
         return split_poses(self.poses, self.names, self.layout)
@@ -124,8 +127,8 @@ class TakeBlending:
     def _events(self, outputs: Outputs, by_rules: Outputs, row: int, side: Side) -> RaisedEvents:
         """Return an emotion's events on a side, of weights and pose mirrored to the other side.
 
-        As far as both halves have the emotion, the mean of the two is the evidence: what is shown
-        by both alike is not raised on one side alone.
+        As far as both halves have the emotion, the mean of the two is the evidence: what is
+        performed by both alike is not raised on one side alone.
         """
         output, ruled = outputs[side][:, row], by_rules[side][:, row]
         weights, pose = self.weights, self.poses[row]

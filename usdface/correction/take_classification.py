@@ -34,7 +34,7 @@ def classify_take(
     def classified(frames: slice) -> FloatArray:
         moved = motion(frames)
         found = [each.classify(moved[side]) for side, each in classifiers.items()]
-        sides = [[each.confidence, each.intensity, each.contradiction] for each in found]
+        sides = [[each.confidence, each.amplitude, each.contradiction] for each in found]
         return np.stack([np.stack(values, axis=1) for values in sides], axis=1)
 
     values = by_blocks(frame_count, classified)
@@ -53,7 +53,7 @@ def recorded_motion(
     """Return the recorded motion of the markers, in the space of the character.
 
     Markers that were not used stay at rest. The solved motion would not do: a solve loses motion
-    that the character's blend shapes cannot show, and with it the differences of other faces.
+    that the character's blend shapes cannot follow, and with it the differences of other faces.
 
     Parameters
     ----------

@@ -8,7 +8,8 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.head_size import human_size
 from usdface.face.layout import FaceLayout, find_layout
@@ -108,7 +109,7 @@ class BoundFace:
 
     @cached_property
     def _evaluated(self) -> tuple[BlendShapeEvaluator, tuple[Finding, ...]]:
-        evaluator, findings = evaluator_of(self.mesh, self.vertices)
+        evaluator, findings = evaluator_of(self.mesh.shapes, self.vertices)
         return evaluator, tuple(findings)
 
     def displacements(self, weights: FloatArray) -> FloatArray:

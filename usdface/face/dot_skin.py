@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.surface_graph import joined_at_seams
 from usdface.geometry.triangulation import triangulated
 from usdface.rigs import Mesh
@@ -178,7 +179,7 @@ def dot_skin(
     return DotSkin(
         used,
         mesh.points[used],
-        evaluator_of(mesh, used)[0],
+        evaluator_of(mesh.shapes, used)[0],
         radii,
         places[: len(vertices)],
         np.concatenate([*dots, np.zeros(0, np.int64)]),

@@ -15,7 +15,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.dot_skin import DotSkin, dot_skin, interpolated
 from usdface.face.known_limits import with_known_limits
 from usdface.face.skin_patch import SkinPatch, skin_patch

@@ -9,7 +9,7 @@ M. Pauly, "Example-Based Facial Rigging", SIGGRAPH 2010).
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shapes import BlendShape, Inbetween
+from usdface.blend_shapes.blend_shape import BlendShape, Inbetween
 from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
 
 __all__ = ["transferred_surface"]

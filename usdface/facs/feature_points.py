@@ -16,7 +16,7 @@ from scipy.spatial import cKDTree
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import FaceLandmarks, find_landmarks
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
 from usdface.face.marker_name_places import LANDMARKS
@@ -127,7 +127,7 @@ class FeaturePoints:
             if not here or not mesh.shapes:
                 continue
             vertices = np.unique(np.concatenate(list(here.values())))
-            evaluator, _ = evaluator_of(mesh, vertices)
+            evaluator, _ = evaluator_of(mesh.shapes, vertices)
             order = np.array([column.get(name, -1) for name in mesh.shape_names])
             own = np.where(order >= 0, weights[:, order], 0.0)
             moved = evaluator.displacements(evaluator.combined(own))

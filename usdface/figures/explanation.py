@@ -13,7 +13,7 @@ from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.norms import HEDGES
 from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.variables import Term
-from usdface.shot.explanation import HALF_SHOWN_APART, Explanation
+from usdface.shot.explanation import HALF_APART, Explanation
 
 __all__ = ["write_explanation_figure"]
 
@@ -87,8 +87,8 @@ def _draw_emotions(axes: Any, explained: Explanation, frame: int) -> None:
         axes.plot(explained.times, curve, label=name, **style)
         for (side, half), dashes in zip(explained.halves.items(), ("--", ":"), strict=False):
             if (
-                np.abs(half.shown[:, i] - explained.whole.shown[:, i]).max(initial=0.0)
-                >= HALF_SHOWN_APART
+                np.abs(half.intensity[:, i] - explained.whole.intensity[:, i]).max(initial=0.0)
+                >= HALF_APART
             ):
                 thin = {"color": COLOURS[colour], "linestyle": dashes, "linewidth": 1.0}
                 axes.plot(

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import regions_of
 from usdface.numerics.local_maxima import local_maxima
@@ -102,7 +102,7 @@ def _displacements(
     """Return displacements of vertices of the bound mesh, on a human face: (F, N, 3) [m]."""
     names = result.solved.names
     columns = [names.index(name) for name in mesh.shape_names]
-    evaluator, _ = evaluator_of(mesh, vertices)
+    evaluator, _ = evaluator_of(mesh.shapes, vertices)
     moved = evaluator.displacements(evaluator.combined(weights[:, columns]))
     return moved.reshape(len(weights), len(vertices), 3) / result.shot.face.size
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.figures.render import View, openness, render
 from usdface.geometry.triangulation import triangle_fans
 from usdface.materials import Material
@@ -63,7 +63,7 @@ def rig_triangles(rig: Rig, names: Sequence[str], weights: FloatArray) -> RigTri
         for number, name in enumerate(mesh.shape_names):
             if name in columns:
                 own[:, number] = weights[:, columns[name]]
-        evaluator, _ = evaluator_of(mesh, np.arange(len(mesh.points)))
+        evaluator, _ = evaluator_of(mesh.shapes, np.arange(len(mesh.points)))
         moved = evaluator.displacements(evaluator.combined(own))
         corners, polygon = triangle_fans(mesh.face_counts)
         used = [materials.get(name) for name in _material_names(mesh)[polygon]]

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray
-from usdface.blend_shapes import BlendShape, Inbetween
+from usdface.blend_shapes.blend_shape import BlendShape, Inbetween
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.rigs import CornerValues, Mesh
 

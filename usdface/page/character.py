@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shapes import BlendShape
+from usdface.blend_shapes.blend_shape import BlendShape
+from usdface.blend_shapes.inbetween_path import distinct_inbetweens, inbetween_path
 from usdface.geometry.triangulation import triangle_fans
-from usdface.inbetween_path import distinct_inbetweens, inbetween_path
 from usdface.materials import Material, Placement
 from usdface.page.packed_data import Quantized
 from usdface.rigs import Mesh, Rig, Skeleton, Skin

@@ -19,7 +19,8 @@ from usdface.numerics.solve_errors import solve_errors
 from usdface.options import MapOptions
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.rbf import fit_paper_map
-from usdface.retarget_take import clean, solve
+from usdface.retarget_take.clean import clean
+from usdface.retarget_take.solve import solve
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
 

@@ -15,7 +15,7 @@ from usdface.io.usd.shot import read_shot
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.retarget_take import calibrate as calibrate_face
+from usdface.retarget_take.calibrate import calibrate as calibrate_face
 from usdface.setup.calibration import Calibration
 
 __all__ = ["calibrate"]

@@ -11,12 +11,13 @@ from usdface.hooks import Hook, run_hooks
 from usdface.io.atomic import StrPath
 from usdface.io.generation import Generation
 from usdface.io.gltf.external_files import check_gltf_name
-from usdface.io.inputs import check_outputs, files_read
+from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.layer_paths import layer_paths
 from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.animation import animation_path
 from usdface.io.usd.character_meshes import report_left_out
 from usdface.io.usd.generation import layer_generation
+from usdface.io.usd.layers import write_layers
 from usdface.io.usd.own_motion import own_joints, report_unmoved
 from usdface.io.usd.rigid_animation import merge_joint_takes
 from usdface.io.usd.shot import StagedShot
@@ -26,7 +27,7 @@ from usdface.options import DeliverOptions
 from usdface.result import Result
 from usdface.shot.shot import ShotResult
 
-__all__ = ["ProcessOutputs", "process_outputs"]
+__all__ = ["ProcessOutputs", "process_outputs", "weight_deviations"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +48,15 @@ class ProcessOutputs:
     def beside(self) -> tuple[Path, ...]:
         """The files beside layers and glTF."""
         return tuple(filter(None, (self.figure, self.sheet, self.deliver)))
+
+    def root_of(self, shot: Path) -> Path:
+        """Return the file to open: the shot itself where the layers are put into it."""
+        return shot if self.in_place else layer_paths(shot, self.root).root
+
+    def others(self, read: Iterable[Path]) -> list[Path]:
+        """Return what was written beside the layers, with the files of the glTF."""
+        scene = files_written(self.gltf, read) if self.gltf else ()
+        return [*scene, *self.beside]
 
     def check(self, shot: Path, overwrite: bool) -> dict[Path, Path]:
         """Refuse files that must not be replaced; return those that are read.
@@ -125,6 +135,21 @@ class ProcessOutputs:
         findings += report_left_out(stage, staged) + report_unmoved(stage, staged, moved)
         return findings + write_gltf(rig, self.gltf, clips, read=read, metadata=generation)
 
+    def write_layers(
+        self,
+        shot: Path,
+        stage: Stage,
+        staged: StagedShot,
+        reported: Result[ShotResult],
+        generation: Generation,
+    ) -> list[Path]:
+        """Write the layers of a result; return their files, the one to open first."""
+        return write_layers(
+            shot, stage, staged, reported.value, root=self.root, in_place=self.in_place,
+            verdict=reported.verdict, deviations=weight_deviations(reported),
+            generation=generation["generation"],
+        )  # fmt: skip
+
     def draw(self, solved: ShotResult, reported: Result[ShotResult]) -> None:
         """Draw figure and sheet, if they are wanted."""
         if self.figure:
@@ -147,6 +172,11 @@ class ProcessOutputs:
         return write_deliverable(
             open_stage(root), animation_path(staged.prims), self.deliver, staged.codes, options
         )
+
+
+def weight_deviations(reported: Result[ShotResult]) -> dict[str, float]:
+    """Return the standard deviation of the weight of each blend shape; {} if not known."""
+    return dict(reported.details.get("confidence", {}).get("standard_deviation", {}))
 
 
 def process_outputs(

@@ -14,8 +14,6 @@ from usdface.hooks import Hook
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.generation import generation_of, outdated_gltf
-from usdface.io.inputs import files_written
-from usdface.io.layer_paths import layer_paths
 from usdface.io.plugins import hook_report, installed_hooks
 from usdface.io.usd.animation import (
     apply_animation,
@@ -24,14 +22,14 @@ from usdface.io.usd.animation import (
     solve_animation,
 )
 from usdface.io.usd.detached_meshes import report_detached
-from usdface.io.usd.layers import open_shot, write_layers
+from usdface.io.usd.layers import open_shot
 from usdface.io.usd.own_motion import report_replaced
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
 from usdface.io.usd.undriven_meshes import report_undriven
 from usdface.options import DeliverOptions, ProcessOptions
 from usdface.pipeline.earlier_result import correct_earlier
-from usdface.pipeline.process_outputs import process_outputs
+from usdface.pipeline.process_outputs import process_outputs, weight_deviations
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -137,12 +135,12 @@ def process(
     outputs = process_outputs(
         output=output, gltf=gltf, figure=figure, sheet=sheet, deliver=deliver, in_place=in_place
     )
-    root, folder = outputs.root, asset_folder(asset_root)
+    folder = asset_folder(asset_root)
     register_schemas()
     progress = Progress.of(on_progress)
     with progress.step("read"):
         hooks, skipped = installed_hooks(skip_hooks)
-        stage = open_shot(path, root)
+        stage = open_shot(path, outputs.root)
         read = outputs.check(path, overwrite)
         staged, findings = read_shot(stage, str(path), folder)
         outputs.check_shown(stage, staged)
@@ -161,27 +159,17 @@ def process(
     )
     if strict:
         refuse_unusable(reported.verdict)
-    generation = generation_of(solved, path if in_place else layer_paths(path, root).root)
+    generation = generation_of(solved, outputs.root_of(path))
     with all_or_none():
         with progress.step("gltf") if gltf else nullcontext():
             lost = outputs.write_gltf(stage, staged, solved, hooks, read, generation)
         with progress.step("draw") if figure or sheet else nullcontext():
             outputs.draw(solved, reported)
         with progress.step("write"):
-            written = write_layers(
-                path,
-                stage,
-                staged,
-                solved,
-                root=root,
-                in_place=in_place,
-                verdict=reported.verdict,
-                deviations=_deviations(reported),
-                generation=generation["generation"],
-            )
+            written = outputs.write_layers(path, stage, staged, reported, generation)
     with progress.step("deliver") if deliver else nullcontext():
         lost += outputs.write_deliverable(written[0], staged, delivery)
-    written += [*(files_written(outputs.gltf, read) if outputs.gltf else ()), *outputs.beside]
+    written += outputs.others(read)
     lost += outdated_gltf(written[0].parent, generation, written)
     found = (*reported.findings, *lost)
     return replace(reported, written=tuple(written), findings=found, seconds=progress.seconds)
@@ -244,7 +232,7 @@ def apply(
         earlier=solved,
     )
     with progress.step("write"):
-        content = solve_animation(solved, _deviations(reported), reported.verdict)
+        content = solve_animation(solved, weight_deviations(reported), reported.verdict)
         expressed, closed = express_animation(solved), closure_animation(solved)
         if expressed is not None:
             content = replace(
@@ -319,8 +307,3 @@ def _retarget(
     )
     found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
-
-
-def _deviations(reported: Result[ShotResult]) -> dict[str, float]:
-    """Return the standard deviation of the weight of each blend shape; {} if not known."""
-    return dict(reported.details.get("confidence", {}).get("standard_deviation", {}))

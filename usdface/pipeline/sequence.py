@@ -3,7 +3,7 @@
 import os
 import time
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -106,15 +106,7 @@ def process_sequence(
         clashing = same_outputs(plans)
         check_unread([place], given, plans)
         numbers = places(index, len(plans), "--index", "shots")
-        rows: dict[int, Row] = {}
-        due: list[int] = []
-        for number in numbers:
-            if number in clashing:
-                rows[number] = _clash(plans[number], *clashing[number])
-            elif kept := _kept(plans[number]):
-                rows[number] = kept
-            else:
-                due.append(number)
+        rows, due = _known(plans, numbers, clashing)
     team = max(1, min(workers or cores(), len(due)))
     if gather:
         rows |= {number: _lacking(plans[number]) for number in due}
@@ -188,6 +180,22 @@ def _is_shot(path: Path) -> bool:
     from usdface.pipeline.shot_task import is_shot  # loads USD: a second run needs none
 
     return is_shot(path)
+
+
+def _known(
+    plans: Sequence[ShotPlan], numbers: Iterable[int], clashing: Mapping[int, tuple[Path, str]]
+) -> tuple[dict[int, Row], list[int]]:
+    """Return the rows of shots that cannot be made or are up to date, and the others' numbers."""
+    rows: dict[int, Row] = {}
+    due: list[int] = []
+    for number in numbers:
+        if number in clashing:
+            rows[number] = _clash(plans[number], *clashing[number])
+        elif kept := _kept(plans[number]):
+            rows[number] = kept
+        else:
+            due.append(number)
+    return rows, due
 
 
 def _kept(plan: ShotPlan) -> Row | None:

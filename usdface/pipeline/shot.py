@@ -1,6 +1,7 @@
 """Writing a shot from a rig and a take: `usdface shot`."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ from usdface.binding.resolve_binding import UnsureBindingError, bound_count, pro
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
+from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind
 from usdface.io.calibration_file import read_calibration_file
@@ -24,10 +26,11 @@ from usdface.options import BindOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.rigs import Mesh
+from usdface.rigs import Mesh, Rig
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot.assembly import assemble_shot
 from usdface.shot.shot import Shot
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["make_shot"]
 
@@ -111,24 +114,16 @@ def make_shot(
     """
     register_schemas()
     progress = Progress.of(on_progress)
-    rig, take, shot_path = Path(rig), Path(take), Path(output)
-    check_usd_name(shot_path)
-    files = [Path(path) for path in (bind, fuzzy, expressions, calibration) if path]
-    written_bind = Path(write_bind) if write_bind else None
-    others = [Path(path) for path in (write_bind, figure) if path]
+    rig, take = Path(rig), Path(take)
     shared = SharedLayers(*(Path(p) if p else None for p in (performer_layer, character_layer)))
-    new = [p for p in (shared.performer, shared.character) if p and not p.exists()]
-    check_outputs([shot_path, *new, *others], files_read(rig, take, *files))
-    check_replaced([(shot_path, "shot"), (written_bind, "binding")], overwrite)
-    if figure:
-        from usdface.figures.picture import check_picture
-
-        check_picture(Path(figure))
+    outputs = _Outputs(
+        Path(output), shared, Path(write_bind) if write_bind else None,
+        Path(figure) if figure else None,
+    )  # fmt: skip
+    files = [Path(path) for path in (bind, fuzzy, expressions, calibration) if path]
+    outputs.check([rig, take, *files], overwrite)
     with progress.step("read"):
-        character, findings = read_character(rig)
-        findings += report_size(character) + report_stray(character)
-        take_stage = open_stage(take)
-        recorded, _ = read_take_prim(default_prim(take_stage, take))
+        character, recorded, findings = _read(rig, take)
         setup, new_findings = read_bind(Path(bind)) if bind else (None, [])
         findings += new_findings
         system, new_findings = read_fuzzy_file(Path(fuzzy)) if fuzzy else (None, [])
@@ -150,30 +145,58 @@ def make_shot(
             findings += new_findings
     except UnsureBindingError as error:
         with all_or_none():
-            _write_binding(error.mesh, error.setup, write_bind, figure)
+            outputs.write_binding(error.mesh, error.setup)
         raise
     with progress.step("write"), all_or_none():
-        written, kept = write_shot(shot_path, rig, take, shot, shared)
-        _write_binding(shot.mesh, shot.setup, write_bind, figure)
-    return Result(
-        shot,
-        (*written, *others),
-        (*findings, *kept),
-        _summary(shot),
-        seconds=progress.seconds,
-    )
+        written, kept = write_shot(outputs.shot, rig, take, shot, shared)
+        outputs.write_binding(shot.mesh, shot.setup)
+    written, findings = [*written, *outputs.beside], [*findings, *kept]
+    return Result(shot, tuple(written), tuple(findings), _summary(shot), seconds=progress.seconds)
 
 
-def _write_binding(
-    mesh: Mesh, setup: RetargetSetup, path: StrPath | None, figure: StrPath | None
-) -> None:
-    """Write the binding of a setup, and draw it with its unsure places."""
-    if path:
-        write_text(Path(path), bind_json(setup))
-    if figure:
-        from usdface.figures.binding import write_bind_figure
+@dataclass(frozen=True, slots=True)
+class _Outputs:
+    """Where the files of a shot go; None: not written."""
 
-        write_bind_figure(mesh, setup.binding, Path(figure), unsure=setup.unsure)
+    shot: Path
+    shared: SharedLayers
+    bind: Path | None
+    figure: Path | None
+
+    @property
+    def beside(self) -> tuple[Path, ...]:
+        """The files beside the layers."""
+        return tuple(filter(None, (self.bind, self.figure)))
+
+    def check(self, read: Sequence[Path], overwrite: bool) -> None:
+        """Refuse names that are none of their formats, and files that must not be replaced."""
+        check_usd_name(self.shot)
+        layers = (self.shared.performer, self.shared.character)
+        new = [layer for layer in layers if layer and not layer.exists()]
+        check_outputs([self.shot, *new, *self.beside], files_read(*read))
+        check_replaced([(self.shot, "shot"), (self.bind, "binding")], overwrite)
+        if self.figure:
+            from usdface.figures.picture import check_picture
+
+            check_picture(self.figure)
+
+    def write_binding(self, mesh: Mesh, setup: RetargetSetup) -> None:
+        """Write the binding of a setup, and draw it with its unsure places, if that is wanted."""
+        if self.bind:
+            write_text(self.bind, bind_json(setup))
+        if self.figure:
+            from usdface.figures.binding import write_bind_figure
+
+            write_bind_figure(mesh, setup.binding, self.figure, unsure=setup.unsure)
+
+
+def _read(rig: Path, take: Path) -> tuple[Rig, MarkerTake | WeightsTake, list[Finding]]:
+    """Read character and take."""
+    character, findings = read_character(rig)
+    findings += report_size(character) + report_stray(character)
+    stage = open_stage(take)
+    recorded, _ = read_take_prim(default_prim(stage, take))
+    return character, recorded, findings
 
 
 def _summary(shot: Shot) -> dict[str, Any]:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.options import AMPLITUDE_RANGE
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.rbf import SpaceMap

@@ -15,7 +15,6 @@ import numpy as np
 from scipy.special import ndtri
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
@@ -27,6 +26,8 @@ from usdface.options import (
     OFFSET_SPREAD,
 )
 from usdface.retarget.amplitude_posterior import amplitude_posterior
+from usdface.retarget.bound_points import BoundPoints
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -97,11 +98,8 @@ class Calibrated:
 
 def calibrate_take(
     take: MarkerTake,
-    points: FloatArray,
-    offsets: FloatArray,
-    shape_names: tuple[str, ...],
+    bound: BoundPoints,
     setup: RetargetSetup,
-    model: BlendShapeEvaluator | None = None,
     extremes: bool = False,
     surface: MarkerSurface | None = None,
 ) -> tuple[Calibrated, list[Finding]]:
@@ -128,18 +126,15 @@ def calibrate_take(
             f"of motion of at least {FEWEST_FRAMES}",
             "TAKE_SHORT",
         )
-    model = model or BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
+    model, shape_names = bound.model, bound.shape_names
     # What the neutral frames show is the file's offsets.
     own = replace(setup.solve, gains="given", shrinkage="kept", neutral="given", errors="alike")
     setup = replace(setup, solve=own)
     uncalibrated = replace(setup, calibration=None)
     solution, findings = solve_take(
         take,
-        points,
-        offsets,
-        shape_names,
+        bound,
         uncalibrated,
-        model,
         surface=surface,
         correct_neutral=False,  # the offsets are its error
     )
@@ -159,7 +154,7 @@ def calibrate_take(
     seen = setup.solve.places == "found" and setup.map.form != "paper" and solution.in_space
     if surface is not None and seen:
         sized = replace(setup, calibration=Calibration(names, amplitudes, np.zeros(len(names))))
-        face, unknown = _face(take, points, offsets, shape_names, sized, model, surface)
+        face, unknown = _face(take, bound, sized, surface)
     calibrated = Calibrated(Calibration(names, amplitudes, rest, face), spreads, peaks, solution)
     findings += unknown + _findings(calibrated, deviations, take.source)
     return calibrated, findings
@@ -167,16 +162,14 @@ def calibrate_take(
 
 def _face(
     take: MarkerTake,
-    points: FloatArray,
-    offsets: FloatArray,
-    shape_names: tuple[str, ...],
+    bound: BoundPoints,
     setup: RetargetSetup,
-    model: BlendShapeEvaluator,
     surface: MarkerSurface,
 ) -> tuple[PerformerFace, list[Finding]]:
     """Return where the markers sit and how the shapes move them, by a solve with known gains."""
     assert setup.calibration is not None
-    solution, _ = solve_take(take, points, offsets, shape_names, setup, model, surface=surface)
+    model, shape_names = bound.model, bound.shape_names
+    solution, _ = solve_take(take, bound, setup, surface=surface)
     used = [setup.binding.markers.index(name) for name in solution.markers]
     frames = setup.neutral[1] - setup.neutral[0] + 1 if setup.neutral else 0
     face, found = face_of_solution(
@@ -184,7 +177,7 @@ def _face(
         setup.binding.points[used],
         frames,
         amplitudes=setup.calibration.of(shape_names)[0],
-        head_moves=solution.head == "solve",
+        moving_head=solution.head == "solve",
     )
     unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
     if not unknown:
@@ -202,16 +195,13 @@ def _weights_in_wide_bounds(
     """Solve the markers as mapped, with weights that may leave 0 to 1: (F, S), (S,)."""
     assert solution.model is not None
     axes = 3 if solution.in_space else 2
-    offsets = solution.model.offsets[free].reshape(len(free), -1, 3)
     return weights_in_wide_bounds(
         solution.displacements[..., :axes],
-        solution.rest,
-        offsets[..., :axes],
+        MotionModel(solution.rest, solution.model, axes, solution.head == "solve"),
         solution.weights.times,
         # Without names and size, so without the terms of weights in 0 to 1: restraint would drive
         # weights further below 0 that may be there.
         Regularisation(solution.noise, solution.misfit, setup.solve),
-        moving_head=solution.head == "solve",
         within=(-LARGEST_OFFSET, AMPLITUDE_RANGE[1]),
     )
 

@@ -16,6 +16,7 @@ from scipy.special import log_ndtr
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.geometry.rigid_modes import small_motions
 from usdface.options import NEXT_MARKERS
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solver.regularisation import Regularisation
 
 __all__ = ["Confidence", "confidence_of", "weight_deviations", "within_bounds"]
@@ -72,11 +73,8 @@ class Confidence:
 
 
 def confidence_of(
-    points: FloatArray,
-    offsets: FloatArray,
+    motion: MotionModel,
     bound: IntArray,
-    axes: int,
-    moving_head: bool,
     step: float,
     regularisation: Regularisation,
     wanted: int = NEXT_MARKERS,
@@ -87,15 +85,10 @@ def confidence_of(
 
     Parameters
     ----------
-    points : (V, 3) float64 [m]
-        Neutral places on the character where markers are or could be.
-    offsets : (S, V, 3) float64 [m]
+    motion : MotionModel
+        Of the V places on the character where markers are or could be; linear.
     bound : (M,) int64
-        The places that have a marker, as indices of `points`.
-    axes : int
-        2 for an image's markers, which do not see depth; else 3.
-    moving_head : bool
-        True if the head's pose is solved with the weights.
+        The places that have a marker, as indices of these.
     step : float [s]
         Time between two frames.
     regularisation : Regularisation
@@ -107,8 +100,10 @@ def confidence_of(
     errors : (M,) float64 [1], optional
         Of the markers (`usdface.retarget.marker_errors`), 1 for more of them; equal, if left out.
     """
-    count = len(offsets)
-    motions = small_motions(points, axes == 2) if moving_head else np.zeros((0, *points.shape))
+    points, axes, count = motion.points, motion.axes, len(motion.shapes.offsets)
+    offsets, motions = motion.shapes.offsets.reshape(count, -1, 3), np.zeros((0, *points.shape))
+    if motion.moving_head:
+        motions = small_motions(points, axes == 2)
     # The rows of each place: a marker's displacement there by shapes and head, (V, axes, S + 6).
     rows = np.ascontiguousarray(np.concatenate([offsets, motions])[..., :axes].transpose(1, 2, 0))
     regularisation = replace(regularisation, noise=max(regularisation.noise, _FINEST))

@@ -13,7 +13,9 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of, with_combinations
+from usdface.blend_shapes.combined_weights import with_combinations
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.known_limits import with_known_limits
 from usdface.face.layout import FaceLayout
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
@@ -117,7 +119,7 @@ def exaggerated(
     factors = exaggeration.of(names, regions, len(before))
     inbetween = [shape.indices for shape in mesh.shapes if shape.inbetweens]
     vertices = np.unique(np.concatenate([*inbetween, np.zeros(0, np.int64)]))
-    evaluator, _ = evaluator_of(mesh, vertices)
+    evaluator, _ = evaluator_of(mesh.shapes, vertices)
     if limits == "known":
         evaluator = with_known_limits(evaluator, mesh.shape_names)
     # In the order of the weights, which may be those of the whole rig.
@@ -125,7 +127,7 @@ def exaggerated(
     evaluator = evaluator.reordered(shapes)
     after = scaled_weights(before, factors, evaluator)
     after = faded_at_pins(pins, names, weights.times, before, after)
-    return replace(weights, weights=with_combinations(mesh, names, after))
+    return replace(weights, weights=with_combinations(mesh.shapes, names, after))
 
 
 def scaled_weights(

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
 from usdface.face.transferred_shapes import transferred_surface
 from usdface.geometry.rigid_fit import similarity_fit

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.progress import Progress
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibrated_shapes import as_large, as_performed
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.film.projected_weights import solve_projected_weights
@@ -22,6 +23,7 @@ from usdface.retarget.marker_errors import (
     marker_error_findings,
 )
 from usdface.retarget.markers_beside import markers_beside
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.neutral_weights import (
     LARGEST,
     estimate_neutral_weights,
@@ -169,11 +171,8 @@ class _TakeSolver:
 
 def fit_take(
     take: MarkerTake,
-    points: FloatArray,
-    offsets: FloatArray,
-    shape_names: tuple[str, ...],
+    bound: BoundPoints,
     setup: RetargetSetup,
-    model: BlendShapeEvaluator | None,
     *,
     surface: MarkerSurface | None,
     views: Views | None = None,
@@ -184,13 +183,12 @@ def fit_take(
 
     Parameters, findings and errors are those of `usdface.retarget.solve_take.solve_take`.
     """
+    shape_names = bound.shape_names
 
     def first_fit(
         setup: RetargetSetup,
     ) -> tuple[_TakeSolver, FaceFit, RetargetSetup, list[Finding]]:
-        prepared, own, notes = prepare_markers(
-            take, points, offsets, shape_names, setup, model, surface
-        )
+        prepared, own, notes = prepare_markers(take, bound, setup, surface)
         noisy, seen = (
             prepared.frames if correct_neutral else None,
             views and views.of(prepared.names),
@@ -232,21 +230,19 @@ def _shown_and_errors(
         return {}, None
     solved = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS)
     model, _ = as_performed(fit, names, setup)
-    times, axes, head_moves = take.times[solver.some], take.dimension, setup.head == "solve"
+    times = take.times[solver.some]
+    motion = MotionModel(fit.points, model, take.dimension, setup.head == "solve")
     errors, shown = None, {}
     if not alike:
         errors = estimate_marker_errors(
-            times, solved.weights, solved.displaced, fit.points, model,
-            variance=solved.regularisation.variance, axes=axes, head_moves=head_moves,
-        )  # fmt: skip
+            times, solved.weights, solved.displaced, motion, solved.regularisation.variance
+        )
     if not known:
         if errors is not None and (errors > LARGE_ERROR).any():
             # A slip would be taken for an expression of the neutral.
             solved = solver.trial(fit, setup, rounds=_TRIAL_ROUNDS, errors=errors)
         own = errors if solver.views is None else solver.views.errors
-        found = estimate_neutral_weights(
-            times, solved, fit.points, model, own, axes=axes, head_moves=head_moves
-        )
+        found = estimate_neutral_weights(times, solved, motion, own)
         shown = _on_character(found, solver, setup)
     return shown, errors
 
@@ -277,7 +273,7 @@ def _fit(
             refine_places, neutral=prepared.neutral, options=setup.map, evidence=evidence,
             surface=prepared.surface, solve=partial(trial, rounds=_TRIAL_ROUNDS),
             sized=partial(as_large, shape_names=names, setup=setup),
-            head_moves=setup.head == "solve",
+            moving_head=setup.head == "solve",
         )  # fmt: skip
         fits = tuple(refine(fit) for fit in fits)
     corrected = partial(trial, neutral_frames=solver.noisy)

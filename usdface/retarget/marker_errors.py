@@ -10,10 +10,9 @@ reason to ignore the region or the marker.
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.rbf import distances
 from usdface.retarget.windows import window_starts
 from usdface.takes import visible
@@ -56,12 +55,8 @@ def estimate_marker_errors(
     times: FloatArray,
     weights: FloatArray,
     displaced: FloatArray,
-    points: FloatArray,
-    model: BlendShapeEvaluator,
-    *,
+    motion: MotionModel,
     variance: float,
-    axes: int,
-    head_moves: bool,
 ) -> FloatArray:
     """Estimate the markers' errors by those of the markers around them: (M,) [1], at least 1.
 
@@ -79,26 +74,20 @@ def estimate_marker_errors(
         As solved.
     displaced : (F, M, 3) float64 [m]
         Displacements of the markers on the character; NaN where occluded.
-    points : (M, 3) float64 [m]
-        The markers' places on the neutral character.
-    model : BlendShapeEvaluator
-        Of their displacements by the blend shapes: N = 3 M.
+    motion : MotionModel
+        That the take was solved with.
     variance : float [m^2]
         Of the error of a coordinate, a first guess.
-    axes : int
-        Of a marker: 2 in an image, 3 in space.
-    head_moves : bool
-        The head's pose was solved with the weights.
     """
+    points, axes = motion.points, motion.axes
     if variance == 0.0 or len(points) <= _AROUND or not visible(displaced).any():
         return np.ones(len(points))
     some = slice(None, None, -(-displaced.size // _NUMBERS))
     times, weights, displaced = times[some], weights[some], displaced[some]
-    predicted = model.displacements(weights).reshape(displaced.shape)
-    shown = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
-    loadings = _face_loadings(weights, model.offsets[:, shown])
-    if head_moves:
-        loadings = np.hstack([loadings, _FREE * np.sqrt(variance) * motion_basis(points, axes)])
+    predicted = motion.shapes.displacements(weights).reshape(displaced.shape)
+    loadings = _face_loadings(weights, motion.shapes.offsets[:, motion.coordinates])
+    if motion.moving_head:
+        loadings = np.hstack([loadings, _FREE * np.sqrt(variance) * motion.head_basis()])
     finest = (_FINEST * rms_radius(points)) ** 2
     ways = np.linalg.norm(predicted[..., :axes], axis=2).mean(axis=0)
     found = np.ones(len(points))

@@ -11,12 +11,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.neutral_cost import NeutralCost
 from usdface.retarget.pose_and_weights import PoseAndWeights
@@ -71,12 +71,8 @@ _LEAST = 0.01  # smaller ones change nothing that is seen
 def estimate_neutral_weights(
     times: FloatArray,
     solved: PoseAndWeights,
-    points: FloatArray,
-    model: BlendShapeEvaluator,
+    motion: MotionModel,
     errors: FloatArray | None = None,
-    *,
-    axes: int,
-    head_moves: bool,
 ) -> FloatArray:
     """Estimate the weights of the face in the neutral frames: (S,) in [0, 0.5].
 
@@ -89,22 +85,16 @@ def estimate_neutral_weights(
     times : (F,) float64 [s]
     solved : PoseAndWeights
         The take, solved without a correction of the neutral.
-    points : (M, 3) float64 [m]
-        The markers' places on the neutral character.
-    model : BlendShapeEvaluator
-        Of their displacements by the blend shapes: N = 3 M.
+    motion : MotionModel
+        That it was solved with.
     errors : (M,) float64 [1], optional
         Of the markers (`usdface.retarget.marker_errors`); equal, if left out.
-    axes : int
-        Of a marker: 2 in an image, 3 in space.
-    head_moves : bool
-        The head's pose was solved with the weights.
     """
-    cost, unlike = _in_errors(times, solved, points, model, errors, axes, head_moves)
-    found = np.zeros(len(model.offsets))
+    cost, unlike = _in_errors(times, solved, motion, errors)
+    found = np.zeros(len(motion.shapes.offsets))
     if len(cost.moved) < _FEWEST_WINDOWS or not cost.offsets.any():
         return found
-    found[model.free] = _shown(cost, unlike)
+    found[motion.shapes.free] = _shown(cost, unlike)
     return found
 
 
@@ -132,26 +122,23 @@ def _shown(cost: NeutralCost, unlike: float) -> FloatArray:
 def _in_errors(
     times: FloatArray,
     solved: PoseAndWeights,
-    points: FloatArray,
-    model: BlendShapeEvaluator,
+    motion: MotionModel,
     errors: FloatArray | None,
-    axes: int,
-    head_moves: bool,
 ) -> tuple[NeutralCost, float]:
     """Return the cost of neutral weights, of N = axes * M, and the misfit's share of its error.
 
     Of free shapes, without the head's motion if it moves; the share is that of the variance.
     """
+    model, seen = motion.shapes, motion.coordinates
     moved, frames = _windows(times, solved, model)
-    seen = np.arange(points.size).reshape(-1, 3)[:, :axes].ravel()
     moved, shapes = moved[:, seen], model.offsets[model.free][:, seen]
-    own = 1.0 if errors is None else np.repeat(errors, axes)
+    own = 1.0 if errors is None else np.repeat(errors, motion.axes)
     moved, shapes = moved / own, shapes / own
-    if head_moves:
-        rigid = motion_basis(points, axes, errors)
+    if motion.moving_head:
+        rigid = motion.head_basis(errors)
         moved, shapes = (each - (each @ rigid) @ rigid.T for each in (moved, shapes))
     lasting = solved.regularisation.lasting_variance
-    still = solved.regularisation.noise**2 / frames + (_ERROR * rms_radius(points)) ** 2
+    still = solved.regularisation.noise**2 / frames + (_ERROR * rms_radius(motion.points)) ** 2
     # Misfit is in proportion to motion: windows in which the face rests are surest.
     ways = (moved**2).sum(axis=1)
     precision = 1.0 / (still + lasting * ways / max(float(ways.mean()), 1e-30))

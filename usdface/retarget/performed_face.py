@@ -42,7 +42,7 @@ def face_of_solution(
     frames: int,
     *,
     amplitudes: FloatArray,
-    head_moves: bool,
+    moving_head: bool,
 ) -> tuple[PerformerFace, PerformedDirections]:
     """Return the performer's face, learned from a solved take.
 
@@ -56,7 +56,7 @@ def face_of_solution(
         Neutral frames; 0 = the neutral is known exactly.
     amplitudes : (S,) float64
         That the take was solved with: the face has them at 1.
-    head_moves : bool
+    moving_head : bool
         The head's pose was solved with the weights.
     """
     assert solution.model is not None and solution.marker_maps is not None
@@ -69,7 +69,7 @@ def face_of_solution(
     left[np.isnan(solution.distances)] = np.nan
     rest = solution.neutral
     size = rms_radius(rest) / rms_radius(solution.rest)
-    rigid = motion_basis(rest, 3) if head_moves else np.zeros((rest.size, 0))
+    rigid = motion_basis(rest, 3) if moving_head else np.zeros((rest.size, 0))
     found = learn_directions(
         np.einsum("smi,mij->smj", offsets, back),
         rest,

@@ -14,7 +14,8 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.marker_surface import MarkerSurface, PlacedMarkers
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import similarity_fit
@@ -222,7 +223,7 @@ def search_in_motion(
     near = surface.vertices_near(marker)
     frames = np.flatnonzero(~np.isnan(displaced[:, marker, 0]))
     frames = frames[:: max(1, len(frames) // _SEARCHED)]
-    evaluator, _ = evaluator_of(surface.mesh, near)
+    evaluator, _ = evaluator_of(surface.mesh.shapes, near)
     sampled = errors.at(frames)
     moved = sized(evaluator).displacements(sampled.weights).reshape(len(frames), -1, 3)
     off = (moved - displaced[frames, marker][:, None]).reshape(len(frames), -1)

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose, similarity_fit
 from usdface.progress import Progress, Step
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.neutral import on_plane
 from usdface.retarget.neutral_error import bootstrap_residual, neutral_correction
 from usdface.retarget.pins import pin_bounds
@@ -97,7 +97,7 @@ def solve_pose_and_weights(
     """
     target, model, setup = problem.target, problem.model, problem.setup
     axes = problem.positions.shape[2]
-    rows = TakeRows.of(target, model, axes, setup.head == "solve", errors)
+    rows = TakeRows.of(MotionModel(target, model, axes, setup.head == "solve"), errors)
     take = _recording(problem, rows, known is None)
     regularisation = known or Regularisation(
         0.0, 0.0, setup.solve, problem.free_names, size=rms_radius(target)
@@ -237,10 +237,7 @@ def _final_weights(
 
 def reach_of_ends(
     times: FloatArray,
-    target: FloatArray,
-    model: BlendShapeEvaluator,
-    axes: int,
-    moving_head: bool,
+    motion: MotionModel,
     known: Regularisation,
     rounds: int,
     errors: FloatArray | None = None,
@@ -251,16 +248,13 @@ def reach_of_ends(
     ----------
     times : (F,) float64 [s]
         Of some frames at the take's rate.
-    target, model
-        As of `SolveProblem`.
-    axes : int
-        Of a marker, 2 or 3.
-    moving_head : bool
+    motion : MotionModel
+        Of its markers.
     known : Regularisation
     rounds : int
     errors : (M,) float64 [1], optional
         As of `solve_pose_and_weights`.
     """
-    rows = TakeRows.of(target, model, axes, moving_head, errors)
+    rows = TakeRows.of(motion, errors)
     normal, _ = rows.equations(np.zeros((1, rows.model.offsets.shape[1])))
     return reach(normal, times, known, rounds, rows.model.limit_rows)

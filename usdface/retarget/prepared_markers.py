@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.face_fit import FaceFit, fit_at_places, fit_face
 from usdface.retarget.film.unobservable_shapes import unobservable_shapes, without_shapes
 from usdface.retarget.first_pose import first_pose, head_markers_few, in_posed_frames
@@ -96,31 +97,24 @@ class PreparedMarkers:
 
 def prepare_markers(
     take: MarkerTake,
-    points: FloatArray,
-    offsets: FloatArray,
-    shape_names: tuple[str, ...],
+    bound: BoundPoints,
     setup: RetargetSetup,
-    model: BlendShapeEvaluator | None,
     surface: MarkerSurface | None,
 ) -> tuple[PreparedMarkers, RetargetSetup, list[Finding]]:
     """Return the usable markers, and the setup without head markers that determine no pose.
 
     Parameters, findings and errors are those of `usdface.retarget.solve_take.solve_take`.
     """
-    used, neutral, findings = usable_markers(take, points, setup)
+    used, neutral, findings = usable_markers(take, bound.rest, setup)
     names = tuple(setup.binding.markers[i] for i in used)
-    positions, points, offsets = take.select(names), points[used], offsets[:, used]
-    setup, notes = determined(setup, take, positions, offsets)
-    unobservable = unobservable_shapes(offsets[..., : take.dimension])
+    positions, own = take.select(names), bound.select(np.array(used))
+    setup, notes = determined(setup, take, positions, own.offsets)
+    unobservable = unobservable_shapes(own.offsets[..., : take.dimension])
     findings += notes + [
-        finding("SHAPE_UNSEEN", shape_names[k]) for k in np.flatnonzero(unobservable)
+        finding("SHAPE_UNSEEN", own.shape_names[k]) for k in np.flatnonzero(unobservable)
     ]
-    if model:
-        model = model.select((3 * np.array(used)[:, None] + np.arange(3)).ravel())
-    else:
-        model = BlendShapeEvaluator(offsets.reshape(len(offsets), -1))
-    model = without_shapes(model, unobservable)
-    neutral = _without_neutral_weights(neutral, points, model, shape_names, setup)
+    points, model = own.rest, without_shapes(own.model, unobservable)
+    neutral = _without_neutral_weights(neutral, points, model, own.shape_names, setup)
     frames = neutral_frames(positions, setup)
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
     face, matched = setup.calibration.face if setup.calibration else None, None

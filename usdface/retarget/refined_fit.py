@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.numerics.ramps import smooth_step
@@ -66,7 +66,7 @@ def refine_places(
     *,
     solve: Callable[[FaceFit], PoseAndWeights],
     sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
-    head_moves: bool,
+    moving_head: bool,
 ) -> FaceFit:
     """Return the fit with places that better explain the motion of a take, if there are any.
 
@@ -78,7 +78,7 @@ def refine_places(
         Solves frames of the take with a fit.
     sized : callable
         Returns the shapes at the performer's amplitudes, which the weights refer to.
-    head_moves : bool
+    moving_head : bool
         The head's pose is solved with the weights.
     """
     if fit.placed is None:
@@ -89,7 +89,7 @@ def refine_places(
             break
         assert fit.guess is not None
         skin = fit.transferred or surface
-        shifts = _refined_shifts(fit, skin, solved, sized, head_moves)
+        shifts = _refined_shifts(fit, skin, solved, sized, moving_head)
         if fit.transferred:
             refined = fit_transferred(fit, neutral, shifts, skin)
         else:
@@ -106,15 +106,14 @@ def _refined_shifts(
     surface: MarkerSurface,
     solved: PoseAndWeights,
     sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
-    head_moves: bool,
+    moving_head: bool,
 ) -> FloatArray:
     """Return shifts (M, 3) [m] that the solved frames make more probable than those of `fit`."""
     assert fit.placed is not None and fit.guess is not None
     weights, displaced = solved.weights, solved.displaced
-    rigid = motion_basis(fit.points, 3) if head_moves else np.zeros((fit.points.size, 0))
+    rigid = motion_basis(fit.points, 3) if moving_head else np.zeros((fit.points.size, 0))
     placed = fit.placed.mapped(sized)
-    offsets = placed.evaluator.offsets.reshape(weights.shape[1], -1)
-    errors = MotionErrors.of(solved.regularisation, weights, offsets, displaced)
+    errors = MotionErrors.of(solved.regularisation, weights, placed.evaluator.offsets, displaced)
     shifts = guess_in_motion(fit.guess, fit.shifts, placed, errors, displaced, rigid)
     residual = displaced - placed.evaluator.displacements(weights).reshape(displaced.shape)
     seen = visible(displaced)

@@ -13,16 +13,16 @@ so their weights are spread over many shapes, not too small (`python -m benchmar
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.head_size import human_size
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.regions import named_regions
 from usdface.findings import Finding, finding
-from usdface.geometry.rigid_modes import motion_basis
 from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.exaggeration import scaled_weights
 from usdface.retarget.face_fit import FaceFit
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.pins import faded_at_pins
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
@@ -51,11 +51,9 @@ _REPORTED = 1.1
 def brow_factor(
     weights: FloatArray,
     displaced: FloatArray,
-    rest: FloatArray,
-    model: BlendShapeEvaluator,
+    motion: MotionModel,
     brows: BoolArray,
     *,
-    moving_head: bool,
     size: float = 1.0,
 ) -> float:
     """Return the factor at which the solved brows come nearest to the markers: 1 to 2.
@@ -66,17 +64,14 @@ def brow_factor(
         As solved.
     displaced : (F, M, 3) float64 [m]
         Displacements of the markers on the character; NaN where occluded.
-    rest : (M, 3) float64 [m]
-    model : BlendShapeEvaluator
-        Of these markers, N = 3 M.
+    motion : MotionModel
+        That the take was solved with, in space: small motions of a moving head say nothing.
     brows : (S,) bool
         The blend shapes of the brows.
-    moving_head : bool
-        The head's pose was solved with the weights: its small motions say nothing.
     size : float
         Of the face, in human ones.
     """
-    rigid = motion_basis(rest, 3) if moving_head else np.zeros((rest.size, 0))
+    rest, model, rigid = motion.points, motion.shapes, motion.head_basis()
     squares, both = np.zeros((2, 2)), np.zeros(2)
     for block in frame_blocks(len(weights)):
         at = displaced[block].reshape(-1, rest.size)
@@ -97,11 +92,9 @@ def brow_factors(
     weights: FloatArray,
     times: FloatArray,
     displaced: FloatArray,
-    rest: FloatArray,
-    model: BlendShapeEvaluator,
+    motion: MotionModel,
     names: tuple[str, ...],
     *,
-    moving_head: bool,
     size: float = 1.0,
 ) -> FloatArray:
     """Return the factor of each blend shape, 1 but for those of the brows: (S,).
@@ -112,9 +105,7 @@ def brow_factors(
     brows = np.isin(names, named_regions(names)["brows"])
     factors = np.ones(len(names))
     if brows.any():
-        factor = brow_factor(
-            weights, displaced, rest, model, brows, moving_head=moving_head, size=size
-        )
+        factor = brow_factor(weights, displaced, motion, brows, size=size)
         room = 1.0 / np.maximum(held_peaks(weights[:, brows], times), 1e-12)
         factors[brows] = np.clip(factor, 1.0, np.maximum(room, 1.0))
     return factors
@@ -138,10 +129,11 @@ def restoring_factors(
     if not wanted or take.dimension == 2 or len(take.times) < FEWEST_FRAMES:
         return np.ones(len(shape_names))
     model, _ = as_performed(fit, shape_names, setup)
+    motion = MotionModel(fit.points, model, 3, setup.head == "solve")
+    size = human_size(surface.mesh) if surface else 1.0
     return brow_factors(
-        solved.weights, take.times, solved.displaced, fit.points, model, shape_names,
-        moving_head=setup.head == "solve", size=human_size(surface.mesh) if surface else 1.0,
-    )  # fmt: skip
+        solved.weights, take.times, solved.displaced, motion, shape_names, size=size
+    )
 
 
 def restored(

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import HeadMode
 from usdface.retarget.film.filmed_head import FilmedHead

@@ -7,6 +7,7 @@ import numpy as np
 from usdface.errors import SolveError
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.first_pose import first_pose, in_posed_frames, shows_pose
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.pose_and_weights import (
     PoseAndWeights,
     reach_of_ends,
@@ -109,10 +110,7 @@ def overlap_frames(
     solves = estimates.rounds * (1 if not setup.pins else 2)
     return reach_of_ends(
         np.arange(float(_REGULAR)) * frame_step(take.times),
-        estimates.points,
-        estimates.shapes,
-        take.dimension,
-        estimates.head == "solve",
+        MotionModel(estimates.points, estimates.shapes, take.dimension, estimates.head == "solve"),
         estimates.regularisation(setup.solve, shape_names),
         solves,
         estimates.errors,

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.rbf import SpaceMap
 from usdface.setup.retarget_setup import RetargetSetup

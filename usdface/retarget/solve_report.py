@@ -15,6 +15,7 @@ from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solution import Solution
 from usdface.retarget.solver.noise import EXPRESSIVE_QUANTILE
 from usdface.retarget.solver.regularisation import Regularisation
@@ -150,15 +151,13 @@ def _confidence(
     room: float,
 ) -> Confidence:
     """Return the confidence of the weights with markers on the first of the `places`."""
-    times, axes = solution.weights.times, 3 if solution.in_space else 2
-    step = frame_step(times)
+    axes = 3 if solution.in_space else 2
     return confidence_of(
-        mesh.points[places],
-        mesh.offsets_at(places),
+        MotionModel.linear(
+            mesh.points[places], mesh.offsets_at(places), axes, solution.head == "solve"
+        ),
         np.arange(len(solution.markers)),
-        axes,
-        solution.head == "solve",
-        step,
+        frame_step(solution.weights.times),
         held,
         room=room,
         errors=solution.errors,

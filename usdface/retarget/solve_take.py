@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding
 from usdface.progress import Progress
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibrated_shapes import as_performed
 from usdface.retarget.film.views import Views
 from usdface.retarget.fitted_take import fit_take
@@ -24,11 +23,8 @@ __all__ = ["estimate_take", "solution_of", "solve_take"]
 
 def solve_take(
     take: MarkerTake,
-    points: FloatArray,
-    offsets: FloatArray,
-    shape_names: tuple[str, ...],
+    bound: BoundPoints,
     setup: RetargetSetup,
-    model: BlendShapeEvaluator | None = None,
     *,
     surface: MarkerSurface | None = None,
     views: Views | None = None,
@@ -40,15 +36,9 @@ def solve_take(
     Parameters
     ----------
     take : MarkerTake
-    points : (B, 3) float64 [m]
-        Neutral positions on the character of the B markers of `setup.binding`.
-    offsets : (S, B, 3) float64 [m]
-        Their offset by each blend shape at weight 1.
-    shape_names : tuple of str, length S
+    bound : BoundPoints
+        The B markers of `setup.binding` on the character.
     setup : RetargetSetup
-    model : BlendShapeEvaluator, optional
-        Of all B markers' displacements, inbetweens and combinations included; linear, if left
-        out.
     surface : MarkerSurface, optional
         The skin around the B vertices: markers may sit beside them.
     views : Views, optional
@@ -71,23 +61,20 @@ def solve_take(
         If the bound markers do not determine an answer.
     """
     fitted, findings = fit_take(
-        take, points, offsets, shape_names, setup, model,
+        take, bound, setup,
         surface=surface, views=views, correct_neutral=correct_neutral, progress=progress,
     )  # fmt: skip
-    shapes, _ = as_performed(fitted.fit, shape_names, fitted.setup)
+    shapes, _ = as_performed(fitted.fit, bound.shape_names, fitted.setup)
     findings += unsolved_frames(visible(fitted.solved.displaced), take.source)
     return solution_of(
-        take, fitted.solved, fitted.estimates(shapes), shape_names, setup.pins
+        take, fitted.solved, fitted.estimates(shapes), bound.shape_names, setup.pins
     ), findings
 
 
 def estimate_take(
     take: MarkerTake,
-    points: FloatArray,
-    offsets: FloatArray,
-    shape_names: tuple[str, ...],
+    bound: BoundPoints,
     setup: RetargetSetup,
-    model: BlendShapeEvaluator,
     *,
     surface: MarkerSurface,
 ) -> tuple[TakeEstimates, list[Finding]]:
@@ -95,8 +82,8 @@ def estimate_take(
 
     Parameters, findings and errors are those of `solve_take`.
     """
-    fitted, findings = fit_take(take, points, offsets, shape_names, setup, model, surface=surface)
-    shapes, _ = as_performed(fitted.fit, shape_names, fitted.setup)
+    fitted, findings = fit_take(take, bound, setup, surface=surface)
+    shapes, _ = as_performed(fitted.fit, bound.shape_names, fitted.setup)
     return fitted.estimates(shapes), findings
 
 

@@ -16,6 +16,7 @@ from usdface.options import AMPLITUDE_RANGE
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.calibrated_shapes import as_performed, enlarged
 from usdface.retarget.face_fit import FaceFit
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
 from usdface.retarget.wide_bounds import held_peaks, weights_in_wide_bounds
@@ -87,11 +88,9 @@ def with_found_gains(
     predicted = model.displacements(solved.weights).reshape(solved.displaced.shape)
     weights, deviations = weights_in_wide_bounds(
         np.where(np.isnan(solved.displaced), predicted, solved.displaced),
-        fit.points,
-        model.offsets[model.free].reshape(-1, *fit.points.shape),
+        MotionModel(fit.points, model, 3, setup.head == "solve"),
         take.times,
         solved.regularisation,
-        moving_head=setup.head == "solve",
         within=(0.0, AMPLITUDE_RANGE[1]),
         errors=errors,
     )

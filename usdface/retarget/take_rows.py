@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.geometry.rigid_modes import motion_basis
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.nonlinear_solve import first_guess, solve_nonlinear
 from usdface.retarget.solver.regularisation import Regularisation
@@ -50,26 +50,17 @@ class TakeRows:
     weighted_rigid: FloatArray
 
     @classmethod
-    def of(
-        cls,
-        target: FloatArray,
-        model: BlendShapeEvaluator,
-        axes: int,
-        moving_head: bool,
-        errors: FloatArray | None = None,
-    ) -> "TakeRows":
-        """Return the rows of markers that rest at `target` (M, 3) [m], moved by `model`.
+    def of(cls, motion: MotionModel, errors: FloatArray | None = None) -> "TakeRows":
+        """Return the rows of markers that move by a model.
 
         The `errors` (M,) [1] of the markers are equal, if left out.
         """
-        seen = np.arange(3 * len(target)).reshape(-1, 3)[:, :axes].ravel()
-        rigid = motion_basis(target, axes) if moving_head else np.zeros((axes * len(target), 0))
-        model = model.select(seen)
+        axes, seen, rigid = motion.axes, motion.coordinates, motion.head_basis()
+        model = motion.shapes.select(seen)
         if errors is None:
             return cls(axes, model, rigid, np.ones(len(seen)), model, rigid)
-        each = np.repeat(errors, axes)
-        still = motion_basis(target, axes, errors) if moving_head else rigid
-        return cls(axes, model, rigid, each, model.mapped(lambda values: values / each), still)
+        each, weighted = np.repeat(errors, axes), motion.head_basis(errors)
+        return cls(axes, model, rigid, each, model.mapped(lambda values: values / each), weighted)
 
     @property
     def marker_weights(self) -> FloatArray | None:

@@ -3,8 +3,8 @@
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.confidence import weight_deviations
+from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import solve_weights, with_learned_covariance
@@ -20,30 +20,26 @@ AT_REST = 0.05
 
 def weights_in_wide_bounds(
     displacements: FloatArray,
-    rest: FloatArray,
-    offsets: FloatArray,
+    motion: MotionModel,
     times: FloatArray,
     regularisation: Regularisation,
     *,
-    moving_head: bool,
     within: tuple[float, float],
     errors: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
-    """Solve displacements with weights in wider bounds than 0 to 1.
+    """Solve displacements with weights of the free shapes in wider bounds than 0 to 1.
+
+    Inbetweens and combination shapes do not count.
 
     Parameters
     ----------
     displacements : (F, M, D) float64 [m]
         Of the markers on the character, without gaps.
-    rest : (M, 3) float64 [m]
-        Where they rest.
-    offsets : (S, M, D) float64 [m]
-        By each blend shape at weight 1.
+    motion : MotionModel
+        Of D axes, with S free shapes.
     times : (F,) float64 [s]
     regularisation : Regularisation
         How the weights move together is learned anew, without bounds.
-    moving_head : bool
-        The head's motion is unknown.
     within : (float, float)
         Least and largest weight.
     errors : (M,) float64 [1], optional
@@ -55,11 +51,12 @@ def weights_in_wide_bounds(
     deviations : (S,) float64
         Standard deviation of each weight, by noise and misfit.
     """
-    axes = displacements.shape[2]
+    axes, free = motion.axes, motion.shapes.free
+    offsets = motion.shapes.offsets[free].reshape(len(free), -1, 3)[..., :axes]
     each = 1.0 if errors is None else np.repeat(errors, axes)
     shapes = offsets.reshape(len(offsets), -1) / each
-    if moving_head:
-        rigid = motion_basis(rest, axes, errors)
+    if motion.moving_head:
+        rigid = motion.head_basis(errors)
         shapes = shapes - (shapes @ rigid) @ rigid.T
     observed = displacements.reshape(len(displacements), -1) / each
     normal, right = shapes @ shapes.T, observed @ shapes.T

@@ -14,7 +14,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
 from usdface.face.bound_face import BoundFace
 from usdface.face.full_face_expressions import moves_brows_and_mouth

@@ -7,7 +7,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.bound_face import BoundFace
 from usdface.face.surface_graph import surface_graph
 from usdface.geometry.marker_spread import marker_spread
@@ -73,7 +73,7 @@ def misplacement(face: BoundFace, poses: FloatArray) -> FloatArray:
     away = _MISPLACED * marker_spread(face.neutral)
     around = _vertices_around(face, away)
     used = np.unique(np.concatenate(around))
-    evaluator, _ = evaluator_of(face.mesh, used)
+    evaluator, _ = evaluator_of(face.mesh.shapes, used)
     moved = evaluator.displacements(evaluator.combined(poses)).reshape(len(poses), len(used), 3)
     own = face.displacements(poses)
     errors = np.zeros(own.shape)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.rule_design.movements import Movements
 
 __all__ = ["TrialFaces", "features_at", "trial_faces"]

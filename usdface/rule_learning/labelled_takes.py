@@ -19,7 +19,7 @@ from usdface.geometry.marker_spread import marker_spread
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.progress import Progress
 from usdface.retarget.solution import Solution
-from usdface.retarget_take import clean_and_solve
+from usdface.retarget_take.clean_and_solve import clean_and_solve
 from usdface.rule_design.design import face_features
 from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.marker_roles import direction_names, known_roles, marker_features

@@ -7,8 +7,9 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
-from usdface.blend_shape_evaluator import with_combinations
+from usdface.blend_shapes.combined_weights import with_combinations
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
+from usdface.closure.solved_performance import SolvedPerformance
 from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.correction.gains import Gains
@@ -108,7 +109,7 @@ def _after_correction(
     pinned = faded_at_pins(
         shot.setup.pins, solved.names, solved.times, solved.weights, expressed.weights
     )
-    combined = with_combinations(shot.mesh, solved.names, pinned)
+    combined = with_combinations(shot.mesh.shapes, solved.names, pinned)
     corrected = replace(solved, weights=combined)
     corrected, findings = run_hooks(hooks, "weights_corrected", corrected, shot)
     return corrected.weights, findings
@@ -176,18 +177,18 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
     if solve is not None and result.solved.names == solve.weights.names:
         apertures = solve.lids
     take = result.shot.take
+    setup = result.shot.setup
+    performance = SolvedPerformance.of(
+        face, result.solved, result.solution, setup.pins, result.performed
+    )
     closure = close_eyes_and_lips(
-        face,
-        result.solved,
+        performance,
         result.weights.weights,
-        solution=result.solution,
-        pins=result.shot.setup.pins,
-        options=result.shot.setup.closure,
+        options=setup.closure,
         apertures=apertures,
-        performed=result.performed,
         blink=take.blink if isinstance(take, MarkerTake) else None,
     )
     if closure is None:
         return None
-    complete = with_combinations(face.mesh, result.solved.names, closure.weights)
+    complete = with_combinations(face.mesh.shapes, result.solved.names, closure.weights)
     return replace(closure, weights=complete)

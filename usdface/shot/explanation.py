@@ -18,12 +18,12 @@ from usdface.numerics.local_maxima import highest
 from usdface.shot.shot import ShotResult
 from usdface.takes import frame_step
 
-__all__ = ["HALF_SHOWN_APART", "Explanation", "check_frame", "explain_result", "nearest_frame"]
+__all__ = ["HALF_APART", "Explanation", "check_frame", "explain_result", "nearest_frame"]
 
 # Least visible change of a weight: half a step of a percent slider.
 _VISIBLE = 0.005
-# A half of the face is listed if its share of a pose differs by this much from that of the whole.
-HALF_SHOWN_APART = 0.1
+# A half of the face is listed if the intensity of a pose differs by this much from the whole.
+HALF_APART = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,9 +81,9 @@ class Explanation:
         return highest(largest) if largest.any() else 0
 
     def _apart(self, half: SideTrace) -> BoolArray:
-        """Return the frames (F,) in which a half shows other shares of poses than the whole."""
-        difference = np.abs(half.shown - self.whole.shown)
-        return np.asarray(difference.max(axis=1, initial=0.0) >= HALF_SHOWN_APART)
+        """Return the frames (F,) in which a pose on a half has another intensity than the whole."""
+        difference = np.abs(half.intensity - self.whole.intensity)
+        return np.asarray(difference.max(axis=1, initial=0.0) >= HALF_APART)
 
     def frame_at(self, seconds: float) -> int:
         """Return the frame nearest to a time of the take.
@@ -98,7 +98,7 @@ class Explanation:
     def frame(self, index: int) -> dict[str, Any]:
         """Return one frame as plain values for people and JSON.
 
-        Halves of the face are included where their pose shares differ from those of the whole.
+        Halves of the face are included where their intensities differ from those of the whole.
 
         Raises
         ------
@@ -133,17 +133,17 @@ class Explanation:
         return {name: round(share, 4) for name, share in parts.items() if share >= _VISIBLE}
 
     def _side(self, traced: SideTrace, index: int) -> dict[str, Any]:
-        """Return emotions, shares of their poses, and rules of the whole face or of a half."""
+        """Return emotions, intensities of their poses, and rules of the whole face or of a half."""
         return {
             "emotions": self._by_emotion(traced.evaluation.outputs[index]),
             "by_rules": self._by_emotion(traced.by_rules[index]),
-            "poses_shown": self._by_emotion(traced.shown[index]),
+            "poses_shown": self._by_emotion(traced.intensity[index]),
             "held_back": self._held_back(traced, index),
             "rules": self._rules(traced, index),
         }
 
     def _held_back(self, traced: SideTrace, index: int) -> dict[str, list[str]]:
-        """Return the regions that held an emotion back, as they do not show its pose."""
+        """Return the regions that held an emotion back, as they do not match its pose."""
         regions: dict[str, list[str]] = {
             name: [str(region) for region, frames in traced.missing.items() if frames[index, row]]
             for row, name in enumerate(self.system.emotions)
@@ -197,23 +197,23 @@ class Explanation:
         """
         reach = blend_frames(self.times, self.system.blend_time)
         nearby = slice(max(0, index - reach), index + reach + 1)
-        shares = self._shares_of(shape)
-        for shown in (shares[index], shares[nearby].max(axis=0)):
-            requested = shown * self.trace.poses[:, shape]
+        intensity = self._intensity_of(shape)
+        for own in (intensity[index], intensity[nearby].max(axis=0)):
+            requested = own * self.trace.poses[:, shape]
             if requested.any():
                 return self.system.emotions[int(requested.argmax())]
         return None
 
-    def _shares_of(self, shape: int) -> FloatArray:
-        """Return the pose shares (F, E) of a blend shape: of its half, or the smaller ones."""
+    def _intensity_of(self, shape: int) -> FloatArray:
+        """Return the intensities (F, E) of a blend shape: of its half, or the smaller ones."""
         if not self.halves:
-            return self.whole.shown
+            return self.whole.intensity
         name, layout = self.result.solved.names[shape], self.result.shot.layout
         if name in layout.left:
-            return self.halves["left"].shown
+            return self.halves["left"].intensity
         if name in layout.right:
-            return self.halves["right"].shown
-        return np.asarray(np.min([half.shown for half in self.halves.values()], axis=0))
+            return self.halves["right"].intensity
+        return np.asarray(np.min([half.intensity for half in self.halves.values()], axis=0))
 
     def _feature(self, index: int, column: int) -> dict[str, Any]:
         variable, feature = self.system.fuzzy.inputs[column], self.system.features[column]

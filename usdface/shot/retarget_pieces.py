@@ -27,11 +27,13 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
 from usdface.retarget.solve_take import estimate_take
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.retarget_take import clean, solver_input
+from usdface.retarget_take.clean import clean
+from usdface.retarget_take.solver_input import solver_input
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot.shot import Shot, SolvedShot
 from usdface.shot.solve import Solved, TakeSolver, checked_lids, solve_with_replaced_lids
@@ -198,12 +200,11 @@ def _estimated(sample: MarkerTake, face: BoundFace, setup: RetargetSetup) -> Est
     """Return the estimates from a sample, without the lids that are mistracked in it."""
     given = replace(setup, pins=())
     sample, given, surface, findings = solver_input(sample, face, given, None, None)
-    skin, names = surface.skin, face.shape_names
+    names = face.shape_names
+    bound = BoundPoints.on_skin(surface.skin, names)
 
     def estimated(take: MarkerTake) -> tuple[TakeEstimates, list[Finding]]:
-        estimates, found = estimate_take(
-            take, skin.rest, skin.offsets, names, given, skin.marker_evaluator, surface=surface
-        )
+        estimates, found = estimate_take(take, bound, given, surface=surface)
         return settled(take, estimates, names, given), found
 
     estimates, found = estimated(sample)

@@ -19,7 +19,8 @@ from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.progress import Progress
 from usdface.retarget.solution import Solution
-from usdface.retarget_take import clean, clean_inputs, solve
+from usdface.retarget_take.clean import clean, clean_inputs
+from usdface.retarget_take.solve import solve
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake

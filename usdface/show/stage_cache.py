@@ -5,7 +5,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, CombinationWeight
+from usdface.blend_shapes.combination_weight import CombinationWeight
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.inbetween_path import InbetweenPath
 from usdface.cleanup.clean import Cleaned
 from usdface.cleanup.repairs import Repair
 from usdface.closure.closed_eyes import CompletedClosing
@@ -19,7 +21,6 @@ from usdface.errors import OutputError
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import Evaluation
 from usdface.geometry.rigid_fit import Pose
-from usdface.inbetween_path import InbetweenPath
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.joint_motion import JointMotion

@@ -11,7 +11,7 @@ from painted import layout, paint, performance
 
 from usdface import make_take, read_take
 from usdface.arrays import FloatArray
-from usdface.blend_shapes import BlendShape
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.cli import main
 from usdface.errors import InputError, OutputError
 from usdface.footage.colour_channel import Pixels

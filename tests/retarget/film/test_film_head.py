@@ -16,7 +16,7 @@ from filmed import (
     true_weights,
 )
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.marker_surface import MarkerSurface
 from usdface.retarget.film.dot_centres import dot_centre_offsets
 from usdface.retarget.film.film_head import film_head

@@ -8,7 +8,7 @@ from curved_world import make_curved_world
 from filmed import COUNT, FACE, MESH, PLACES, VERTICES, WORLD, turning
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.dot_skin import dot_skin
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import SolveOptions

@@ -1,7 +1,7 @@
 import numpy as np
 
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
-from usdface.inbetween_path import InbetweenPath
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.inbetween_path import InbetweenPath
 from usdface.retarget.film.unobservable_shapes import unobservable_shapes, without_shapes
 
 ALONG = np.zeros((3, 12, 3))

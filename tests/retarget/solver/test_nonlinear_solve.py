@@ -3,7 +3,8 @@ import pytest
 from curved_world import make_curved_world
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator, evaluator_of
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.options import SolveOptions
 from usdface.retarget.solver.bounds import UNIT, Bounds
 from usdface.retarget.solver.nonlinear_solve import first_guess, solve_nonlinear
@@ -13,7 +14,7 @@ from usdface.retarget.solver.temporal_solve import Iterate
 
 RNG = np.random.default_rng(6)
 WORLD = make_curved_world(head_moves=False)
-MODEL, _ = evaluator_of(WORLD.rig.meshes[0], np.array(list(WORLD.points.values())))
+MODEL, _ = evaluator_of(WORLD.rig.meshes[0].shapes, np.array(list(WORLD.points.values())))
 TRUTH = WORLD.weights[:, MODEL.free]
 SEEN = MODEL.displacements(WORLD.weights)
 NO_HEAD = np.zeros((SEEN.shape[1], 0))

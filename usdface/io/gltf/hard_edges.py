@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.blend_shapes import BlendShape
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.gltf.vertex_split import split_vertices
 from usdface.rigs import CORNER_NORMALS, Mesh, Skin

@@ -1,9 +1,9 @@
 """Inbetweens as morph targets of their own, exactly, and back.
 
-UsdSkel's path of a shape is piecewise linear (`usdface.inbetween_path`). So each inbetween is a
-morph target whose weight is a hat over its place, and weights that are linear in time stay linear
-between the moments at which they pass an inner place: there a key is inserted. Since the hats
-reproduce the line, sum(place * hat) gives the weight back.
+UsdSkel's path of a shape is piecewise linear (`usdface.blend_shapes.inbetween_path`). So each
+inbetween is a morph target whose weight is a hat over its place, and weights that are linear in
+time stay linear between the moments at which they pass an inner place: there a key is inserted.
+Since the hats reproduce the line, sum(place * hat) gives the weight back.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.blend_shapes.inbetween_path import distinct_inbetweens, inbetween_path
 from usdface.findings import Finding, finding
-from usdface.inbetween_path import distinct_inbetweens, inbetween_path
 from usdface.io.gltf.weld import rows_at
 from usdface.rigs import BlendShape, Inbetween, Mesh
 

@@ -17,9 +17,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.blend_shapes.inbetween_path import inbetween_path
 from usdface.clips import Clip
 from usdface.findings import Finding, finding
-from usdface.inbetween_path import inbetween_path
 from usdface.io.gltf.write_skin import sorted_influences
 from usdface.io.joint_poses import skinning_transforms
 from usdface.rigs import Mesh, Skeleton, Skin

@@ -4,6 +4,7 @@ from dataclasses import replace
 from itertools import compress
 from operator import not_
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pygltflib import GLTF2, Scene
@@ -36,6 +37,7 @@ from usdface.io.gltf.vertex_colours import is_default_material, multiply_by_base
 from usdface.io.gltf.vrm import VRM, read_vrm
 from usdface.io.gltf.vrm_nodes import NamedNodes, read_vrm_nodes
 from usdface.rigs import Mesh, Rig, Skin
+from usdface.scene import Group
 
 __all__ = ["read_gltf"]
 
@@ -87,11 +89,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     tree = node_tree(document)
     carriers = [n for n in tree.order if n in tree.scene and document.nodes[n].mesh is not None]
     _check_size(document, carriers, reader)
-    bare = [is_default_material(material) for material in document.materials or []]
-    shown = compress(document.materials or [], map(not_, bare))
-    unique, found = unique_names([material.name or "Material" for material in shown], "material")
-    named = iter(unique)
-    names = tuple("" if none else next(named) for none in bare)
+    names, found = _material_names(document)
     uv_names = read_uv_names(document.asset.extras)
     materials, new_findings = read_materials(file, names, uv_names)
     materials = tuple(material for material in materials if material.name)
@@ -107,10 +105,8 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
         )
         raise InputError(f"there is no mesh with triangles to read: {why}", "FACE_MISSING")
     for k, m in enumerate(meshes):  # in place: two of each would be twice the memory
-        mesh = _in_rig_space(
-            multiply_by_base_color(m.mesh, materials), m.node, document, tree, armature
-        )
-        meshes[k] = replace(m, mesh=mesh)
+        coloured = multiply_by_base_color(m.mesh, materials)
+        meshes[k] = replace(m, mesh=_in_rig_space(coloured, m.node, document, tree, armature))
     finished, clips, new_findings = clips_of(file, meshes, tree, armature, reader)
     found += new_findings
     scene = item(document.scenes, document.scene or 0, "scene") if document.scenes else Scene()
@@ -128,19 +124,10 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     finished, new_findings = read_variants(document, meshes, finished, names)
     found += new_findings
     finished = hang_in_groups(meshes, finished, tree, groups, armature)
-    paths = armature.skeleton.joints if armature.skeleton else ()
-    joints = {node: paths[place] for node, place in armature.nodes.items()}
     carried = {placed.node: mesh for placed, mesh in zip(meshes, finished, strict=True)}
-    avatar, new_findings = read_vrm(document, carried, joints)
+    avatar, new_findings = _avatar(document, carried, armature, groups)
     found += new_findings
     if avatar:
-        of_joints = {path: node for node, path in joints.items()}
-        of_groups = {group.path: node for node, group in groups.items()}
-        of_meshes = {mesh.name: node for node, mesh in reversed(carried.items())}
-        nodes = NamedNodes({"joint": of_joints, "group": of_groups, "mesh": of_meshes})
-        moving, new_findings = read_vrm_nodes(document, nodes)
-        found += new_findings
-        avatar |= moving
         asset |= {VRM: avatar}
     if document.asset.copyright:
         asset = {"copyright": document.asset.copyright} | asset
@@ -148,6 +135,32 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     rig = Rig(name, finished, armature.skeleton, materials, path.name, cameras, lights)
     rig = replace(rig, extras=extras, asset=asset, joint_extras=joint_extras)
     return replace(rig, groups=tuple(groups.values())), clips, found
+
+
+def _material_names(document: GLTF2) -> tuple[tuple[str, ...], list[Finding]]:
+    """Return the unique name of each material; "" of one that says nothing."""
+    bare = [is_default_material(material) for material in document.materials or []]
+    kept = compress(document.materials or [], map(not_, bare))
+    unique, found = unique_names([material.name or "Material" for material in kept], "material")
+    named = iter(unique)
+    return tuple("" if none else next(named) for none in bare), found
+
+
+def _avatar(
+    document: GLTF2, carried: dict[int, Mesh], armature: Armature, groups: dict[int, Group]
+) -> tuple[dict[str, Any], list[Finding]]:
+    """Return the VRM avatar of a file, if there is one, with the parts that name its nodes."""
+    paths = armature.skeleton.joints if armature.skeleton else ()
+    joints = {node: paths[place] for node, place in armature.nodes.items()}
+    avatar, found = read_vrm(document, carried, joints)
+    if not avatar:
+        return {}, found
+    of_joints = {path: node for node, path in joints.items()}
+    of_groups = {group.path: node for node, group in groups.items()}
+    of_meshes = {mesh.name: node for node, mesh in reversed(carried.items())}
+    nodes = NamedNodes({"joint": of_joints, "group": of_groups, "mesh": of_meshes})
+    moving, new_findings = read_vrm_nodes(document, nodes)
+    return avatar | moving, found + new_findings
 
 
 def _check_size(document: GLTF2, carriers: list[int], reader: AccessorReader) -> None:

@@ -125,6 +125,30 @@ def write_gltf(
         roots += _write_skeleton(skeleton, document, builder, found)
         _dequantising_skins(skeleton, boxed, document, builder)
         joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
+    found += _write_clips(clips, carriers, joints, builder, pointer, document)
+    write_scene(rig.cameras, rig.lights, document, roots)
+    nodes = {path: node for path, (node, _) in joints.items()}
+    group_nodes, new_findings = write_groups(rig, carriers, nodes, document, roots)
+    found += new_findings
+    found += _write_avatar(rig, carriers, nodes, group_nodes, document)
+    scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
+    document.scenes = [scene]
+    _name_extensions(document, quantize)
+    document.accessors, document.bufferViews = builder.accessors, builder.views
+    save_document(document, builder.blob, beside, path)
+    return found
+
+
+def _write_clips(
+    clips: Sequence[Clip],
+    carriers: Sequence[tuple[int, Mesh]],
+    joints: Mapping[str, tuple[int, pygltflib.Node]],
+    builder: BufferBuilder,
+    pointer: bool,
+    document: pygltflib.GLTF2,
+) -> list[Finding]:
+    """Write how the face stands, and an animation for each clip that moves."""
+    found = []
     for clip in sorted(clips, key=lambda clip: not clip.still):  # joints move from where they stand
         if clip.still:
             _write_standing(clip, carriers, joints, document)
@@ -132,28 +156,34 @@ def write_gltf(
         animation, new_findings = write_animation(clip, carriers, joints, builder, pointer)
         found += new_findings
         document.animations += [animation] if animation else []
-    write_scene(rig.cameras, rig.lights, document, roots)
-    nodes = {path: node for path, (node, _) in joints.items()}
-    group_nodes, new_findings = write_groups(rig, carriers, nodes, document, roots)
-    found += new_findings
+    return found
+
+
+def _write_avatar(
+    rig: Rig,
+    carriers: Sequence[tuple[int, Mesh]],
+    joints: Mapping[str, int],
+    groups: Mapping[str, int],
+    document: pygltflib.GLTF2,
+) -> list[Finding]:
+    """Write the VRM avatar that the rig was read from, if it was; nodes by name."""
     avatar = rig.asset.get(VRM)
-    if isinstance(avatar, Mapping):
-        name, content, new_findings = vrm_extension(avatar, carriers, nodes, document)
-        found += new_findings
-        document.extensions[name] = content
-        document.extensionsUsed = sorted({*(document.extensionsUsed or []), name})
-        named = NamedNodes({"joint": nodes, "group": group_nodes, "mesh": _by_name(carriers)})
-        found += write_vrm_nodes(avatar, name, named, document)
-    scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
-    document.scenes = [scene]
+    if not isinstance(avatar, Mapping):
+        return []
+    name, content, found = vrm_extension(avatar, carriers, joints, document)
+    document.extensions[name] = content
+    document.extensionsUsed = sorted({*(document.extensionsUsed or []), name})
+    named = NamedNodes({"joint": joints, "group": groups, "mesh": _by_name(carriers)})
+    return found + write_vrm_nodes(avatar, name, named, document)
+
+
+def _name_extensions(document: pygltflib.GLTF2, quantize: bool) -> None:
+    """Name the extensions of channels and of quantised vertices, which a reader must know."""
     if any(c.target.path == "pointer" for a in document.animations for c in a.channels):
         document.extensionsUsed = sorted({*(document.extensionsUsed or []), POINTER})
     if quantize:
         names = [*(document.extensionsUsed or []), "KHR_mesh_quantization"]
         document.extensionsUsed, document.extensionsRequired = names, names[-1:]
-    document.accessors, document.bufferViews = builder.accessors, builder.views
-    save_document(document, builder.blob, beside, path)
-    return found
 
 
 def _by_name(carriers: Sequence[tuple[int, Mesh]]) -> dict[str, int]:

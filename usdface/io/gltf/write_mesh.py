@@ -85,8 +85,7 @@ def write_mesh(
     mesh, inbetweens, new_findings = flat_mesh(mesh)
     found += new_findings
     shows = {*(s.material for s in mesh.subsets), mesh.material} & set(coloured)
-    colours = mesh.corners(COLOURS)
-    if colours is not None and not shows:
+    if mesh.corners(COLOURS) is not None and not shows:
         message = "displayColor is left out: its material does not show it"
         found.append(finding("CHANNEL_IGNORED", mesh.name, message))
     held = [c.values for c in mesh.corner_values if shows or c.name != COLOURS]
@@ -102,18 +101,16 @@ def write_mesh(
         lit = unit_or_up(normals[split.source])
         shared.NORMAL = builder.array(lit, ARRAY_BUFFER, short="signed")
     wanted = texcoord_count(primitives, materials)
-    for attribute, accessor in write_corner_attributes(
-        mesh, split, uv_names, wanted, builder
-    ).items():
-        setattr(shared, attribute, accessor)
+    attributes = write_corner_attributes(mesh, split, uv_names, wanted, builder)
     if joints and mesh.skin is not None:
         count = len(mesh.points)
         influences, new_findings = write_influences(
             mesh.skin, split.source, count, joints, mesh.name, builder
         )
         found += new_findings
-        for attribute, accessor in influences.items():
-            setattr(shared, attribute, accessor)
+        attributes |= influences
+    for attribute, accessor in attributes.items():
+        setattr(shared, attribute, accessor)
     targets = [{"POSITION": move} for move in moves]
     for target, turn in zip(targets, [] if mesh.flat else turns, strict=False):
         target["NORMAL"] = _target(*turn, split.source, builder)
@@ -122,15 +119,28 @@ def write_mesh(
             turned = tangent_deltas(mesh, split, normals, turn)
             target["TANGENT"] = builder.offsets(*turned, len(split.source))
     tint = write_vertex_colours(mesh, split, builder) if shows else None
-    names = ["", *materials]
-    for primitive in primitives:
-        primitive.attributes, primitive.targets = shared, targets
-        place = 0 if primitive.material is None else primitive.material + 1
-        if tint is not None and names[place] in shows:
-            primitive.attributes = pygltflib.Attributes(**vars(shared) | {"COLOR_0": tint})
+    _share(primitives, shared, targets, tint, [name in shows for name in ("", *materials)])
     at_rest, extras = [0.0] * len(mesh.shapes), _named_targets(mesh, inbetweens)
     whole = pygltflib.Mesh(name=mesh.name, primitives=primitives, weights=at_rest, extras=extras)
     return whole, found
+
+
+def _share(
+    primitives: Sequence[pygltflib.Primitive],
+    attributes: pygltflib.Attributes,
+    targets: list[dict[str, int]],
+    tint: int | None,
+    tinted: Sequence[bool],
+) -> None:
+    """Give primitives their common vertices and targets; vertex colours where they are shown.
+
+    `tinted` are no material, then each of the document's.
+    """
+    for primitive in primitives:
+        primitive.attributes, primitive.targets = attributes, targets
+        place = 0 if primitive.material is None else primitive.material + 1
+        if tint is not None and tinted[place]:
+            primitive.attributes = pygltflib.Attributes(**vars(attributes) | {"COLOR_0": tint})
 
 
 def _named_targets(mesh: Mesh, inbetweens: list[dict[str, Any]]) -> dict[str, Any]:

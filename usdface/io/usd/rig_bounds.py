@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.blend_shapes.inbetween_path import inbetween_path
 from usdface.clips import Clip, JointsTake
-from usdface.inbetween_path import inbetween_path
 from usdface.io.joint_poses import skinning_transforms
 from usdface.rigs import Mesh, Skeleton, Skin
 

@@ -13,7 +13,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdface.arrays import FloatArray
-from usdface.blend_shapes import BlendShape
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.findings import Finding, finding
 from usdface.io.unique_name import unique_name
 from usdface.rigs import Mesh, Rig

@@ -9,6 +9,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.retarget.film.solve_film import SolvedFilm
 from usdface.retarget.marker_errors import estimate_marker_errors
+from usdface.retarget.motion_model import MotionModel
 
 __all__ = ["filmed_marker_errors"]
 
@@ -21,10 +22,9 @@ def filmed_marker_errors(solved: SolvedFilm) -> FloatArray:
     left = take.positions - head.rest[:, :2] - (views.slopes @ head.moved[..., None])[..., 0]
     left = _without_depths(left, views.slopes)
     displaced = head.moved + (left[:, :, None] @ views.slopes)[:, :, 0]
-    return estimate_marker_errors(
-        film.take.times, solved.weights, displaced, head.rest, film.moving.marker_evaluator,
-        variance=(solved.left / head.metre) ** 2, axes=2, head_moves=True,
-    )  # fmt: skip
+    motion = MotionModel(head.rest, film.moving.marker_evaluator, axes=2, moving_head=True)
+    variance = (solved.left / head.metre) ** 2
+    return estimate_marker_errors(film.take.times, solved.weights, displaced, motion, variance)
 
 
 def _without_depths(left: FloatArray, slopes: FloatArray) -> FloatArray:

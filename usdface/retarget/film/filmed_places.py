@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.blend_shape_evaluator import evaluator_of
+from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.film.filmed_depths import DEPTH_SPREAD, error_directions
@@ -123,7 +123,7 @@ def _searched(
     """
     near = surface.vertices_near(marker)
     frames = np.arange(0, len(weights), max(1, len(weights) // _SEARCHED))
-    evaluator, _ = evaluator_of(surface.mesh, near)
+    evaluator, _ = evaluator_of(surface.mesh.shapes, near)
     there = sized(evaluator).displacements(weights[frames]).reshape(len(frames), -1, 3)
     change = (there - moved[frames, None, marker]) @ residual.slopes[frames, marker].transpose(
         0, 2, 1

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.dot_skin import DotSkin
 from usdface.retarget.neutral import neutral_markers
 from usdface.takes import MarkerTake

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.film.views import Views

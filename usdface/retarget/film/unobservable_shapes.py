@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.blend_shape_evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 
 __all__ = ["unobservable_shapes", "without_shapes"]
 

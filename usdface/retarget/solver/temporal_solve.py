@@ -83,6 +83,25 @@ class SharedSystem:
     half: FloatArray
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class _PieceEquations:
+    """What is of some frames alone.
+
+    Attributes
+    ----------
+    right : (F, S) float64
+    bands : (3, F) float64
+        As of `solve_temporal`.
+    low, high : (F, S + C) float64
+        Limits of the clipped unknowns.
+    """
+
+    right: FloatArray
+    bands: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
 def solve_temporal(
     normal: FloatArray,
     right: FloatArray,
@@ -131,9 +150,8 @@ def solve_temporal(
         if start is not None and start.dual is not None:
             begin[:] = start.dual[whole]
         curve = np.ascontiguousarray(bands[:, whole])
-        boxed, ended = alternate(
-            system, right[whole], curve, (low, high), boxed, begin, iterations, tolerance
-        )
+        equations = _PieceEquations(right[whole], curve, low, high)
+        boxed, ended = alternate(system, equations, boxed, begin, iterations, tolerance)
         inside = slice(core.start - whole.start, core.stop - whole.start)
         result.weights[core] = obeying(
             boxed[inside, :size], system.penalties[:size], bounds.at(core)
@@ -197,9 +215,7 @@ def joined_limits(bounds: Bounds, frames: int, size: int) -> tuple[FloatArray, F
 
 def _alternate(
     system: SharedSystem,
-    right: FloatArray,
-    bands: FloatArray,
-    limits: tuple[FloatArray, FloatArray],
+    piece: _PieceEquations,
     boxed: FloatArray,
     dual: FloatArray,
     iterations: int,
@@ -207,19 +223,19 @@ def _alternate(
 ) -> tuple[FloatArray, FloatArray]:
     # The systems of all rotated unknowns as one: no entry couples the last frame of one with the
     # first of the next.
-    diagonals = np.tile(bands, (len(system.values), 1, 1))
+    diagonals = np.tile(piece.bands, (len(system.values), 1, 1))
     diagonals[:, 0, :2], diagonals[:, 1, 0] = 0.0, 0.0
     diagonals[:, 2] += system.values[:, None]
     factor = cholesky_banded(np.hstack(list(diagonals)), overwrite_ab=True, check_finite=False)
     rotation = (system.penalties[:, None] * system.joined @ system.vectors).T
     back = system.joined @ system.vectors
-    constant = system.vectors.T @ right.T
+    constant = system.vectors.T @ piece.right.T
     for _ in range(iterations):
         rotated = constant + rotation @ (boxed - dual).T
         # LAPACK itself: `cho_solve_banded` takes ten times as long to check its arguments.
         rotated = dpbtrs(factor, rotated.ravel(), overwrite_b=True)[0].reshape(rotated.shape)
         relaxed = RELAXATION * (back @ rotated).T + (1.0 - RELAXATION) * boxed + dual
-        previous, boxed = boxed, np.clip(relaxed, *limits)
+        previous, boxed = boxed, np.clip(relaxed, piece.low, piece.high)
         dual = relaxed - boxed
         if np.abs(boxed - previous).max() <= tolerance:
             break
@@ -229,9 +245,7 @@ def _alternate(
 def _alternate_compiled(
     compiled: Any,
     system: SharedSystem,
-    right: FloatArray,
-    bands: FloatArray,
-    limits: tuple[FloatArray, FloatArray],
+    piece: _PieceEquations,
     boxed: FloatArray,
     dual: FloatArray,
     iterations: int,
@@ -241,16 +255,19 @@ def _alternate_compiled(
     wide, size = system.joined.shape
     values = np.ones(size + -size % 4)
     values[:size] = system.values
-    factor, rows = compiled.factorise(bands, values)
+    factor, rows = compiled.factorise(piece.bands, values)
     rotated = system.joined @ system.vectors
-    low, high = (_in_fours(limit[:1] if limit.strides[0] == 0 else limit) for limit in limits)
+    low, high = (
+        _in_fours(limit[:1] if limit.strides[0] == 0 else limit)
+        for limit in (piece.low, piece.high)
+    )
     boxed, dual = _in_fours(boxed), _in_fours(dual)
     compiled.alternate(
         factor,
         rows,
         _in_fours(system.penalties[:, None] * rotated, len(boxed[0])),
         _in_fours(rotated.T, len(values)),
-        _in_fours(right @ system.vectors),
+        _in_fours(piece.right @ system.vectors),
         low,
         high,
         boxed,

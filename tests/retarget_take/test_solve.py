@@ -9,7 +9,7 @@ from worlds import NEUTRAL, World, filmed, make_world
 from usdface.face.bound_face import bound_face
 from usdface.options import SolveOptions
 from usdface.retarget.solution import Solution
-from usdface.retarget_take import solve
+from usdface.retarget_take.solve import solve
 from usdface.takes import MarkerTake
 
 WORLD = make_world(head_moves=False)

@@ -11,66 +11,10 @@ from functools import cached_property
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.blend_shapes import BlendShape
-from usdface.findings import Finding, finding
-from usdface.inbetween_path import InbetweenPath, distinct_inbetweens, inbetween_path
-from usdface.rigs import Mesh
+from usdface.blend_shapes.combination_weight import CombinationWeight
+from usdface.blend_shapes.inbetween_path import InbetweenPath
 
-__all__ = [
-    "BlendShapeEvaluator",
-    "CombinationWeight",
-    "evaluator_of",
-    "with_combinations",
-]
-
-_CIRCULAR = "it builds on itself or nothing"
-
-
-# Squared change of the parents' weights below which it is rounding.
-_STILL = 1e-18
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class CombinationWeight:
-    """The weight of a combination shape: the product of its parents', or the `least` of them.
-
-    `shape` and `parents` (K,) are places among the shapes.
-    """
-
-    shape: int
-    parents: IntArray
-    least: bool
-
-    def of(self, weights: FloatArray) -> FloatArray:
-        """Return its weight (F,) where all shapes have `weights` (F, S)."""
-        own = weights[:, self.parents]
-        return np.asarray(own.min(axis=1) if self.least else own.prod(axis=1))
-
-    def slopes(self, weights: FloatArray) -> FloatArray:
-        """Return the change of its weight with each parent's: (F, K)."""
-        own = weights[:, self.parents]
-        count = own.shape[1]
-        if self.least:
-            return np.asarray(np.arange(count) == own.argmin(axis=1)[:, None], np.float64)
-        others = [np.delete(own, k, axis=1).prod(axis=1) for k in range(count)]
-        return np.stack(others, axis=1)
-
-    def secants(self, start: FloatArray, end: FloatArray) -> FloatArray:
-        """Return slopes A (F, K) with ``sum(A * change of the parents) = change of its weight``.
-
-        The mean of the slopes along the segment; Gauss-Legendre quadrature is exact for products.
-        Where another parent becomes the `least` on the way, the difference is shared in proportion
-        to the changes.
-        """
-        places, shares = np.polynomial.legendre.leggauss(len(self.parents) // 2 + 1)
-        mean = np.zeros((len(start), len(self.parents)))
-        for place, share in zip((places + 1.0) / 2.0, shares / 2.0, strict=True):
-            mean += share * self.slopes(start + place * (end - start))
-        change = (end - start)[:, self.parents]
-        off = self.of(end) - self.of(start) - (mean * change).sum(axis=1)
-        size = (change**2).sum(axis=1)
-        rest = np.divide(off, size, out=np.zeros(len(off)), where=size > _STILL)
-        return np.asarray(mean + rest[:, None] * change)
+__all__ = ["BlendShapeEvaluator"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,79 +189,3 @@ class BlendShapeEvaluator:
             for column, parent in enumerate(combination.parents):
                 result[:, parent] += slopes[:, column, None] * result[:, combination.shape]
         return np.asarray(result[:, self.free])
-
-
-def evaluator_of(mesh: Mesh, vertices: IntArray) -> tuple[BlendShapeEvaluator, list[Finding]]:
-    """Return the evaluator of the shapes of a mesh at its `vertices` (M,), N = 3 M.
-
-    Returns
-    -------
-    BlendShapeEvaluator
-    list of Finding
-        COMBINATION_IGNORED for shapes that build on missing ones, or on themselves.
-    """
-    names = {name: i for i, name in enumerate(mesh.shape_names)}
-    paths = tuple(
-        _path_at(number, shape, mesh, vertices)
-        for number, shape in enumerate(mesh.shapes)
-        if distinct_inbetweens(shape)
-    )
-    combinations: list[CombinationWeight] = []
-    limits: list[tuple[int, int]] = []
-    findings: list[Finding] = []
-    declared = {s.name: s.combination for s in mesh.shapes if s.combination is not None}
-    for name, combination in declared.items():
-        unknown = [parent for parent in combination.of if parent not in names]
-        if unknown or name in combination.of or not combination.of:
-            if unknown:
-                message = "it builds on {shape!r}"
-                findings.append(finding("COMBINATION_IGNORED", name, message, unknown[0]))
-            else:
-                findings.append(finding("COMBINATION_IGNORED", name, _CIRCULAR))
-        elif combination.rule == "limit":
-            limits += [(names[name], names[parent]) for parent in combination.of]
-        else:
-            parents = np.array([names[parent] for parent in combination.of])
-            least = combination.rule == "min"
-            combinations.append(CombinationWeight(names[name], parents, least))
-    ordered, circular = _ordered(combinations)
-    findings += [
-        finding("COMBINATION_IGNORED", mesh.shape_names[c.shape], _CIRCULAR) for c in circular
-    ]
-    offsets = mesh.offsets_at(vertices).reshape(len(mesh.shapes), 3 * len(vertices))
-    pairs = np.array(limits, np.int64).reshape(-1, 2)
-    return BlendShapeEvaluator(offsets, paths, ordered, pairs), findings
-
-
-def _path_at(number: int, shape: BlendShape, mesh: Mesh, vertices: IntArray) -> InbetweenPath:
-    path = inbetween_path(shape, number)
-    knots = path.displacements.reshape(len(path.weights), -1, 3)
-    shapes = (BlendShape(str(k), shape.indices, offsets) for k, offsets in enumerate(knots))
-    at = replace(mesh, shapes=tuple(shapes)).offsets_at(vertices)
-    return replace(path, displacements=at.reshape(len(knots), -1))
-
-
-def with_combinations(mesh: Mesh, names: tuple[str, ...], weights: FloatArray) -> FloatArray:
-    """Return weights (F, T) of shapes `names` in which combination shapes follow their parents."""
-    evaluator, _ = evaluator_of(mesh, np.zeros(0, np.int64))
-    if not evaluator.combinations or not set(mesh.shape_names) <= set(names):
-        return weights
-    columns = [names.index(name) for name in mesh.shape_names]
-    result = weights.copy()
-    result[:, columns] = evaluator.combined(weights[:, columns])
-    return result
-
-
-def _ordered(
-    combinations: list[CombinationWeight],
-) -> tuple[tuple[CombinationWeight, ...], list[CombinationWeight]]:
-    """Return those that can be computed one after the other, and those in a ring."""
-    waiting, ordered = list(combinations), []
-    while waiting:
-        open_shapes = {combination.shape for combination in waiting}
-        ready = [c for c in waiting if open_shapes.isdisjoint(c.parents.tolist())]
-        if not ready:
-            break
-        ordered += ready
-        waiting = [c for c in waiting if c not in ready]
-    return tuple(ordered), waiting

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from usdface.blend_shapes import BlendShape, Inbetween
+from usdface.blend_shapes.blend_shape import BlendShape, Inbetween
 from usdface.errors import InputError
 
 RNG = np.random.default_rng(11)

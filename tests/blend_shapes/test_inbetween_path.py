@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from usdface.blend_shapes import BlendShape, Inbetween
-from usdface.inbetween_path import distinct_inbetweens, inbetween_path
+from usdface.blend_shapes.blend_shape import BlendShape, Inbetween
+from usdface.blend_shapes.inbetween_path import distinct_inbetweens, inbetween_path
 
 FULL = np.array([[0.0, -10.0, 0.0]])
 

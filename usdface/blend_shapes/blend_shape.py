@@ -8,7 +8,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 
-__all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween"]
+__all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween", "offsets_at"]
 
 CombinationRule = Literal["product", "min", "limit"]
 
@@ -102,3 +102,17 @@ class BlendShape:
         """Return the shape of a mesh that is `factor` times as large."""
         inbetweens = (replace(each, offsets=factor * each.offsets) for each in self.inbetweens)
         return replace(self, offsets=factor * self.offsets, inbetweens=tuple(inbetweens))
+
+
+def offsets_at(shapes: tuple[BlendShape, ...], vertices: IntArray) -> FloatArray:
+    """Return the offsets of shapes of a mesh at some of its vertices: (S, len(vertices), 3) [m].
+
+    Vertices may be repeated.
+    """
+    result = np.zeros((len(shapes), len(vertices), 3))
+    for row, shape in zip(result, shapes, strict=True):
+        if len(shape.indices):
+            place = np.searchsorted(shape.indices, vertices).clip(max=len(shape.indices) - 1)
+            found = shape.indices[place] == vertices
+            row[found] = shape.offsets[place[found]]
+    return result

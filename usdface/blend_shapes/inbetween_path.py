@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.blend_shapes import BlendShape, Inbetween
+from usdface.blend_shapes.blend_shape import BlendShape, Inbetween
 
 __all__ = ["InbetweenPath", "distinct_inbetweens", "inbetween_path"]
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.takes import MarkerTake, WeightsTake, frame_step, visible
+from usdface.takes import MarkerTake, visible
 
 RNG = np.random.default_rng(3)
 
@@ -13,15 +13,9 @@ def markers(positions: object = None, **changes: object) -> MarkerTake:
     return MarkerTake(**(given | changes))  # type: ignore[arg-type]
 
 
-def weights(**changes: object) -> WeightsTake:
-    given = {"names": ("a", "b"), "times": np.arange(4) / 30, "weights": RNG.random((4, 2))}
-    return WeightsTake(**(given | changes))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("take", [markers(), weights()])
-def test_a_take_cannot_be_changed(take: MarkerTake | WeightsTake) -> None:
-    values = take.positions if isinstance(take, MarkerTake) else take.weights
-    for array in (values, take.times):
+def test_a_take_cannot_be_changed() -> None:
+    take = markers()
+    for array in (take.positions, take.times):
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 1.0
     with pytest.raises(AttributeError):
@@ -97,16 +91,6 @@ def test_the_dimension_is_the_arrays(dimension: int) -> None:
     assert markers(np.zeros((4, 3, dimension))).dimension == dimension
 
 
-def test_columns_travel_by_name() -> None:
-    take = weights()
-    np.testing.assert_array_equal(take.column("b"), take.weights[:, 1])
-    again = take.reordered(("x", "b", "a"))
-    assert again.names == ("x", "b", "a")
-    np.testing.assert_array_equal(again.weights[:, 1:], take.weights[:, ::-1])
-    assert (again.column("x") == 0).all()
-    np.testing.assert_array_equal(again.reordered(take.names).weights, take.weights)
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
@@ -126,24 +110,3 @@ def test_markers_that_make_no_take(changes: dict[str, object], message: str) -> 
     with pytest.raises(InputError) as caught:
         markers(**changes)
     assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"names": ("a",)}, "expected (frames, 1)"),
-        ({"names": ("a", "a")}, "'a' occurs twice"),
-        ({"weights": np.zeros((0, 2)), "times": []}, "no frames"),
-        ({"weights": np.full((4, 2), np.nan)}, "finite"),
-        ({"times": [3.0, 2.0, 1.0, 0.0]}, "increasing"),
-    ],
-)
-def test_weights_that_make_no_take(changes: dict[str, object], message: str) -> None:
-    with pytest.raises(InputError) as caught:
-        weights(**changes)
-    assert message in str(caught.value)
-
-
-def test_the_frame_step_is_that_of_most_frames() -> None:
-    assert frame_step(np.array([0.0, 0.1, 0.2, 0.9, 1.0])) == pytest.approx(0.1)
-    assert frame_step(np.array([5.0])) == 0.0

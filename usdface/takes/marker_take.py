@@ -1,8 +1,4 @@
-"""Takes: recorded markers or weights, as immutable arrays in SI units, Y up.
-
-Axis letters throughout the project: F frames, M markers, S blend shapes, V vertices,
-D dimensions (2 or 3), R rules.
-"""
+"""A take of markers: their positions over time."""
 
 import math
 from dataclasses import dataclass, replace
@@ -11,83 +7,18 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.errors import InputError
+from usdface.takes.take_axes import check_names, check_times
 
-__all__ = ["FARTHEST", "MarkerTake", "WeightsTake", "check_range", "frame_step", "visible"]
+__all__ = ["FARTHEST", "MarkerTake", "visible"]
 
 # From the origin [m, or pixels of an image]: no capture volume and no image is larger, and squares
 # of it keep their digits.
 FARTHEST = 1e5
-_LARGEST_WEIGHT = 1000.0  # 10 times 100 %, where someone means per cent
 
 
 def visible(positions: FloatArray) -> BoolArray:
     """Return where markers (..., D) were seen, that is, are not NaN: (...,) bool."""
     return np.asarray(~np.isnan(positions[..., 0]))
-
-
-def frame_step(times: FloatArray) -> float:
-    """Return the median time between frames at `times` (F,) [s]; 0 for a single frame."""
-    return float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-
-
-def _check_diameters(diameters: FloatArray, markers: int) -> None:
-    if diameters.shape != (markers,):
-        raise InputError(
-            f"the marker take has {diameters.size} diameters for {markers} markers",
-            "VALUES_WRONG",
-        )
-    known = diameters[~np.isnan(diameters)]
-    if not ((known > 0.0) & (known <= FARTHEST)).all():
-        raise InputError(
-            f"diameters of markers must be positive and {FARTHEST:g} at most, or NaN where unknown",
-            "VALUES_WRONG",
-        )
-
-
-def _check_blink(blink: FloatArray, frames: int) -> None:
-    if blink.shape != (frames,):
-        raise InputError(
-            f"the marker take has values of blinks of shape {blink.shape}; expected ({frames},)",
-            "VALUES_WRONG",
-        )
-    seen = blink[~np.isnan(blink)]
-    if not ((seen >= 0.0) & (seen <= 1.0)).all():
-        raise InputError(
-            "values of blinks must be 0 to 1, or NaN where no face is seen", "VALUES_WRONG"
-        )
-
-
-def _check_gaze(gaze: FloatArray, frames: int) -> None:
-    if gaze.shape != (frames, 2):
-        raise InputError(
-            f"the marker take has a gaze of shape {gaze.shape}; expected ({frames}, 2)",
-            "VALUES_WRONG",
-        )
-    if (np.abs(gaze) > math.pi).any():
-        raise InputError(
-            "angles of the gaze must be within pi, or NaN where no face is seen", "VALUES_WRONG"
-        )
-
-
-def _check_names(names: tuple[str, ...], subject: str) -> None:
-    seen: set[str] = set()
-    for name in names:
-        if name in seen:
-            raise InputError(
-                f"{subject} name {name!r} occurs twice; names must be unique", "NAME_REPEATED"
-            )
-        seen.add(name)
-
-
-def _check_times(times: FloatArray, count: int, subject: str) -> None:
-    if count == 0:
-        raise InputError(f"the {subject} has no frames; expected at least one", "TAKE_EMPTY")
-    if times.shape != (count,):
-        raise InputError(f"the {subject} has {times.size} times for {count} frames", "TIMES_WRONG")
-    if not np.isfinite(times).all() or (count > 1 and not (np.diff(times) > 0).all()):
-        raise InputError(
-            f"the times of the {subject} must be finite and strictly increasing", "TIMES_WRONG"
-        )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -168,8 +99,8 @@ class MarkerTake:
             )
         if not self.names:
             raise InputError("the marker take has no markers; expected at least one", "TAKE_EMPTY")
-        _check_names(self.names, "marker")
-        _check_times(self.times, shape[0], "marker take")
+        check_names(self.names, "marker")
+        check_times(self.times, shape[0], "marker take")
         bad = np.isnan(self.positions)
         if np.isinf(self.positions).any() or (bad.any(axis=2) != bad.all(axis=2)).any():
             raise InputError(
@@ -246,92 +177,40 @@ class MarkerTake:
         return self.positions[:, [self.names.index(n) for n in names]]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class WeightsTake:
-    """Blend shape weights over time; column s belongs to ``names[s]``.
-
-    Attributes
-    ----------
-    names : tuple of str, length S
-        Blend shape names, unique.
-    times : (F,) float64 [s]
-        Strictly increasing.
-    weights : (F, S) float64 [1]
-    rate : float [Hz]
-        Nominal frame rate; 0 where unknown.
-    start_timecode, source : str
-        As in `MarkerTake`.
-    head : (F, 3) float64 [rad], optional
-        Rotation vectors of the recorded head, with x to its left, y up and z ahead.
-
-    Examples
-    --------
-    >>> take = usdface.WeightsTake(("jawOpen",), [0.0, 0.5], [[0.0], [1.0]])
-    >>> take.column("jawOpen").tolist()
-    [0.0, 1.0]
-    """
-
-    names: tuple[str, ...]
-    times: FloatArray
-    weights: FloatArray
-    rate: float = 0.0
-    start_timecode: str = ""
-    source: str = ""
-    head: FloatArray | None = None
-
-    def __post_init__(self) -> None:
-        for field in ("times", "weights"):
-            object.__setattr__(self, field, frozen(getattr(self, field)))
-        shape = self.weights.shape
-        if len(shape) != 2 or shape[1] != len(self.names):
-            raise InputError(
-                f"weights have shape {shape}; expected (frames, {len(self.names)})",
-                "WEIGHTS_LENGTH_WRONG",
-            )
-        _check_names(self.names, "blend shape")
-        _check_times(self.times, shape[0], "weights take")
-        if not np.isfinite(self.weights).all():
-            raise InputError("blend shape weights must be finite", "VALUES_WRONG")
-        if self.head is not None:
-            object.__setattr__(self, "head", frozen(self.head))
-            if self.head.shape != (shape[0], 3) or not np.isfinite(self.head).all():
-                raise InputError(
-                    f"the head's rotation vectors have shape {self.head.shape}, or are not finite; "
-                    f"expected ({shape[0]}, 3)",
-                    "VALUES_WRONG",
-                )
-
-    def column(self, name: str) -> FloatArray:
-        """Return the curve of one blend shape: (F,)."""
-        return self.weights[:, self.names.index(name)]
-
-    def reordered(self, names: tuple[str, ...]) -> "WeightsTake":
-        """Return the take with exactly these columns; a name it lacks gives zeros."""
-        columns = {n: i for i, n in enumerate(self.names)}
-        weights = np.zeros((len(self.times), len(names)))
-        for target, name in enumerate(names):
-            if name in columns:
-                weights[:, target] = self.weights[:, columns[name]]
-        return replace(self, names=names, weights=weights)
-
-
-def check_range(take: MarkerTake | WeightsTake) -> None:
-    """Refuse a take from a file whose numbers are beyond any volume or meaning.
-
-    Raises
-    ------
-    InputError
-        If a marker lies beyond `FARTHEST`, or a weight beyond 1000 either side of 0.
-    """
-    if isinstance(take, MarkerTake):
-        # Without a copy: NaN if no marker is seen at all.
-        low, high = np.fmin.reduce(take.positions, None), np.fmax.reduce(take.positions, None)
-        if low < -FARTHEST or high > FARTHEST:
-            raise InputError(
-                f"markers lie beyond {FARTHEST / 1000:g} km from the origin", "VALUES_WRONG"
-            )
-    elif (np.abs(take.weights) > _LARGEST_WEIGHT).any():
+def _check_diameters(diameters: FloatArray, markers: int) -> None:
+    if diameters.shape != (markers,):
         raise InputError(
-            f"blend shape weights go up to {np.abs(take.weights).max():g}; expected 0 to 1",
+            f"the marker take has {diameters.size} diameters for {markers} markers",
             "VALUES_WRONG",
+        )
+    known = diameters[~np.isnan(diameters)]
+    if not ((known > 0.0) & (known <= FARTHEST)).all():
+        raise InputError(
+            f"diameters of markers must be positive and {FARTHEST:g} at most, or NaN where unknown",
+            "VALUES_WRONG",
+        )
+
+
+def _check_blink(blink: FloatArray, frames: int) -> None:
+    if blink.shape != (frames,):
+        raise InputError(
+            f"the marker take has values of blinks of shape {blink.shape}; expected ({frames},)",
+            "VALUES_WRONG",
+        )
+    seen = blink[~np.isnan(blink)]
+    if not ((seen >= 0.0) & (seen <= 1.0)).all():
+        raise InputError(
+            "values of blinks must be 0 to 1, or NaN where no face is seen", "VALUES_WRONG"
+        )
+
+
+def _check_gaze(gaze: FloatArray, frames: int) -> None:
+    if gaze.shape != (frames, 2):
+        raise InputError(
+            f"the marker take has a gaze of shape {gaze.shape}; expected ({frames}, 2)",
+            "VALUES_WRONG",
+        )
+    if (np.abs(gaze) > math.pi).any():
+        raise InputError(
+            "angles of the gaze must be within pi, or NaN where no face is seen", "VALUES_WRONG"
         )

@@ -1,0 +1,49 @@
+from dataclasses import replace
+
+import numpy as np
+from small_mesh import NAMES, POINTS, face, shape
+
+from usdface.rigs import BlendShape, Inbetween, Mesh, Rig
+
+
+def test_a_mesh_whose_shapes_move_nothing_is_not_the_face() -> None:
+    """As where a file gives each of a head's materials a mesh with all of its morph targets."""
+    still = face(name="still", shapes=tuple(shape([], name) for name in (*NAMES, "more")))
+    assert Rig("x", (still, face())).face().name == "face"
+    assert Rig("x", (still, face())).mesh().name == "face"
+    assert Rig("x", (still,)).face().name == "still"
+    bulge = Inbetween("half", 0.5, np.ones((1, 3)))
+    way = BlendShape("way", [0], np.zeros((1, 3)), inbetweens=(bulge,))
+    assert Rig("x", (still, face(name="way", shapes=(way,)))).mesh().name == "way"
+
+
+def test_of_meshes_with_the_same_shapes_the_face_is_the_largest() -> None:
+    """As lashes and teeth that carry all shapes of a head."""
+    lashes = replace(face(name="lashes"), points=0.1 * face().points)
+    for meshes in ((lashes, face()), (face(), lashes)):
+        assert Rig("x", meshes).face().name == "face"
+
+
+def parts(*more: Mesh) -> tuple[Mesh, ...]:
+    """A head of four shapes, and a tongue with these and one of its own."""
+    names = ("jawOpen", "smile", "blink", "brow")
+    head = face(name="head", shapes=tuple(shape([0, 1, 2], name) for name in names))
+    tongue = face(name="tongue", shapes=(*head.shapes, shape([0, 1, 2], "tongueOut")))
+    return (head, replace(tongue, points=0.2 * POINTS), *more)
+
+
+def test_a_tongue_with_a_shape_more_than_the_head_is_not_the_face() -> None:
+    for meshes in (parts(), parts()[::-1]):
+        assert Rig("x", meshes).face().name == "head"
+
+
+def test_larger_clothes_with_nearly_as_many_shapes_of_their_own_are_not_the_face() -> None:
+    folds = tuple(shape([0, 1, 2], name) for name in ("elbow", "knee", "jawOpen", "bend"))
+    shirt = replace(face(name="shirt", shapes=folds), points=9 * POINTS)
+    assert Rig("x", parts(shirt)).face().name == "head"
+
+
+def test_a_larger_beard_that_a_part_of_the_shapes_moves_is_not_the_face() -> None:
+    head = parts()[0]
+    beard = replace(face(name="beard", shapes=head.shapes[:2]), points=2 * POINTS)
+    assert Rig("x", (beard, *parts())).face().name == "head"

@@ -1,0 +1,1 @@
+"""Clean-up, solve and calibration of a take on a bound face: retarget without correction."""

@@ -1,0 +1,41 @@
+"""The clean-up of a take whose markers are bound."""
+
+from usdface.blas_threads import one_blas_thread
+from usdface.cleanup.clean import Cleaned, clean_take
+from usdface.findings import Finding
+from usdface.setup.retarget_setup import RetargetSetup
+from usdface.takes import MarkerTake, WeightsTake
+
+__all__ = ["clean", "clean_inputs"]
+
+
+@one_blas_thread()
+def clean(
+    take: MarkerTake | WeightsTake, setup: RetargetSetup
+) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
+    """Clean the markers of a take as its setup says; a take of weights is not changed.
+
+    Returns
+    -------
+    take : MarkerTake or WeightsTake
+    cleaned : Cleaned or None
+        The clean-up; None for a take of weights.
+    findings : list of Finding
+    """
+    if isinstance(take, WeightsTake):
+        return take, None, []
+    face_markers = (*setup.binding.markers, *setup.head_markers)
+    moving = setup.head != "stabilised"
+    cleaned, findings = clean_take(take, face_markers, setup.clean, moving=moving)
+    return cleaned.take, cleaned, findings
+
+
+@one_blas_thread()
+def clean_inputs(take: MarkerTake, setup: RetargetSetup) -> object:
+    """Return all that `clean` depends on: the labels that are bound, and nothing else of the rig.
+
+    In the order of the take, in which the clean-up processes them.
+    """
+    face_markers = {*setup.binding.markers, *setup.head_markers}
+    chosen = tuple(name in face_markers for name in take.names)
+    return take, chosen, setup.clean, setup.head != "stabilised"

@@ -1,0 +1,67 @@
+"""Which mesh of a rig is the face."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from usdface.errors import InputError
+from usdface.rigs.mesh import Mesh
+
+__all__ = ["face_of", "faces_like"]
+
+# Share of the shapes of the mesh that has the most: meshes with as many of them are parts of one
+# face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
+# with it, a beard that only those of jaw, cheeks and mouth move 0.6 of the head's.
+_SHARED = 0.75
+_ALIKE = 0.9  # of the size of a face's moving part, at least, has another face
+
+
+def face_of(meshes: Sequence[Mesh], rig: str) -> Mesh:
+    """Return the mesh that the most blend shapes move, or a larger one that they move, too.
+
+    `rig` is its name in the error. The reasons are those of `Rig.face`.
+
+    Raises
+    ------
+    InputError
+        If no mesh has any.
+    """
+    first = max(meshes, key=_face_rank, default=None)
+    if first is None or not first.shapes:
+        raise InputError(f"the rig {rig!r} has no blend shapes", "SHAPES_MISSING")
+    shared = _moving_shapes(first)
+    parts = [m for m in meshes if len(shared & _moving_shapes(m)) >= _SHARED * len(shared)]
+    return max(parts, key=_moved_size) if shared else first
+
+
+def faces_like(face: Mesh, meshes: Sequence[Mesh]) -> list[Mesh]:
+    """Return the face and those of `meshes` that the same shapes move, nearly as large."""
+    shapes, size = _moving_shapes(face), _ALIKE * _moved_size(face)
+    if not shapes:
+        return [face]
+    return [
+        mesh
+        for mesh in meshes
+        if mesh is face or (shapes == _moving_shapes(mesh) and _moved_size(mesh) >= size)
+    ]
+
+
+def _face_rank(mesh: Mesh) -> tuple[int, int, float]:
+    return len(_moving_shapes(mesh)), len(mesh.shapes), _moved_size(mesh)
+
+
+def _moved_size(mesh: Mesh) -> float:
+    """Return the diagonal of the box around all points that blend shapes move [m]."""
+    moved = np.zeros(len(mesh.points), dtype=bool)
+    for shape in mesh.shapes:
+        moved[shape.indices[shape.offsets.any(axis=1)]] = True
+    return float(np.linalg.norm(np.ptp(mesh.points[moved], axis=0))) if moved.any() else 0.0
+
+
+def _moving_shapes(mesh: Mesh) -> set[str]:
+    """Return the blend shapes of a mesh that move something, inbetweens included."""
+    return {
+        s.name
+        for s in mesh.shapes
+        if s.offsets.any() or any(between.offsets.any() for between in s.inbetweens)
+    }
