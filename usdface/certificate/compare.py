@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.certificate import FLOAT32, Certificate
+from usdface.certificate.error_totals import ErrorTotals, largest
 from usdface.certificate.linear_morph import (
     LinearMorph,
     normal_distances,
     point_distances,
 )
+from usdface.certificate.stored_steps import StoredSteps, turned_by
 from usdface.certificate.vertex_matching import VertexTraits, match_vertices
 
 __all__ = ["EvaluatedMesh", "certify", "match_names", "sample_frames"]
@@ -41,6 +43,8 @@ class EvaluatedMesh:
     linear_morph : function from frames (f,) to LinearMorph or None
         Of f moments, from the program's own evaluation of each shape and joint; None where more
         moves points.
+    steps : StoredSteps or None
+        Where it is stored as whole numbers.
     """
 
     name: str
@@ -49,6 +53,7 @@ class EvaluatedMesh:
     points_at: Callable[[IntArray], FloatArray]
     normals_at: Callable[[IntArray], FloatArray | None]
     linear_morph: Callable[[IntArray], LinearMorph | None] = lambda frames: None
+    steps: StoredSteps | None = None
 
 
 def sample_frames(count: int, vertices: int, budget: int) -> IntArray:
@@ -70,7 +75,8 @@ def certify(
     ----------
     source, result : sequence of EvaluatedMesh
         Evaluated at the same F moments. Meshes, and the shapes of a mesh, belong together by
-        name, or by place where there are equally many.
+        name, or by place where there are equally many. What a result that is stored as whole
+        numbers is off by their rounding is in the errors, but not in the excess.
     frames : (n,) int64
         Frames whose points and normals are compared; weights are in all frames.
     time_drift : float [s]
@@ -82,7 +88,7 @@ def certify(
     names: dict[str, str] = {}
     weights: dict[str, float] = {}
     excess = 0.0
-    vertex, normal = _Errors(), _Errors()
+    vertex, normal = ErrorTotals(), ErrorTotals()
     worst, diagonal = "", 0.0
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for one, other in ((source[i], result[j]) for i, j in pairs):
@@ -95,8 +101,8 @@ def certify(
             if one.shapes[i] != other.shapes[j]:
                 names[channel] = f"{other.name}/{other.shapes[j]}"
             off = np.abs(one.weights[:, i] - other.weights[:, j])
-            weights[channel] = max(weights.get(channel, 0.0), _largest(off))
-            excess = max(excess, _largest(off - _rounding_error(one.weights[:, i], times)))
+            weights[channel] = max(weights.get(channel, 0.0), largest(off))
+            excess = max(excess, largest(off - _rounding_error(one.weights[:, i], times)))
         rest = one.points_at(frames[:1])[0]
         low, high = np.minimum(low, rest.min(axis=0)), np.maximum(high, rest.max(axis=0))
         before = vertex.largest
@@ -115,6 +121,10 @@ def certify(
         normal.mean if normal.count else None,
         weights,
         excess,
+        vertex.excess,
+        normal.excess,
+        vertex.rounding,
+        normal.rounding,
         time_drift,
         0.0 if times is None else float(times[-1]),
         names,
@@ -147,51 +157,55 @@ def match_names(
     return pairs, [prefix + name for name in unmatched]
 
 
-def _largest(errors: NDArray[Any]) -> float:
-    """Return the largest error, at least 0; what is no number agrees with nothing."""
-    largest = float(errors.max(initial=0.0))
-    return np.inf if np.isnan(largest) else largest
-
-
-class _Errors:
-    """Largest and mean of numbers that come in blocks."""
-
-    def __init__(self) -> None:
-        self.largest, self.total, self.count = 0.0, 0.0, 0
-
-    def add(self, values: NDArray[Any], times: int = 1) -> None:
-        """Add numbers, each so many times."""
-        self.largest = max(self.largest, _largest(values))
-        self.total += times * float(values.sum())
-        self.count += times * values.size
-
-    @property
-    def mean(self) -> float:
-        return self.total / max(self.count, 1)
-
-
 def _compare(
-    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, vertex: _Errors, normal: _Errors
+    one: EvaluatedMesh,
+    other: EvaluatedMesh,
+    frames: IntArray,
+    vertex: ErrorTotals,
+    normal: ErrorTotals,
 ) -> None:
+    steps = other.steps
     shown = sample_frames(len(frames), 1, _VERIFIED_FRAMES)
     few = len(frames) < _SUMMED_FRAMES
     sums = None if few else _linear_morphs(one, other, frames, shown)
     here, there = pairs = _vertex_pairs(one, other, frames, sums)
     if sums is not None:
         summed = np.setdiff1d(np.arange(len(frames)), shown)
-        for apart in point_distances(*sums, pairs, summed):
-            vertex.add(apart, len(summed) // max(len(apart), 1))
-        for turned in normal_distances(*sums, pairs, summed):
-            normal.add(_degrees(turned), len(summed) // max(len(turned), 1))
+        rounding, aside = _rounding(steps, frames[summed])
+        for away in point_distances(*sums, pairs, summed):
+            times = len(summed) // max(len(away), 1)
+            vertex.add(away, _of_rows(rounding, len(away)), times)
+        for turned, lengths in normal_distances(*sums, pairs, summed):
+            most = _of_rows(aside, len(turned))
+            angles = None if most is None else turned_by(most, lengths)
+            normal.add(_degrees(turned), angles, len(summed) // max(len(turned), 1))
         frames = frames[shown]
     for part in _blocks(len(frames), 3 * len(here)):
         block = frames[part]
-        vertex.add(_distances(one.points_at(block)[:, here], other.points_at(block)[:, there]))
+        apart = _distances(one.points_at(block)[:, here], other.points_at(block)[:, there])
+        vertex.add(apart, None if steps is None else steps.of_points(block)[:, None])
         mine, its = one.normals_at(block), other.normals_at(block)
         if mine is not None and its is not None:
             # The chord gives small angles, where the cosine has no digits left.
             chord = _distances(mine[:, here], its[:, there])
-            normal.add(_degrees(chord))
+            angles = None if steps is None else steps.of_angles(block)[:, there]
+            normal.add(_degrees(chord), angles)
+
+
+def _rounding(
+    steps: StoredSteps | None, frames: IntArray
+) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+    """Return by how much points and normals, before they get unit length, may be off: (f, 1)."""
+    if steps is None:
+        return None, None
+    return steps.of_points(frames)[:, None], steps.of_normals(frames)[:, None]
+
+
+def _of_rows(rounding: FloatArray | None, rows: int) -> FloatArray | None:
+    """Return the rounding (f, 1) of a block with f rows; the least, if it has one for all."""
+    if rounding is None or rows == len(rounding):
+        return rounding
+    return np.asarray(rounding.min(axis=0, keepdims=True))
 
 
 def _degrees(chord: NDArray[Any]) -> NDArray[Any]:

@@ -185,4 +185,5 @@ def _evaluated_gltf(mesh: PlayerMesh, times: FloatArray) -> EvaluatedMesh:
         lambda frames: mesh.points_at(times[frames]),
         lambda frames: mesh.normals_at(times[frames]),
         lambda frames: mesh.linear_morph_at(times[frames]),
+        mesh.steps_at(times),
     )
