@@ -1,6 +1,6 @@
 """Files that an output replaces: only what usdface wrote as the same kind of output.
 
-What a person made or edited is kept unless told otherwise. A shot, the root layer of a result, a
+What a person made or edited is kept unless told otherwise. A shot, the layers of a result, a
 deliverable, a binding and a calibration have a fingerprint, so that an edit shows; the others are
 told by what they are. Pictures, pages and text, also that of a fuzzy system, are not looked at.
 """
@@ -18,6 +18,7 @@ __all__ = ["OutputKind", "check_replaced"]
 OutputKind = Literal[
     "shot",
     "result",
+    "layer",
     "deliverable",
     "take",
     "rig",
@@ -52,6 +53,7 @@ _REPORTS = (
     {"test_frame", "radius_px", "ways"},
 )
 _CALIBRATED = {"gain", "deviation", "offset", "peak"}
+_IN_A_LAYER = "edits belong in a layer of your own over the result"
 _EDITED = "was edited since usdface wrote it"
 _CHANGED = {
     "": "",
@@ -85,7 +87,8 @@ def check_replaced(
         if reason := _reason(place, kind):
             way = "choose another name"
             if overwrite is not None:
-                way = "overwrite (--overwrite) replaces it, another name keeps it"
+                keeping = "; " + _IN_A_LAYER if kind == "layer" else ", another name keeps it"
+                way = f"overwrite (--overwrite) replaces it{keeping}"
             raise OutputError(f"{place} {reason}; {way}")
 
 
