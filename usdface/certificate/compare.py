@@ -1,7 +1,6 @@
 """Two evaluations of one character compared, frame by frame."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,15 +9,16 @@ from numpy.typing import NDArray
 from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.certificate import FLOAT32, Certificate
 from usdface.certificate.error_totals import ErrorTotals, largest
+from usdface.certificate.evaluated_mesh import EvaluatedMesh
 from usdface.certificate.linear_morph import (
     LinearMorph,
     normal_distances,
     point_distances,
 )
 from usdface.certificate.stored_steps import StoredSteps, turned_by
-from usdface.certificate.vertex_matching import VertexTraits, match_vertices
+from usdface.certificate.vertex_pairs import blocks, vertex_pairs
 
-__all__ = ["EvaluatedMesh", "certify", "match_names", "sample_frames"]
+__all__ = ["certify", "match_names", "sample_frames"]
 
 _VERIFIED_FRAMES = (
     20  # frames in which linear morphs are checked against the programs' own evaluation
@@ -26,34 +26,6 @@ _VERIFIED_FRAMES = (
 _SUMMED_FRAMES = 100  # fewer are evaluated sooner than sums are made
 _POINT_TOLERANCE = 1e-6  # of the largest coordinate: 8 roundings of float32
 _NORMAL_TOLERANCE = 1e-4  # of a unit normal, which may come of three that nearly cancel
-_BLOCK = 2**19  # numbers of one evaluation at once
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class EvaluatedMesh:
-    """One mesh as a program evaluates it at F moments.
-
-    Attributes
-    ----------
-    name : str
-    shapes : tuple of str, length S
-    weights : (F, S) float64
-    points_at : function from frames (f,) to (f, N, 3) float64 [m]
-    normals_at : function from frames (f,) to (f, N, 3) unit vectors, or None
-    linear_morph : function from frames (f,) to LinearMorph or None
-        Of f moments, from the program's own evaluation of each shape and joint; None where more
-        moves points.
-    steps : StoredSteps or None
-        Where it is stored as whole numbers.
-    """
-
-    name: str
-    shapes: tuple[str, ...]
-    weights: FloatArray
-    points_at: Callable[[IntArray], FloatArray]
-    normals_at: Callable[[IntArray], FloatArray | None]
-    linear_morph: Callable[[IntArray], LinearMorph | None] = lambda frames: None
-    steps: StoredSteps | None = None
 
 
 def sample_frames(count: int, vertices: int, budget: int) -> IntArray:
@@ -168,7 +140,7 @@ def _compare(
     shown = sample_frames(len(frames), 1, _VERIFIED_FRAMES)
     few = len(frames) < _SUMMED_FRAMES
     sums = None if few else _linear_morphs(one, other, frames, shown)
-    here, there = pairs = _vertex_pairs(one, other, frames, sums)
+    here, there = pairs = vertex_pairs(one, other, frames, sums)
     if sums is not None:
         summed = np.setdiff1d(np.arange(len(frames)), shown)
         rounding, aside = _rounding(steps, frames[summed])
@@ -180,7 +152,7 @@ def _compare(
             angles = None if most is None else turned_by(most, lengths)
             normal.add(_degrees(turned), angles, len(summed) // max(len(turned), 1))
         frames = frames[shown]
-    for part in _blocks(len(frames), 3 * len(here)):
+    for part in blocks(len(frames), 3 * len(here)):
         block = frames[part]
         apart = _distances(one.points_at(block)[:, here], other.points_at(block)[:, there])
         vertex.add(apart, None if steps is None else steps.of_points(block)[:, None])
@@ -235,62 +207,3 @@ def _linear_morphs(
 def _distances(one: FloatArray, other: FloatArray) -> FloatArray:
     difference = one - other
     return np.asarray(np.sqrt(np.einsum("fvk,fvk->fv", difference, difference)), np.float64)
-
-
-def _vertex_pairs(
-    one: EvaluatedMesh,
-    other: EvaluatedMesh,
-    frames: IntArray,
-    sums: tuple[LinearMorph, LinearMorph] | None,
-) -> tuple[IntArray, IntArray]:
-    """Return pairs of vertices that move alike.
-
-    They are distinguished at the first of `frames` and in weighted sums of all frames; where these
-    are expensive, of the frames in which some channel is strongest.
-    """
-    mixtures = _summed_mixtures(*sums) if sums is not None else None
-    if mixtures is None:
-        mixtures = _evaluated_mixtures(one, other, frames)
-
-    def traits(mesh: EvaluatedMesh, mixed: FloatArray) -> VertexTraits:
-        normals = mesh.normals_at(frames[:1])
-        places = np.concatenate([mesh.points_at(frames[:1])[0], *mixed], 1)
-        return VertexTraits(places, None if normals is None else normals[0])
-
-    return match_vertices(traits(one, mixtures[0]), traits(other, mixtures[1]))
-
-
-def _summed_mixtures(one: LinearMorph, other: LinearMorph) -> tuple[FloatArray, FloatArray] | None:
-    """Return mixtures (K, N, 3) of all frames of both; None where one side has no sums of them."""
-    shares = _shares(len(one.weights))
-    mine, its = one.mixed(shares), other.mixed(shares)
-    return None if mine is None or its is None else (mine, its)
-
-
-def _evaluated_mixtures(
-    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return mixtures (K, N, 3) of the frames in which some channel of the source is strongest."""
-    strongest = np.abs(one.weights[frames]).argmax(axis=0) if one.weights.size else []
-    chosen = frames[np.unique(np.concatenate([[0], strongest]).astype(np.int64))]
-    shares = _shares(len(chosen))
-
-    def mixed(mesh: EvaluatedMesh) -> FloatArray:
-        count = mesh.points_at(chosen[:1])[0].size // 3
-        total = np.zeros((len(shares), count, 3))
-        for block in _blocks(len(chosen), 3 * count):
-            total += np.tensordot(shares[:, block], mesh.points_at(chosen[block]), 1)
-        return total
-
-    return mixed(one), mixed(other)
-
-
-def _shares(frames: int) -> FloatArray:
-    """Return the shares of frames in three mixtures."""
-    return np.asarray(np.random.default_rng(0).normal(size=(3, frames)) / np.sqrt(frames))
-
-
-def _blocks(frames: int, numbers: int) -> list[slice]:
-    """Return slices of `frames` of which each has so many numbers, as many as memory allows."""
-    step = max(1, _BLOCK // max(numbers, 1))
-    return [slice(start, start + step) for start in range(0, frames, step)]

@@ -74,6 +74,15 @@ class StoredSteps:
         """Return by how much a normal is turned at most at frames (f,): (f, N) [degrees]."""
         return turned_by(self.of_normals(frames)[:, None], self.lengths_at(frames))
 
+    def of_mixture(self, shares: FloatArray, frames: IntArray) -> float:
+        """Return by how much a sum of frames (f,) with shares (f,) is off [m].
+
+        As if shapes alone moved the mesh.
+        """
+        mixed = np.abs(shares @ self.weights[frames]) @ self.halves.moves
+        halves = self.halves.points * abs(float(shares.sum())) + float(mixed)
+        return float(np.sqrt(3) * halves * self.stretch[frames, 0].max())
+
 
 def turned_by(error: FloatArray, lengths: NDArray[Any]) -> FloatArray:
     """Return by how much an error turns vectors at most [degrees]; 180 where it can cancel one."""

@@ -9,7 +9,8 @@ import numpy as np
 from usdface.advice import RAISING
 from usdface.arrays import FloatArray
 from usdface.certificate.certificate import Certificate
-from usdface.certificate.compare import EvaluatedMesh, certify, match_names, sample_frames
+from usdface.certificate.compare import certify, match_names, sample_frames
+from usdface.certificate.evaluated_mesh import EvaluatedMesh
 from usdface.certificate.merge import merge_certificates
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
