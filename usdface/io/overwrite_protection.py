@@ -63,7 +63,9 @@ _CHANGED = {
 
 
 def check_replaced(
-    outputs: Iterable[tuple[Path | None, OutputKind]], overwrite: bool | None = False
+    outputs: Iterable[tuple[Path | None, OutputKind]],
+    overwrite: bool | None = False,
+    within: Path | None = None,
 ) -> None:
     """Refuse to replace a file of another origin or kind, or that was edited, before any work.
 
@@ -73,6 +75,8 @@ def check_replaced(
         None is no output. An empty file, which holds nothing, may be replaced.
     overwrite : bool or None
         Replace them all the same; None: the command has no option ``--overwrite``.
+    within : Path, optional
+        A file that is composed of the layers among them.
 
     Raises
     ------
@@ -84,7 +88,7 @@ def check_replaced(
     for place, kind in [*places, *_buffers(places)]:
         if not place.is_file() or not place.stat().st_size:
             continue
-        if reason := _reason(place, kind):
+        if reason := _reason(place, kind, within if kind == "layer" else None):
             way = "choose another name"
             if overwrite is not None:
                 keeping = "; " + _IN_A_LAYER if kind == "layer" else ", another name keeps it"
@@ -101,7 +105,7 @@ def _buffers(outputs: Iterable[tuple[Path, str]]) -> list[tuple[Path, str]]:
     ]
 
 
-def _reason(place: Path, kind: str) -> str:
+def _reason(place: Path, kind: str, within: Path | None) -> str:
     """Return why a file is not replaced by an output of a kind; "" if it may be."""
     if kind == "buffer":
         return "is not the buffer of a .gltf that usdface wrote"
@@ -116,7 +120,7 @@ def _reason(place: Path, kind: str) -> str:
     else:
         from usdface.io.usd.file_kind import kind_of_usd  # loads USD only here
 
-        found, edited = kind_of_usd(place)
+        found, edited = kind_of_usd(place, within)
         changed = _CHANGED[edited]
     if not found:
         return f"is of another origin, not {_NAMES[kind]} that usdface wrote"

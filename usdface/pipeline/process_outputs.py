@@ -73,7 +73,7 @@ class ProcessOutputs:
         written: list[tuple[Path | None, OutputKind]] = [(root, "result")]
         written += [(layer, "layer") for layer in ours.layers]
         written += [(self.gltf, "glTF"), (self.deliver, "deliverable")]
-        check_replaced(written, overwrite)
+        check_replaced(written, overwrite, within=root or shot)
         return read
 
     def check_shown(self, stage: Stage, staged: StagedShot) -> None:
