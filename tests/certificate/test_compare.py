@@ -2,8 +2,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from usdface.certificate.compare import EvaluatedMesh, certify, sample_frames
+from usdface.certificate.compare import certify, sample_frames
+from usdface.certificate.evaluated_mesh import EvaluatedMesh
 from usdface.certificate.linear_morph import LinearMorph
+from usdface.certificate.stored_steps import HalfSteps, StoredSteps
 from usdface.certificate.vertex_offsets import VertexOffsets
 
 RNG = np.random.default_rng(3)
@@ -91,7 +93,7 @@ def test_rounding_of_a_mesh_without_size_is_no_loss() -> None:
     nowhere = certify([mesh(0 * ANIMATED)], [mesh(0 * ANIMATED)], FRAMES)
     assert nowhere.diagonal == 0
     assert replace(nowhere, vertex_largest=3.7e-9).findings("x") == []
-    (found,) = replace(nowhere, vertex_largest=1e-6).findings("x")
+    (found,) = replace(nowhere, vertex_largest=1e-6, vertex_excess=1e-6).findings("x")
     assert found.code == "CONVERSION_INEXACT"
 
 
@@ -168,3 +170,26 @@ def test_sums_that_are_not_what_is_shown_count_for_nothing() -> None:
         certify([one], [bent], np.arange(120)).vertex_mean, np.sqrt(3), rtol=0.5
     )
     assert certify([bent], [bent], np.arange(120)).vertex_largest == 0
+
+
+def test_rounding_of_whole_numbers_is_no_loss_and_more_is() -> None:
+    """Two shapes at known weights, on a mesh that is shown at half its size."""
+    halves = HalfSteps(1e-3, 1e-3, np.array([2e-3, 0]), np.array([0, 2e-3]))
+    lengths = np.full((8, 30), 0.5)
+    steps = StoredSteps(halves, WEIGHTS, np.full((8, 2), (0.5, 2.0)), lambda f: lengths[f])
+    most = np.sqrt(3) * 0.5 * (1e-3 + 2e-3 * WEIGHTS[:, 0])
+    np.testing.assert_allclose(steps.of_points(FRAMES), most)
+    turned = np.degrees(np.arcsin(np.sqrt(3) * 2 * (1e-3 + 2e-3 * WEIGHTS[:, 1]) / 0.5))
+    np.testing.assert_allclose(steps.of_angles(FRAMES), np.tile(turned[:, None], 30))
+    for share, lost in ((0.99, False), (1.05, True)):
+        off = ANIMATED.copy()
+        off[:, 7, 1] += share * most
+        certificate = certify([mesh(ANIMATED)], [mesh(off, steps=steps)], FRAMES)
+        assert bool(certificate.findings("x")) == lost
+        np.testing.assert_allclose(certificate.vertex_largest, share * most.max(), rtol=1e-9)
+        assert certificate.vertex_rounding == most.max()
+        angle = np.radians(turned.min() + (0.6 if lost else 0.4))
+        certificate = certify([mesh(ANIMATED)], [mesh(ANIMATED, angle, steps=steps)], FRAMES)
+        assert bool(certificate.findings("x")) == lost
+    # A source that is stored so is exact: what it says is what it is.
+    assert certify([mesh(ANIMATED, steps=steps)], [mesh(off)], FRAMES).findings("x")

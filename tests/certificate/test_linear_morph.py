@@ -27,7 +27,7 @@ def test_blocks_are_what_each_frame_shows() -> None:
     one, other = sums(7, 3), sums(5, 2)
     pairs = np.array([0, 6, 3, 3]), np.array([4, 0, 2, 1])
     apart = np.concatenate(list(point_distances(one, other, pairs, FRAMES)), 1)
-    turned = np.concatenate(list(normal_distances(one, other, pairs, FRAMES)), 1)
+    turned = np.concatenate([t for t, _ in normal_distances(one, other, pairs, FRAMES)], 1)
     for row, frame in enumerate(FRAMES):
         gap = one.points_at(frame)[pairs[0]] - other.points_at(frame)[pairs[1]]
         length = np.linalg.norm(gap, axis=1)
@@ -42,7 +42,7 @@ def test_equal_meshes_are_equal_to_the_last_bit_of_32() -> None:
     one = sums(50, 4)
     same = np.arange(50), np.arange(50)
     assert max(block.max() for block in point_distances(one, one, same, FRAMES)) < 1e-6
-    assert max(block.max() for block in normal_distances(one, one, same, FRAMES)) < 1e-6
+    assert max(block.max() for block, _ in normal_distances(one, one, same, FRAMES)) < 1e-6
 
 
 def test_without_normals_there_are_no_turns() -> None:
@@ -70,10 +70,9 @@ def test_pairs_that_nothing_moves_have_one_row() -> None:
     for part in (slice(0, 2), slice(2, 4)):
         some = pairs[0][part], pairs[1][part]
         rows = 1 if part.start == 0 else len(FRAMES)
-        (apart,), (turned,) = (
-            f(one, other, some, FRAMES) for f in (point_distances, normal_distances)
-        )
-        assert apart.shape == turned.shape == (rows, 2)
+        (apart,) = point_distances(one, other, some, FRAMES)
+        ((turned, lengths),) = normal_distances(one, other, some, FRAMES)
+        assert apart.shape == turned.shape == lengths.shape == (rows, 2)
         np.testing.assert_allclose(apart, np.sqrt(3), rtol=1e-6)
 
 

@@ -40,6 +40,20 @@ def test_normals_decide_between_points_that_rounding_brought_together() -> None:
     }
 
 
+def test_normals_decide_among_many_points_that_are_rounded_far() -> None:
+    """Twelve at each of 30 places, each in a direction of its own, as at the pole of a sphere."""
+    places = np.repeat(PLACES[:30], 12, axis=0)
+    size = np.ptp(PLACES[:, :3], axis=0).max()
+    noise = 3e-4 * size * RNG.uniform(-1, 1, places.shape)
+    one = VertexTraits(places, NORMALS[:360])
+    other = VertexTraits(places + noise, NORMALS[:360])
+    expected = [(k, k) for k in range(360)]
+    found = match_vertices(one, other, rounding=float(np.linalg.norm(noise, axis=1).max()))
+    assert list(zip(*(side.tolist() for side in found), strict=True)) == expected
+    unknown = match_vertices(one, other)
+    assert len(unknown[0]) != 360  # without the rounding neighbours are taken for each other
+
+
 def test_wrong_normals_do_not_part_what_stands_in_one_place() -> None:
     found = pairs(VertexTraits(PLACES, NORMALS), VertexTraits(PLACES, -NORMALS))
     assert found == {(k, k) for k in range(400)}

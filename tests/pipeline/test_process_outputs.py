@@ -118,6 +118,57 @@ def test_a_result_that_a_person_edited_is_kept(
     assert "animator" not in shot.with_name(name).read_text()
 
 
+def brighten(path: Path) -> Sdf.Layer:
+    """Change one weight of one frame by a thousandth."""
+    layer = Sdf.Layer.FindOrOpen(str(path))
+    places: list[Sdf.Path] = []
+    layer.Traverse(Sdf.Path.absoluteRootPath, places.append)
+    (place,) = [p for p in places if p.name == "blendShapeWeights"]
+    code = layer.ListTimeSamplesForPath(place)[2]
+    weights = layer.QueryTimeSample(place, code)
+    weights[1] += 0.001
+    layer.SetTimeSample(place, code, weights)
+    return layer
+
+
+@pytest.mark.parametrize("options", [(), ("--in-place",), ("--no-express",)])
+@pytest.mark.parametrize("name", ["solve.usdc", "express.usdc"])
+def test_a_layer_that_a_person_edited_is_kept(
+    shot: Path, refused: Callable[..., str], name: str, options: tuple[str, ...]
+) -> None:
+    """Also one that this run would remove."""
+    in_place = options == ("--in-place",)
+    process(shot, in_place=in_place)
+    path = shot.with_name("shot.usdface") / name
+    before = path.read_bytes()
+    process(shot, in_place=in_place)
+    assert path.read_bytes() == before  # nobody edited it
+    layer = brighten(path)
+    assert f"{name} was edited since usdface wrote it; " in refused(*options)  # though not saved
+    layer.Save()
+    message = refused(*options)
+    assert "overwrite (--overwrite) replaces it; edits belong in a layer of your own" in message
+    process(shot, in_place=in_place, overwrite=True)
+    assert path.read_bytes() == before
+
+
+def test_layers_of_an_older_version_are_replaced_and_others_kept(
+    shot: Path, refused: Callable[..., str]
+) -> None:
+    process(shot)
+    path = shot.with_name("shot.usdface") / "solve.usdc"
+    before = path.read_bytes()
+    layer = brighten(path)
+    mine = layer.customLayerData["usdface"]
+    layer.customLayerData = {"usdface": {"generation": mine["generation"]}}
+    layer.Save()
+    process(shot)
+    assert path.read_bytes() == before
+    layer.customLayerData = {}  # as a program that writes a file of its own leaves it
+    layer.Save()
+    assert "solve.usdc is of another origin, not a layer of a result" in refused()
+
+
 @pytest.mark.parametrize("edited", [False, True])
 def test_a_root_layer_of_an_older_version(
     shot: Path, refused: Callable[..., str], edited: bool

@@ -333,6 +333,19 @@ def test_an_edited_result_is_replaced_only_if_told_to(place: Path) -> None:
     assert row.state == "processed" and "Mine" not in root.read_text()
 
 
+@pytest.mark.slow
+def test_an_edited_layer_is_replaced_only_if_told_to(place: Path) -> None:
+    path, file = place / "shots/a.usdface/solve.usdc", show(place)
+    before = path.read_bytes()
+    layer = Sdf.Layer.FindOrOpen(str(path))
+    layer.comment = "mine"
+    layer.Save()
+    (row,) = process_sequence(file, workers=1).value
+    assert row.code == "OUTPUT_UNWRITABLE" and "solve.usdc was edited since" in row.error
+    (row,) = process_sequence(file, workers=1, overwrite=True).value
+    assert row.state == "processed" and path.read_bytes() == before
+
+
 def test_a_full_disk_fails_the_shot_and_leaves_the_old_result(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,6 +26,7 @@ from usdface.findings import Finding, finding, timed
 from usdface.options import BindOptions, CleanOptions
 from usdface.retarget.usable_markers import unknown_marker
 from usdface.rigs import Mesh, Rig
+from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
 from usdface.setup.binding import Binding
 from usdface.setup.binding_origin import check_mesh, origin_of, take_differs
 from usdface.setup.performer_face import PerformerFace
@@ -157,7 +158,7 @@ def resolve_binding(
             mesh,
             setup,
             neutral_found=find_neutral,
-            mesh_assumed=_mesh_is_assumed(character, setup.binding),
+            mesh_assumed=is_mesh_assumed(character, setup.binding),
         ),
         take,
     )
@@ -209,12 +210,6 @@ def _bound_mesh(
     return mesh
 
 
-def _mesh_is_assumed(character: Rig, binding: Binding) -> bool:
-    """Return whether vertices are given of a mesh without a name, among several with shapes."""
-    several = sum(bool(mesh.shapes) for mesh in character.meshes) > 1
-    return several and bool(binding.markers) and not binding.mesh
-
-
 def _of_weights(
     take: WeightsTake,
     character: Rig,
@@ -245,7 +240,7 @@ def _of_weights(
         setup,
         neutral_found=found,
         by_unit=tuple(by_unit),
-        mesh_assumed=_mesh_is_assumed(character, setup.binding),
+        mesh_assumed=is_mesh_assumed(character, setup.binding),
     )
 
 
@@ -283,12 +278,7 @@ def binding_findings(
     unbound = resolved.unbound
     findings = []
     if resolved.mesh_assumed:
-        message = (
-            'the binding names no mesh; its vertices are taken as those of {mesh}; "mesh" in the '
-            "binding names another one"
-        )
-        name = resolved.mesh.path or resolved.mesh.name
-        findings.append(finding("MESH_ASSUMED", source or take.source, message, name))
+        findings.append(assumed_mesh(resolved.mesh, source or take.source))
     findings += [unknown_marker(name, unbound, source) for name in resolved.missing]
     if isinstance(take, WeightsTake):
         findings += unknown_curves(take, resolved.setup.curves, source or take.source)

@@ -41,6 +41,12 @@ class Certificate:
         Largest error of each channel, ``mesh/shape``.
     weight_excess : float
         Largest of these errors beyond that of times stored as float32.
+    vertex_excess : float [m]
+    normal_excess : float [degrees]
+        Largest errors beyond the rounding of whole numbers.
+    vertex_rounding : float [m]
+    normal_rounding : float [degrees]
+        Most that this rounding can do in a compared frame; 0 where the result has floats.
     time_drift : float [s]
     duration : float [s]
         The last moment.
@@ -64,6 +70,10 @@ class Certificate:
     normal_mean: float | None
     weights: dict[str, float]
     weight_excess: float
+    vertex_excess: float
+    normal_excess: float
+    vertex_rounding: float
+    normal_rounding: float
     time_drift: float
     duration: float
     names: dict[str, str]
@@ -81,8 +91,10 @@ class Certificate:
             "vertex_error_max_mm": 1000 * self.vertex_largest,
             "vertex_error_mean_mm": 1000 * self.vertex_mean,
             "vertex_error_max_mesh": self.vertex_worst,
+            "vertex_rounding_max_mm": 1000 * self.vertex_rounding,
             "normal_error_max_degrees": self.normal_largest,
             "normal_error_mean_degrees": self.normal_mean,
+            "normal_rounding_max_degrees": self.normal_rounding,
             "weight_error_max": max(self.weights.values(), default=0.0),
             "weight_errors": self.weights,
             "time_drift_s": self.time_drift,
@@ -98,18 +110,18 @@ class Certificate:
         return {key: whole[key] for key in _SUMMARY}
 
     def findings(self, where: str) -> list[Finding]:
-        """Return a warning for differences beyond the rounding of float32."""
+        """Return a warning for differences beyond the rounding of float32 and of whole numbers."""
         limit = _EXACT * max(self.diagonal, _SMALLEST)
         weight = max(self.weights.values(), default=0.0)
         turned = self.normal_largest or 0.0
         drifts = self.time_drift > max(_EXACT, FLOAT32 * self.duration)
         losses: list[tuple[bool, str, object]] = [
             (
-                self.vertex_largest > limit,
+                self.vertex_excess > limit,
                 "vertices by {vertex_mm:.3g} mm",
                 self.vertex_largest * 1e3,
             ),
-            (turned > _STRAIGHT, "normals by {normal_degrees:.3g} degrees", turned),
+            (self.normal_excess > _STRAIGHT, "normals by {normal_degrees:.3g} degrees", turned),
             (self.weight_excess > _EXACT, "weights by {weight:.3g}", weight),
             (drifts, "times by {time_s:.3g} s", self.time_drift),
             (bool(self.missing), "only on one side: {missing}", self.missing),

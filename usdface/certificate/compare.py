@@ -1,7 +1,6 @@
 """Two evaluations of one character compared, frame by frame."""
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -9,14 +8,17 @@ from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.certificate import FLOAT32, Certificate
+from usdface.certificate.error_totals import ErrorTotals, largest
+from usdface.certificate.evaluated_mesh import EvaluatedMesh
 from usdface.certificate.linear_morph import (
     LinearMorph,
     normal_distances,
     point_distances,
 )
-from usdface.certificate.vertex_matching import VertexTraits, match_vertices
+from usdface.certificate.stored_steps import StoredSteps, turned_by
+from usdface.certificate.vertex_pairs import blocks, vertex_pairs
 
-__all__ = ["EvaluatedMesh", "certify", "match_names", "sample_frames"]
+__all__ = ["certify", "match_names", "sample_frames"]
 
 _VERIFIED_FRAMES = (
     20  # frames in which linear morphs are checked against the programs' own evaluation
@@ -24,31 +26,6 @@ _VERIFIED_FRAMES = (
 _SUMMED_FRAMES = 100  # fewer are evaluated sooner than sums are made
 _POINT_TOLERANCE = 1e-6  # of the largest coordinate: 8 roundings of float32
 _NORMAL_TOLERANCE = 1e-4  # of a unit normal, which may come of three that nearly cancel
-_BLOCK = 2**19  # numbers of one evaluation at once
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class EvaluatedMesh:
-    """One mesh as a program evaluates it at F moments.
-
-    Attributes
-    ----------
-    name : str
-    shapes : tuple of str, length S
-    weights : (F, S) float64
-    points_at : function from frames (f,) to (f, N, 3) float64 [m]
-    normals_at : function from frames (f,) to (f, N, 3) unit vectors, or None
-    linear_morph : function from frames (f,) to LinearMorph or None
-        Of f moments, from the program's own evaluation of each shape and joint; None where more
-        moves points.
-    """
-
-    name: str
-    shapes: tuple[str, ...]
-    weights: FloatArray
-    points_at: Callable[[IntArray], FloatArray]
-    normals_at: Callable[[IntArray], FloatArray | None]
-    linear_morph: Callable[[IntArray], LinearMorph | None] = lambda frames: None
 
 
 def sample_frames(count: int, vertices: int, budget: int) -> IntArray:
@@ -70,7 +47,8 @@ def certify(
     ----------
     source, result : sequence of EvaluatedMesh
         Evaluated at the same F moments. Meshes, and the shapes of a mesh, belong together by
-        name, or by place where there are equally many.
+        name, or by place where there are equally many. What a result that is stored as whole
+        numbers is off by their rounding is in the errors, but not in the excess.
     frames : (n,) int64
         Frames whose points and normals are compared; weights are in all frames.
     time_drift : float [s]
@@ -82,7 +60,7 @@ def certify(
     names: dict[str, str] = {}
     weights: dict[str, float] = {}
     excess = 0.0
-    vertex, normal = _Errors(), _Errors()
+    vertex, normal = ErrorTotals(), ErrorTotals()
     worst, diagonal = "", 0.0
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for one, other in ((source[i], result[j]) for i, j in pairs):
@@ -95,8 +73,8 @@ def certify(
             if one.shapes[i] != other.shapes[j]:
                 names[channel] = f"{other.name}/{other.shapes[j]}"
             off = np.abs(one.weights[:, i] - other.weights[:, j])
-            weights[channel] = max(weights.get(channel, 0.0), _largest(off))
-            excess = max(excess, _largest(off - _rounding_error(one.weights[:, i], times)))
+            weights[channel] = max(weights.get(channel, 0.0), largest(off))
+            excess = max(excess, largest(off - _rounding_error(one.weights[:, i], times)))
         rest = one.points_at(frames[:1])[0]
         low, high = np.minimum(low, rest.min(axis=0)), np.maximum(high, rest.max(axis=0))
         before = vertex.largest
@@ -115,6 +93,10 @@ def certify(
         normal.mean if normal.count else None,
         weights,
         excess,
+        vertex.excess,
+        normal.excess,
+        vertex.rounding,
+        normal.rounding,
         time_drift,
         0.0 if times is None else float(times[-1]),
         names,
@@ -147,51 +129,55 @@ def match_names(
     return pairs, [prefix + name for name in unmatched]
 
 
-def _largest(errors: NDArray[Any]) -> float:
-    """Return the largest error, at least 0; what is no number agrees with nothing."""
-    largest = float(errors.max(initial=0.0))
-    return np.inf if np.isnan(largest) else largest
-
-
-class _Errors:
-    """Largest and mean of numbers that come in blocks."""
-
-    def __init__(self) -> None:
-        self.largest, self.total, self.count = 0.0, 0.0, 0
-
-    def add(self, values: NDArray[Any], times: int = 1) -> None:
-        """Add numbers, each so many times."""
-        self.largest = max(self.largest, _largest(values))
-        self.total += times * float(values.sum())
-        self.count += times * values.size
-
-    @property
-    def mean(self) -> float:
-        return self.total / max(self.count, 1)
-
-
 def _compare(
-    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, vertex: _Errors, normal: _Errors
+    one: EvaluatedMesh,
+    other: EvaluatedMesh,
+    frames: IntArray,
+    vertex: ErrorTotals,
+    normal: ErrorTotals,
 ) -> None:
+    steps = other.steps
     shown = sample_frames(len(frames), 1, _VERIFIED_FRAMES)
     few = len(frames) < _SUMMED_FRAMES
     sums = None if few else _linear_morphs(one, other, frames, shown)
-    here, there = pairs = _vertex_pairs(one, other, frames, sums)
+    here, there = pairs = vertex_pairs(one, other, frames, sums)
     if sums is not None:
         summed = np.setdiff1d(np.arange(len(frames)), shown)
-        for apart in point_distances(*sums, pairs, summed):
-            vertex.add(apart, len(summed) // max(len(apart), 1))
-        for turned in normal_distances(*sums, pairs, summed):
-            normal.add(_degrees(turned), len(summed) // max(len(turned), 1))
+        rounding, aside = _rounding(steps, frames[summed])
+        for away in point_distances(*sums, pairs, summed):
+            times = len(summed) // max(len(away), 1)
+            vertex.add(away, _of_rows(rounding, len(away)), times)
+        for turned, lengths in normal_distances(*sums, pairs, summed):
+            most = _of_rows(aside, len(turned))
+            angles = None if most is None else turned_by(most, lengths)
+            normal.add(_degrees(turned), angles, len(summed) // max(len(turned), 1))
         frames = frames[shown]
-    for part in _blocks(len(frames), 3 * len(here)):
+    for part in blocks(len(frames), 3 * len(here)):
         block = frames[part]
-        vertex.add(_distances(one.points_at(block)[:, here], other.points_at(block)[:, there]))
+        apart = _distances(one.points_at(block)[:, here], other.points_at(block)[:, there])
+        vertex.add(apart, None if steps is None else steps.of_points(block)[:, None])
         mine, its = one.normals_at(block), other.normals_at(block)
         if mine is not None and its is not None:
             # The chord gives small angles, where the cosine has no digits left.
             chord = _distances(mine[:, here], its[:, there])
-            normal.add(_degrees(chord))
+            angles = None if steps is None else steps.of_angles(block)[:, there]
+            normal.add(_degrees(chord), angles)
+
+
+def _rounding(
+    steps: StoredSteps | None, frames: IntArray
+) -> tuple[FloatArray, FloatArray] | tuple[None, None]:
+    """Return by how much points and normals, before they get unit length, may be off: (f, 1)."""
+    if steps is None:
+        return None, None
+    return steps.of_points(frames)[:, None], steps.of_normals(frames)[:, None]
+
+
+def _of_rows(rounding: FloatArray | None, rows: int) -> FloatArray | None:
+    """Return the rounding (f, 1) of a block with f rows; the least, if it has one for all."""
+    if rounding is None or rows == len(rounding):
+        return rounding
+    return np.asarray(rounding.min(axis=0, keepdims=True))
 
 
 def _degrees(chord: NDArray[Any]) -> NDArray[Any]:
@@ -221,62 +207,3 @@ def _linear_morphs(
 def _distances(one: FloatArray, other: FloatArray) -> FloatArray:
     difference = one - other
     return np.asarray(np.sqrt(np.einsum("fvk,fvk->fv", difference, difference)), np.float64)
-
-
-def _vertex_pairs(
-    one: EvaluatedMesh,
-    other: EvaluatedMesh,
-    frames: IntArray,
-    sums: tuple[LinearMorph, LinearMorph] | None,
-) -> tuple[IntArray, IntArray]:
-    """Return pairs of vertices that move alike.
-
-    They are distinguished at the first of `frames` and in weighted sums of all frames; where these
-    are expensive, of the frames in which some channel is strongest.
-    """
-    mixtures = _summed_mixtures(*sums) if sums is not None else None
-    if mixtures is None:
-        mixtures = _evaluated_mixtures(one, other, frames)
-
-    def traits(mesh: EvaluatedMesh, mixed: FloatArray) -> VertexTraits:
-        normals = mesh.normals_at(frames[:1])
-        places = np.concatenate([mesh.points_at(frames[:1])[0], *mixed], 1)
-        return VertexTraits(places, None if normals is None else normals[0])
-
-    return match_vertices(traits(one, mixtures[0]), traits(other, mixtures[1]))
-
-
-def _summed_mixtures(one: LinearMorph, other: LinearMorph) -> tuple[FloatArray, FloatArray] | None:
-    """Return mixtures (K, N, 3) of all frames of both; None where one side has no sums of them."""
-    shares = _shares(len(one.weights))
-    mine, its = one.mixed(shares), other.mixed(shares)
-    return None if mine is None or its is None else (mine, its)
-
-
-def _evaluated_mixtures(
-    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return mixtures (K, N, 3) of the frames in which some channel of the source is strongest."""
-    strongest = np.abs(one.weights[frames]).argmax(axis=0) if one.weights.size else []
-    chosen = frames[np.unique(np.concatenate([[0], strongest]).astype(np.int64))]
-    shares = _shares(len(chosen))
-
-    def mixed(mesh: EvaluatedMesh) -> FloatArray:
-        count = mesh.points_at(chosen[:1])[0].size // 3
-        total = np.zeros((len(shares), count, 3))
-        for block in _blocks(len(chosen), 3 * count):
-            total += np.tensordot(shares[:, block], mesh.points_at(chosen[block]), 1)
-        return total
-
-    return mixed(one), mixed(other)
-
-
-def _shares(frames: int) -> FloatArray:
-    """Return the shares of frames in three mixtures."""
-    return np.asarray(np.random.default_rng(0).normal(size=(3, frames)) / np.sqrt(frames))
-
-
-def _blocks(frames: int, numbers: int) -> list[slice]:
-    """Return slices of `frames` of which each has so many numbers, as many as memory allows."""
-    step = max(1, _BLOCK // max(numbers, 1))
-    return [slice(start, start + step) for start in range(0, frames, step)]

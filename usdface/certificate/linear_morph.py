@@ -115,8 +115,11 @@ def point_distances(
 
 def normal_distances(
     one: LinearMorph, other: LinearMorph, pairs: Pairs, frames: IntArray
-) -> Iterator[NDArray[np.float32]]:
-    """Yield the chords between unit normals of paired vertices, as `point_distances`."""
+) -> Iterator[tuple[NDArray[np.float32], NDArray[np.float32]]]:
+    """Yield the chords between unit normals of paired vertices, as `point_distances`.
+
+    With them the lengths of the second normals, before they get unit length.
+    """
     if (
         one.normals is None
         or other.normals is None
@@ -141,9 +144,10 @@ def normal_distances(
             if side.motion is not None:
                 turns = side.motion.of_normals(frames, _one_or_each(side.motion.groups[at]))
                 shown = placed(turns.astype(np.float32), shown)
-            length = _lengths(shown)[..., None]
-            sides.append(np.asarray(shown / np.where(length > 0, length, 1), np.float32))
-        yield _lengths(np.asarray(sides[0] - sides[1], np.float32))
+            lengths = _lengths(shown)
+            unit = shown / np.where(lengths > 0, lengths, 1)[..., None]
+            sides.append(np.asarray(unit, np.float32))
+        yield _lengths(np.asarray(sides[0] - sides[1], np.float32)), lengths
 
 
 def _used_shapes(one: FloatArray, other: FloatArray) -> tuple[IntArray, IntArray]:

@@ -23,15 +23,18 @@ class VertexTraits:
     normals: FloatArray | None = None
 
 
-def match_vertices(one: VertexTraits, other: VertexTraits) -> tuple[IntArray, IntArray]:
+def match_vertices(
+    one: VertexTraits, other: VertexTraits, rounding: float = 0.0
+) -> tuple[IntArray, IntArray]:
     """Return pairs of vertices (P,), (P,): for each of a side the most alike of the other side.
 
-    Alike in place; of those that are equally near within rounding, in normal.
+    Alike in place; of those that are equally near within rounding, in normal. `rounding` [m] is
+    that of places (K,) beyond float32.
     """
     pairs = np.concatenate(
         [
-            np.stack([np.arange(len(one.places)), _nearest_vertices(one, other)], 1),
-            np.stack([_nearest_vertices(other, one), np.arange(len(other.places))], 1),
+            np.stack([np.arange(len(one.places)), _nearest_vertices(one, other, rounding)], 1),
+            np.stack([_nearest_vertices(other, one, rounding), np.arange(len(other.places))], 1),
         ]
     )
     # A number of 64 bits sorts faster than a pair.
@@ -39,13 +42,13 @@ def match_vertices(one: VertexTraits, other: VertexTraits) -> tuple[IntArray, In
     return joined // max(len(other.places), 1), joined % max(len(other.places), 1)
 
 
-def _nearest_vertices(wanted: VertexTraits, among: VertexTraits) -> IntArray:
+def _nearest_vertices(wanted: VertexTraits, among: VertexTraits, rounding: float) -> IntArray:
     """Return for each vertex of `wanted` the one `among`."""
     size = max(float(np.ptp(wanted.places[:, :3], axis=0).max(initial=0.0)), 1e-30)
     found, sure = _search_sorted(_columns(wanted, among, size), _columns(among, wanted, size), size)
     left = np.flatnonzero(~sure)
     if len(left):
-        found[left] = _search_tree(wanted, among, left, size)
+        found[left] = _search_tree(wanted, among, left, size, rounding)
     return found
 
 
@@ -75,16 +78,23 @@ def _search_sorted(
 
 
 def _search_tree(
-    wanted: VertexTraits, among: VertexTraits, left: IntArray, size: float
+    wanted: VertexTraits, among: VertexTraits, left: IntArray, size: float, rounding: float
 ) -> IntArray:
     from scipy.spatial import KDTree  # costs more to import than most conversions need
 
-    tree = KDTree(among.places)
+    # Of more than the candidates at one point, rounded alike, normals choose already here.
+    rounded = rounding > 0
+    tree = KDTree(_columns(among, wanted, size) if rounded else among.places)
+    places = (_columns(wanted, among, size) if rounded else wanted.places)[left]
     if wanted.normals is None or among.normals is None or len(among.places) < 2:
-        return np.asarray(tree.query(wanted.places[left])[1], np.int64)
+        return np.asarray(tree.query(places)[1], np.int64)
     count = min(_CANDIDATES, len(among.places))
-    away, candidates = tree.query(wanted.places[left], k=count)
+    away, candidates = tree.query(places, k=count)
+    if rounded:
+        apart = among.places[candidates] - wanted.places[left, None]
+        away = np.linalg.norm(apart, axis=-1)
     turned = np.linalg.norm(among.normals[candidates] - wanted.normals[left, None], axis=-1)
-    turned[away > 2 * away[:, :1] + _CLOSE * size] = np.inf
+    nearest = away.min(axis=1, keepdims=True)
+    turned[away > np.maximum(2 * nearest + _CLOSE * size, rounding)] = np.inf
     best = turned.argmin(axis=1)
     return np.asarray(candidates[np.arange(len(left)), best], np.int64)

@@ -9,7 +9,8 @@ import numpy as np
 from usdface.advice import RAISING
 from usdface.arrays import FloatArray
 from usdface.certificate.certificate import Certificate
-from usdface.certificate.compare import EvaluatedMesh, certify, match_names, sample_frames
+from usdface.certificate.compare import certify, match_names, sample_frames
+from usdface.certificate.evaluated_mesh import EvaluatedMesh
 from usdface.certificate.merge import merge_certificates
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -185,4 +186,5 @@ def _evaluated_gltf(mesh: PlayerMesh, times: FloatArray) -> EvaluatedMesh:
         lambda frames: mesh.points_at(times[frames]),
         lambda frames: mesh.normals_at(times[frames]),
         lambda frames: mesh.linear_morph_at(times[frames]),
+        mesh.steps_at(times),
     )

@@ -1,6 +1,6 @@
 """Files that an output replaces: only what usdface wrote as the same kind of output.
 
-What a person made or edited is kept unless told otherwise. A shot, the root layer of a result, a
+What a person made or edited is kept unless told otherwise. A shot, the layers of a result, a
 deliverable, a binding and a calibration have a fingerprint, so that an edit shows; the others are
 told by what they are. Pictures, pages and text, also that of a fuzzy system, are not looked at.
 """
@@ -18,6 +18,7 @@ __all__ = ["OutputKind", "check_replaced"]
 OutputKind = Literal[
     "shot",
     "result",
+    "layer",
     "deliverable",
     "take",
     "rig",
@@ -52,6 +53,7 @@ _REPORTS = (
     {"test_frame", "radius_px", "ways"},
 )
 _CALIBRATED = {"gain", "deviation", "offset", "peak"}
+_IN_A_LAYER = "edits belong in a layer of your own over the result"
 _EDITED = "was edited since usdface wrote it"
 _CHANGED = {
     "": "",
@@ -61,7 +63,9 @@ _CHANGED = {
 
 
 def check_replaced(
-    outputs: Iterable[tuple[Path | None, OutputKind]], overwrite: bool | None = False
+    outputs: Iterable[tuple[Path | None, OutputKind]],
+    overwrite: bool | None = False,
+    within: Path | None = None,
 ) -> None:
     """Refuse to replace a file of another origin or kind, or that was edited, before any work.
 
@@ -71,6 +75,8 @@ def check_replaced(
         None is no output. An empty file, which holds nothing, may be replaced.
     overwrite : bool or None
         Replace them all the same; None: the command has no option ``--overwrite``.
+    within : Path, optional
+        A file that is composed of the layers among them.
 
     Raises
     ------
@@ -82,10 +88,11 @@ def check_replaced(
     for place, kind in [*places, *_buffers(places)]:
         if not place.is_file() or not place.stat().st_size:
             continue
-        if reason := _reason(place, kind):
+        if reason := _reason(place, kind, within if kind == "layer" else None):
             way = "choose another name"
             if overwrite is not None:
-                way = "overwrite (--overwrite) replaces it, another name keeps it"
+                keeping = "; " + _IN_A_LAYER if kind == "layer" else ", another name keeps it"
+                way = f"overwrite (--overwrite) replaces it{keeping}"
             raise OutputError(f"{place} {reason}; {way}")
 
 
@@ -98,7 +105,7 @@ def _buffers(outputs: Iterable[tuple[Path, str]]) -> list[tuple[Path, str]]:
     ]
 
 
-def _reason(place: Path, kind: str) -> str:
+def _reason(place: Path, kind: str, within: Path | None) -> str:
     """Return why a file is not replaced by an output of a kind; "" if it may be."""
     if kind == "buffer":
         return "is not the buffer of a .gltf that usdface wrote"
@@ -113,7 +120,7 @@ def _reason(place: Path, kind: str) -> str:
     else:
         from usdface.io.usd.file_kind import kind_of_usd  # loads USD only here
 
-        found, edited = kind_of_usd(place)
+        found, edited = kind_of_usd(place, within)
         changed = _CHANGED[edited]
     if not found:
         return f"is of another origin, not {_NAMES[kind]} that usdface wrote"

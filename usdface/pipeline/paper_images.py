@@ -15,6 +15,7 @@ from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.options import BindOptions, TakeOptions
 from usdface.papers.image_points import ImagePoints, compare_ways
+from usdface.setup.assumed_mesh import assumed_mesh
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["compare_images"]
@@ -71,6 +72,8 @@ def compare_images(
             raise InputError(f"{reference} is no take of weights", "TAKE_KIND_WRONG")
         true = curves
     resolved = resolve_binding(character, take, given, options=BindOptions())
+    if resolved.mesh_assumed and not any(f.code == "MESH_ASSUMED" for f in findings):
+        findings.append(assumed_mesh(resolved.mesh, str(bind)))
     setup, found = fit_setup(resolved.setup, resolved.mesh, take)
     findings += found
     face = bound_face(resolved.mesh, setup)

@@ -13,7 +13,7 @@ from usdface.io.generation import Generation
 from usdface.io.gltf.external_files import check_gltf_name
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.layer_paths import layer_paths
-from usdface.io.overwrite_protection import check_replaced
+from usdface.io.overwrite_protection import OutputKind, check_replaced
 from usdface.io.usd.animation import animation_path
 from usdface.io.usd.character_meshes import report_left_out
 from usdface.io.usd.generation import layer_generation
@@ -80,9 +80,10 @@ class ProcessOutputs:
         root = None if self.in_place else ours.root
         read = files_read(shot, apart=ours.layers)
         check_outputs([root, *ours.layers, self.gltf, *self.beside], read)
-        check_replaced(
-            [(root, "result"), (self.gltf, "glTF"), (self.deliver, "deliverable")], overwrite
-        )
+        written: list[tuple[Path | None, OutputKind]] = [(root, "result")]
+        written += [(layer, "layer") for layer in ours.layers]
+        written += [(self.gltf, "glTF"), (self.deliver, "deliverable")]
+        check_replaced(written, overwrite, within=root or shot)
         return read
 
     def check_shown(self, stage: Stage, staged: StagedShot) -> None:

@@ -87,8 +87,8 @@ def process(
     in_place : bool
         Add the layers to the shot's own subLayers, in place of a root layer of the result.
     overwrite : bool
-        Replace the root layer and the deliverable also where they were edited since usdface wrote
-        them, or are of another origin, and the glTF also where another program wrote it.
+        Replace the layers and the deliverable also where they were edited since usdface wrote them,
+        or are of another origin, and the glTF also where another program wrote it.
     asset_root : path, optional
         A folder that textures may come from beside those of the layers that name them.
     strict : bool

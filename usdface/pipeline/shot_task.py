@@ -96,6 +96,7 @@ def _are_recorded(plan: ShotPlan) -> bool:
     known = read_record(record_path(plan.file))
     wanted = (
         (plan.paths.root, True),
+        *((layer, True) for layer in plan.paths.layers),
         (plan.gltf_path, plan.gltf),
         (plan.deliver_path, plan.deliver is not None),
     )

@@ -7,11 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from usdface.clips import Clip
-from usdface.io.gltf.quantize import bounding_box
+from usdface.clips import Clip, JointsTake
+from usdface.io.gltf import buffer
+from usdface.io.gltf.quantize import Box, bounding_box
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
+from usdface.io.transforms import decompose
+from usdface.io.usd.rig_write import write_rig
+from usdface.options import ExportOptions
+from usdface.pipeline import export_scene
 from usdface.rigs import BlendShape, CornerValues, Mesh, Rig
 from usdface.takes import WeightsTake
 
@@ -98,3 +103,71 @@ def test_two_runs_give_the_same_bytes(tmp_path: Path, skinned_rig: Rig) -> None:
     _, small = written(skinned_rig, tmp_path)
     first = small.read_bytes()
     assert written(skinned_rig, tmp_path)[1].read_bytes() == first
+
+
+def moving(rig: Rig) -> list[Clip]:
+    """A clip of 120 frames: enough for the sums of the certificate."""
+    take = WeightsTake(
+        rig.shape_names,
+        np.arange(120) / 30,
+        np.random.default_rng(2).uniform(-0.5, 1.5, (120, len(rig.shape_names))),
+        30.0,
+    )
+    if rig.skeleton is None:
+        return [Clip("a", take)]
+    move, _, size = decompose(rig.skeleton.rest)
+    half = np.linspace(0, 0.3, 120)[:, None, None] * np.ones((1, len(move), 1))
+    turns = np.concatenate([0 * half, 0 * half, np.sin(half), np.cos(half)], -1)
+    stretched = np.broadcast_to(2 * size, (120, *size.shape))
+    still = np.broadcast_to(move, (120, *move.shape))
+    joints = JointsTake(rig.skeleton.joints, take.times, still, turns, stretched, 30.0)
+    return [Clip("a", take, joints)]
+
+
+@pytest.mark.parametrize("every_frame", [True, False])
+@pytest.mark.parametrize("kind", ["face_rig", "skinned_rig"])
+def test_the_rounding_that_was_asked_for_is_no_warning(
+    tmp_path: Path, request: pytest.FixtureRequest, kind: str, every_frame: bool
+) -> None:
+    rig = request.getfixturevalue(kind)
+    write_rig(rig, tmp_path / "a.usdc", moving(rig))
+    done = export_scene(
+        tmp_path / "a.usdc",
+        tmp_path / "a.glb",
+        options=ExportOptions(quantize=True),
+        every_frame=every_frame,
+    )
+    assert "CONVERSION_INEXACT" not in {f.code for f in done.findings}
+    found = done.details["certificate"]
+    limit = 1e-5 * found["bounding_diagonal_mm"]
+    assert found["vertex_error_max_mm"] > limit  # it is rounded, and that shows
+    assert found["vertex_error_max_mm"] <= found["vertex_rounding_max_mm"] + limit
+    plain = export_scene(tmp_path / "a.usdc", tmp_path / "b.glb").details["certificate"]
+    assert plain["vertex_rounding_max_mm"] == plain["normal_rounding_max_degrees"] == 0
+
+
+@pytest.mark.parametrize("wrong", ["coarse", "small"])
+@pytest.mark.parametrize("kind", ["face_rig", "skinned_rig"])
+def test_more_than_that_rounding_is_a_warning(
+    tmp_path: Path,
+    request: pytest.FixtureRequest,
+    monkeypatch: pytest.MonkeyPatch,
+    kind: str,
+    wrong: str,
+) -> None:
+    """Numbers in steps of 64, and offsets that are too small by a thousandth."""
+    rig = request.getfixturevalue(kind)
+    write_rig(rig, tmp_path / "a.usdc", moving(rig))
+    if wrong == "coarse":
+        exact = buffer._shortened
+        monkeypatch.setattr(buffer, "_shortened", lambda v, s: exact(v, s) // 64 * 64)
+    else:
+        boxed = Box.boxed
+        monkeypatch.setattr(
+            Box, "boxed", lambda box, mesh: boxed(replace(box, size=1.001 * box.size), mesh)
+        )
+    done = export_scene(
+        tmp_path / "a.usdc", tmp_path / "a.glb", options=ExportOptions(quantize=True)
+    )
+    (found,) = [f for f in done.findings if f.code == "CONVERSION_INEXACT"]
+    assert found.severity == "warning" and "vertices by" in found.message

@@ -94,14 +94,19 @@ def test_names_and_corrections_come_from_files(
 
 
 def bound_head(places: FloatArray, folder: Path) -> None:
-    """Write a flat rig that has a vertex at each place (M, 2) [px], and a binding of these."""
+    """Write a flat rig that has a vertex at each place (M, 2) [px], and a binding of these.
+
+    The rig also has an eye, and the binding names no mesh.
+    """
     points = np.column_stack([places * (0.0004, -0.0004), np.zeros(len(places))])
     corners = np.array([[0, 1, 2]])
     shape = BlendShape("jawOpen", np.array([0]), np.array([[0.0, -0.01, 0.0]]))
     mesh = Mesh("head", points, [3], corners.ravel(), shapes=(shape,))
-    write_rig(Rig("flat", (mesh,)), folder / "rig.usda")
+    blink = replace(shape, name="blink", offsets=0.1 * shape.offsets)
+    eye = Mesh("eye", 0.1 * points, [3], corners.ravel(), shapes=(blink,))
+    write_rig(Rig("flat", (eye, mesh)), folder / "rig.usda")
     markers = {f"m{k:02d}": {"point": k} for k in range(len(places))}
-    (folder / "bind.json").write_text(json.dumps({"mesh": "head", "markers": markers}))
+    (folder / "bind.json").write_text(json.dumps({"markers": markers}))
 
 
 @pytest.mark.slow
@@ -118,7 +123,7 @@ def test_names_come_from_a_binding(film: tuple[Path, FloatArray], tmp_path: Path
     codes = [
         each["code"] for each in json.loads((tmp_path / "report.json").read_text())["findings"]
     ]
-    assert "DOTS_NAMED" in codes
+    assert "DOTS_NAMED" in codes and codes.count("MESH_ASSUMED") == 1
 
 
 @pytest.mark.parametrize("alone", ["bind", "rig"])

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import pytest
-from pxr import Sdf, Usd
+from pxr import Gf, Sdf, Usd, Vt
 from worlds import make_world
 
 import usdface
@@ -65,3 +65,62 @@ def test_a_fingerprint_leaves_other_data(tmp_path: Path) -> None:
     assert layer.customLayerData["usdface"]["mine"] == 1
     layer.customLayerData = {**layer.customLayerData, "studio": "y"}
     assert is_signed(layer) and not is_unedited(layer)
+
+
+def a_take() -> Sdf.Layer:
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    prim = Sdf.CreatePrimInLayer(layer, "/Face")
+    kinds = Sdf.ValueTypeNames
+    samples = {
+        "weights": (kinds.FloatArray, Vt.FloatArray([0.1, 1e-9])),
+        "names": (kinds.TokenArray, Vt.TokenArray(["a", "b"])),
+        "turns": (kinds.QuatfArray, Vt.QuatfArray([Gf.Quatf(1, 0, 0.5, 0)])),
+        "sizes": (kinds.Half3Array, Vt.Vec3hArray([Gf.Vec3h(1, 2, 3)])),
+        "place": (kinds.Matrix4d, Gf.Matrix4d(2)),
+        "residual": (kinds.Float, 0.3),
+    }
+    for name, (kind, value) in samples.items():
+        path = Sdf.AttributeSpec(prim, name, kind).path
+        for code in (0.0, 1.5, 2.0):
+            layer.SetTimeSample(path, code, value)
+    layer.SetTimeSample("/Face.residual", 3.0, Sdf.ValueBlock())
+    return layer
+
+
+def test_samples_are_those_that_were_written(tmp_path: Path) -> None:
+    layer = a_take()
+    sign(layer, take=True)
+    assert is_unedited(layer)
+    for suffix in (".usda", ".usdc"):
+        layer.Export(str(tmp_path / f"take{suffix}"))
+        assert is_unedited(Sdf.Layer.OpenAsAnonymous(str(tmp_path / f"take{suffix}")))
+
+
+@pytest.mark.parametrize(
+    ("path", "code", "value"),
+    [
+        ("/Face.weights", 1.5, Vt.FloatArray([0.1, 2e-9])),
+        ("/Face.weights", 1.6, Vt.FloatArray([0.1, 1e-9])),
+        ("/Face.names", 0.0, Vt.TokenArray(["b", "a"])),
+        ("/Face.turns", 2.0, Vt.QuatfArray([Gf.Quatf(1, 0, 0.5001, 0)])),
+        ("/Face.sizes", 0.0, Vt.Vec3hArray([Gf.Vec3h(1, 2, 4)])),
+        ("/Face.place", 0.0, Gf.Matrix4d(3)),
+        ("/Face.residual", 1.5, Sdf.ValueBlock()),
+    ],
+)
+def test_one_sample_that_differs_is_an_edit(path: str, code: float, value: object) -> None:
+    layer = a_take()
+    sign(layer, take=True)
+    layer.SetTimeSample(path, code, value)
+    assert is_signed(layer) and not is_unedited(layer)
+
+
+def test_what_is_no_sample_counts_too() -> None:
+    layer = a_take()
+    sign(layer, take=True)
+    layer.GetPrimAtPath("/Face").SetInfo("comment", "mine")
+    assert not is_unedited(layer)
+    layer.GetPrimAtPath("/Face").ClearInfo("comment")
+    assert is_unedited(layer)
+    layer.GetAttributeAtPath("/Face.residual").default = 1.0
+    assert not is_unedited(layer)

@@ -114,6 +114,25 @@ def test_a_file_is_tried_once(tmp_path: Path, asked: list[str]) -> None:
     assert asked == ["root.usda", "root.usda"]
 
 
+def test_a_layer_is_known_by_the_file_that_is_composed_of_it(
+    tmp_path: Path, asked: list[str]
+) -> None:
+    part, root = tmp_path / "part.usda", tmp_path / "root.usda"
+    part.write_text('#usda 1.0\ndef "A" {}\n')
+    root.write_text("#usda 1.0\n(subLayers = [@./part.usda@])\n")
+    open_layer(part, within=tmp_path / "missing.usda")
+    open_stage(root)
+    assert asked == ["part.usda", "root.usda"]
+    part.write_text('#usda 1.0\ndef "B" {}\n')  # nothing that was known holds any more
+    open_layer(part, within=root)
+    assert asked[2:] == ["part.usda"]
+    open_stage(root)
+    part.write_bytes(part.read_bytes() + b"\n")
+    open_stage(root)
+    open_layer(part, anew=True, within=root)
+    assert asked[3:] == ["root.usda", "root.usda"]
+
+
 @pytest.mark.slow
 def test_a_refused_file_is_not_tried_again_at_once(
     tmp_path: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch

@@ -23,6 +23,7 @@ from usdface.io.images.footage_files import read_fixes, read_named_places
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.raw_take import RawTake, finish_take
 from usdface.options import TakeOptions
+from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
 from usdface.takes import MarkerTake
 
 __all__ = ["Footage", "read_footage", "read_image_take"]
@@ -103,7 +104,7 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
     InputError
         As `read_image_take`.
     """
-    face = _bound_vertices(options)
+    face, assumed = _bound_vertices(options)
     named = read_named_places(Path(options.names)) if options.names else ()
     fixes = read_fixes(Path(options.fixes)) if options.fixes else ()
     film = open_film(path)
@@ -116,14 +117,14 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
     return (
         take,
         Footage(film, model, tracks),
-        [*_found(film, model, tracks), *_named(film, tracks, face), *findings],
+        [*assumed, *_found(film, model, tracks), *_named(film, tracks, face), *findings],
     )
 
 
-def _bound_vertices(options: TakeOptions) -> BoundVertices | None:
+def _bound_vertices(options: TakeOptions) -> tuple[BoundVertices | None, list[Finding]]:
     """Read the vertices of a binding; None without one."""
     if options.bind is None and options.rig is None:
-        return None
+        return None, []
     if options.bind is None or options.rig is None:
         raise InputError(
             "dots are named by a binding file and the rig that it is of; give both (--bind, --rig)",
@@ -134,7 +135,9 @@ def _bound_vertices(options: TakeOptions) -> BoundVertices | None:
     mesh = character.mesh(given.binding.mesh)
     setup, _ = fit_setup(given, mesh)
     neutral = None if setup.neutral_assumed else setup.neutral
-    return BoundVertices(setup.binding.markers, mesh.points[setup.binding.points], neutral)
+    face = BoundVertices(setup.binding.markers, mesh.points[setup.binding.points], neutral)
+    unnamed = is_mesh_assumed(character, given.binding)
+    return face, [assumed_mesh(mesh, str(options.bind))] if unnamed else []
 
 
 def _named(film: Film, tracks: Tracks, face: BoundVertices | None) -> list[Finding]:

@@ -18,10 +18,11 @@ _METRICS = ("metersPerUnit", "upAxis", "timeCodesPerSecond", "framesPerSecond")
 _LAYERS = ("closure.usdc", "express.usdc", "solve.usdc")
 
 
-def kind_of_usd(path: Path) -> tuple[str, str]:
+def kind_of_usd(path: Path, within: Path | None = None) -> tuple[str, str]:
     """Return what usdface wrote a file as, and whether it was edited since, where that shows.
 
     The file counts as it is on the disk; changes of a layer that is open here are edits, too.
+    `within` is a file that is composed of it, if one is known.
 
     Returns
     -------
@@ -34,7 +35,7 @@ def kind_of_usd(path: Path) -> tuple[str, str]:
         system, which have no fingerprint.
     """
     try:
-        layer = open_layer(path, anew=True) if is_usd(path) else None
+        layer = open_layer(path, anew=True, within=within) if is_usd(path) else None
     except InputError:
         layer = None
     if layer is None:

@@ -116,6 +116,7 @@ def write_layers(
                 if in_place:
                     check_shown(overs, stage.GetRootLayer())
                 mark_generation(overs, generation)
+                sign(overs, take=True)
                 save_layer(overs, path, names_files=False)
                 del overs
         if in_place:

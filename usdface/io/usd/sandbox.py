@@ -37,8 +37,10 @@ class RefusedError(InputError):
     """A file that is not to be opened in this process."""
 
 
-def try_to_open(path: Path) -> None:
+def try_to_open(path: Path, within: Path | None = None) -> None:
     """Open a USD file in a process with limits, unless files are trusted or it is known.
+
+    A layer that is opened alone is known, too, if a file `within` which it is composed is.
 
     Raises
     ------
@@ -54,6 +56,8 @@ def try_to_open(path: Path) -> None:
         return
     memory = _memory_of(path)
     if memory is not None and _known(memory):
+        return
+    if within is not None and _known_within(path, within):
         return
     if refusal := _refused_lately(path):
         raise refusal
@@ -140,6 +144,15 @@ def _known(memory: Path) -> bool:
     with suppress(OSError, ValueError, AttributeError):
         held = json.loads(memory.read_text())
         return bool(held) and all(_state(name) == state for name, state in held.items())
+    return False
+
+
+def _known_within(path: Path, root: Path) -> bool:
+    memory, place = _memory_of(root), path.resolve()
+    if memory is None or not _known(memory):
+        return False
+    with suppress(OSError, ValueError, AttributeError):
+        return any(Path(name).resolve() == place for name in json.loads(memory.read_text()))
     return False
 
 

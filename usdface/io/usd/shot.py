@@ -28,6 +28,7 @@ from usdface.io.usd.stage import (
 from usdface.io.usd.take import count_frames, read_take_prim
 from usdface.rigs import Rig
 from usdface.schemas import tokens
+from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
 from usdface.setup.binding_origin import check_mesh
 from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
@@ -171,6 +172,9 @@ def _read(
     layout = read_layout(prim, metrics.meters_per_unit)
     gains = read_gains(stage.GetPrimAtPath(fuzzy[0]) if fuzzy else None, posed, codes)
     mesh = rig.mesh(setup.binding.mesh)
+    if is_mesh_assumed(rig, setup.binding):
+        findings.append(assumed_mesh(mesh, str(prim.GetPath()), shot=True))
+        setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path))
     if setup.origin is not None:
         check_mesh(setup.origin, mesh)
     prims = _prims_of(stage, mesh.path, str(prim.GetPath()), str(fuzzy[0]) if fuzzy else "", where)

@@ -148,15 +148,17 @@ def is_usd(path: Path) -> bool:
     return bool(suffix) and Sdf.FileFormat.FindByExtension(suffix) is not None
 
 
-def open_layer(path: Path, *, anew: bool = False) -> Sdf.Layer:
+def open_layer(path: Path, *, anew: bool = False, within: Path | None = None) -> Sdf.Layer:
     """Open one layer, without those that it names; `anew`: as the file is, whoever holds it.
+
+    `within` is a file that is composed of it, if one is known.
 
     Raises
     ------
     InputError
         If it cannot be read.
     """
-    try_to_open(path)
+    try_to_open(path, within)
     with usd_errors(str(path)):
         read = Sdf.Layer.OpenAsAnonymous if anew else Sdf.Layer.FindOrOpen
         layer = read(str(path))

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.linear_morph import LinearMorph
+from usdface.certificate.stored_steps import HalfSteps, StoredSteps
 from usdface.io.gltf.reference_player.morph_targets import PlayerTargets
 
 if TYPE_CHECKING:
@@ -97,6 +98,8 @@ class PlayerMesh:
     inbetweens : tuple of (int, int, float)
         Targets that our extras call inbetweens: the target's place, its shape's, its weight.
     space : Space
+    halves : HalfSteps or None
+        None where points and normals are floats.
     """
 
     name: str
@@ -108,6 +111,7 @@ class PlayerMesh:
     weights: Sampled
     inbetweens: tuple[tuple[int, int, float], ...]
     space: "Space"
+    halves: HalfSteps | None = None
 
     def weights_at(self, times: FloatArray) -> FloatArray:
         """Return the weights (F, T) at `times` (F,) [s]."""
@@ -132,6 +136,20 @@ class PlayerMesh:
         if normals is None:
             return None
         return self._in_blocks(times, lambda block: self._turned(normals, block))
+
+    def steps_at(self, times: FloatArray) -> StoredSteps | None:
+        """Return the rounding of what is stored as whole numbers, at `times` (F,) [s]."""
+        if self.halves is None:
+            return None
+        stretch = np.broadcast_to(self.space.stretch(times), (len(times), 2))
+
+        def lengths(frames: IntArray) -> FloatArray:
+            normals = self.normals
+            assert normals is not None  # compared where there are some
+            shown = self._in_blocks(times[frames], lambda block: self._posed(normals, block))
+            return np.asarray(np.linalg.norm(shown, axis=-1))
+
+        return StoredSteps(self.halves, self.weights_at(times), stretch, lengths)
 
     def linear_morph_at(self, times: FloatArray) -> LinearMorph | None:
         """Return the mesh at `times` (F,) [s] as sums; None where too many joints move it."""
@@ -163,9 +181,13 @@ class PlayerMesh:
         matrices, _ = self.space.at(times)
         return _times(matrices[..., :3, :3], posed) + matrices[..., :3, 3]
 
-    def _turned(self, normals: FloatArray, times: FloatArray) -> FloatArray:
+    def _posed(self, normals: FloatArray, times: FloatArray) -> FloatArray:
+        """Return the normals of any length, as joints and nodes turn and stretch them."""
         posed = normals + self.turns.added(self.weights_at(times))
-        turned = _times(self.space.at(times)[1], posed)
+        return _times(self.space.at(times)[1], posed)
+
+    def _turned(self, normals: FloatArray, times: FloatArray) -> FloatArray:
+        turned = self._posed(normals, times)
         length = np.sqrt(np.einsum("fvi,fvi->fv", turned, turned))[..., None]
         return np.asarray(turned / np.where(length > 0, length, 1.0))
 

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.certificate.stored_steps import HalfSteps
 from usdface.errors import InputError
 from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh, Sampled
 from usdface.io.gltf.reference_player.gltf_file import PlayerFile
@@ -225,6 +226,7 @@ class _Scene(PlayerFile):
             Sampled(np.zeros(1), np.array([rest], np.float64).reshape(1, count)),
             _inbetweens(mesh.get("extras"), targets),
             space(still),
+            self._half_steps([b["part"] for b in read], count),
         )
         return _Part(shown, nodes, space)
 
@@ -247,9 +249,30 @@ class _Scene(PlayerFile):
             "normals": self.accessor(at["NORMAL"])[used].astype(float) if lit else None,
             "moves": targets("POSITION"),
             "turns": targets("NORMAL"),
+            "part": part,
             "at": at,
             "used": used,
         }
+
+    def _half_steps(self, parts: list[dict[str, Any]], count: int) -> HalfSteps | None:
+        """Return the half-steps of a mesh with `count` targets; None where all are floats."""
+
+        def largest(attribute: str, stored: list[dict[str, Any]]) -> float:
+            given = (part[attribute] for part in stored if attribute in part)
+            return max(map(self.half_step, given), default=0.0)
+
+        whole = [part["attributes"] for part in parts]
+        targets = [
+            [part["targets"][k] for part in parts if k < len(part.get("targets", []))]
+            for k in range(count)
+        ]
+        halves = HalfSteps(
+            largest("POSITION", whole),
+            largest("NORMAL", whole),
+            np.array([largest("POSITION", stored) for stored in targets]),
+            np.array([largest("NORMAL", stored) for stored in targets]),
+        )
+        return halves if halves.any else None
 
     def _placed(self, node: int, read: list[dict[str, Any]]) -> tuple[tuple[int, ...], _Space]:
         """Return the nodes that place a mesh, and how."""

@@ -89,6 +89,14 @@ class PlayerFile:
         data = self.buffers[v["buffer"]][start : start + v["byteLength"]]
         return np.ndarray(shape, dtype, data, offset, (stride, size))
 
+    def half_step(self, index: int) -> float:
+        """Return half the distance of two numbers that an accessor can have; 0 for floats."""
+        a = self.json["accessors"][index]
+        kind = np.dtype(_DTYPES[a["componentType"]])
+        if kind.kind == "f":
+            return 0.0
+        return 0.5 / float(np.iinfo(kind).max) if a.get("normalized") else 0.5
+
     def accessor(self, index: int) -> NDArray[Any]:
         """Return an accessor as (count, width), normalised integers as their values."""
         a = self.json["accessors"][index]

@@ -31,10 +31,13 @@ class Space:
         normals of its joints.
     motion : function from times (F,) and N to JointMotion or None
         The same by joints, where they move.
+    stretch : function from times (F,) to (F or 1, 2)
+        The most by which they stretch points, and normals.
     """
 
     at: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
     motion: Callable[[FloatArray, int], JointMotion | None] = lambda times, count: None
+    stretch: Callable[[FloatArray], FloatArray] = lambda times: np.ones((1, 2))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,7 +116,11 @@ class PlayerNodes:
         moving = self.moves(node)
         still = self.worlds([node], np.zeros(1))[0, 0]
         turned = _normal_matrix(still)
-        return Space(space, motion)
+
+        def stretch(times: FloatArray) -> FloatArray:
+            return _stretch(self.worlds([node], times))
+
+        return Space(space, motion, stretch)
 
     def of_skin(self, joints: Sequence[int], inverse: FloatArray, weights: "csr_array") -> Space:
         """Return the transforms of points and normals of a skinned mesh to the scene.
@@ -129,10 +136,22 @@ class PlayerNodes:
             moves = (self.worlds(joints, times) @ inverse[:, None]).swapaxes(0, 1)
             return JointMotion.of(moves[..., :3, :], _normal_matrix(moves), *_side_by_side(weights))
 
+        def stretch(times: FloatArray) -> FloatArray:
+            return _stretch(self.worlds(joints, times) @ inverse[:, None])
+
         if any(self.moves(joint) for joint in joints):
-            return Space(blended, motion)
+            return Space(blended, motion, stretch)
         points, normals = (part[0] for part in blended(np.zeros(1)))
-        return Space(lambda times: (points, normals))
+        return Space(lambda times: (points, normals), stretch=stretch)
+
+
+def _stretch(matrices: FloatArray) -> FloatArray:
+    """Return the most by which any of matrices (J, F, 4, 4) stretches points and normals: (F, 2).
+
+    A mixture of them stretches no more: the largest singular value is a norm.
+    """
+    both = matrices[..., :3, :3], _normal_matrix(matrices)
+    return np.stack([np.linalg.norm(m, 2, axis=(-2, -1)).max(axis=0) for m in both], -1)
 
 
 def _side_by_side(weights: "csr_array") -> tuple[IntArray, FloatArray]:
