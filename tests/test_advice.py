@@ -84,7 +84,7 @@ def without_deviations(folder: Path) -> str:
     text = Sdf.Layer.FindOrOpen(str(folder / SOLVE))
     text.Reload(force=True)
     lines = text.ExportToString().splitlines()
-    kept = (tokens.SOLVED_SHAPES, tokens.SOLVED_DEVIATIONS)
+    kept = (tokens.SOLVED_SHAPES, tokens.SOLVED_DEVIATIONS, "fingerprint")
     return "\n".join(line for line in lines if not any(f" {name} =" in line for name in kept))
 
 

@@ -198,14 +198,15 @@ def test_an_image_solves_as_if_there_were_no_skin() -> None:
 
 
 @pytest.mark.slow
-def test_occluded_markers_break_nothing(found: Solution) -> None:
+def test_occluded_markers_break_nothing(found: Solution, kept: Solution) -> None:
+    """Weights change by less than half of what markers cost that are held on wrong places."""
     positions = other_person()
     positions[40:70, :6] = positions[30:, 20] = positions[90] = np.nan
     positions[2:9, 11] = np.nan  # and in the neutral
     hidden = solved(positions)
     for values in (hidden.weights.weights, hidden.shifts, hidden.feature_points, hidden.residual):
         assert np.isfinite(values).all()
-    assert rms(hidden.weights.weights - found.weights.weights) < error(found)
+    assert rms(hidden.weights.weights - found.weights.weights) < 0.5 * error(kept)
 
 
 @pytest.mark.slow
