@@ -165,12 +165,16 @@ def test_motion_tells_more_of_places_than_rest(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_motion_finds_places_that_rest_puts_elsewhere() -> None:
-    """At rest the face looks like one with markers 3 mm beside, in other directions."""
+    """At rest the face looks like one with markers 3 mm beside, in other directions.
+
+    The solve cannot know that shapes do not err here, so that rest keeps some of its word.
+    """
     moved = HEAD.performed(SHIFTS) - HEAD.performed(SHIFTS)[0]
-    elsewhere = HEAD.surface.at(HEAD.beside(0.003, seed=8)).points
-    solution = solved(elsewhere + moved)
+    elsewhere = HEAD.beside(0.003, seed=8)
+    solution = solved(HEAD.surface.at(elsewhere).points + moved)
     assert solution.shifts is not None
-    assert rms(solution.shifts - SHIFTS) < 0.7 * rms(SHIFTS)
+    assert rms(solution.shifts - SHIFTS) < 0.85 * rms(SHIFTS)
+    assert rms(solution.shifts - SHIFTS) < 0.65 * rms(elsewhere - SHIFTS)
 
 
 def test_bound_keeps_markers_on_their_vertices(kept: Solution) -> None:
@@ -194,14 +198,15 @@ def test_an_image_solves_as_if_there_were_no_skin() -> None:
 
 
 @pytest.mark.slow
-def test_occluded_markers_break_nothing(found: Solution) -> None:
+def test_occluded_markers_break_nothing(found: Solution, kept: Solution) -> None:
+    """Weights change by less than half of what markers cost that are held on wrong places."""
     positions = other_person()
     positions[40:70, :6] = positions[30:, 20] = positions[90] = np.nan
     positions[2:9, 11] = np.nan  # and in the neutral
     hidden = solved(positions)
     for values in (hidden.weights.weights, hidden.shifts, hidden.feature_points, hidden.residual):
         assert np.isfinite(values).all()
-    assert rms(hidden.weights.weights - found.weights.weights) < error(found)
+    assert rms(hidden.weights.weights - found.weights.weights) < 0.5 * error(kept)
 
 
 @pytest.mark.slow

@@ -46,7 +46,7 @@ def test_a_movement_that_is_repeated_tells_no_more_than_its_shape_is_known() -> 
 
 
 def test_shapes_err_in_the_ratio_of_misfit_to_motion() -> None:
-    """A misfit of a tenth of the motion, also of markers that are hidden."""
+    """A misfit of a tenth of the motion, which counts as two: also of markers that are hidden."""
     offsets = np.array([[3e-3, 0.0, 0.0, 3e-3, 0.0, 0.0], [0.0, 1e-3, 0.0, 0.0, 1e-3, 0.0]])
     weights = np.column_stack([np.linspace(0.0, 1.0, 101), np.zeros(101)])
     displaced = (weights @ offsets).reshape(-1, 2, 3)
@@ -56,7 +56,7 @@ def test_shapes_err_in_the_ratio_of_misfit_to_motion() -> None:
     errors = MotionErrors.of(held, weights, offsets, displaced)
     assert errors.variance == held.variance
     np.testing.assert_allclose(
-        errors.shape_variances, 0.1**2 * np.array([3e-6, 1e-6 / 3]), rtol=0.01
+        errors.shape_variances, 2 * 0.1**2 * np.array([3e-6, 1e-6 / 3]), rtol=0.01
     )
 
 

@@ -71,7 +71,7 @@ class MotionErrors:
         squares = np.where(seen[..., None], displaced, 0.0) ** 2
         moved = squares.sum(axis=(1, 2)) / np.maximum(3 * seen.sum(axis=1), 1)
         motion = float(np.quantile(moved, EXPRESSIVE_QUANTILE))
-        share = regularisation.misfit**2 / motion if motion > 0.0 else 0.0
+        share = regularisation.lasting_variance / motion if motion > 0.0 else 0.0
         return cls(regularisation.variance, weights, share * (offsets**2).mean(axis=1))
 
     def at(self, frames: IntArray) -> "MotionErrors":
