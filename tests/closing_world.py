@@ -7,6 +7,8 @@ import numpy as np
 from slits import slit_face
 
 from usdface.arrays import FloatArray
+from usdface.closure.closing_displacements import closing_displacements
+from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.face.bound_face import BoundFace
 from usdface.options import ProcessOptions
 from usdface.rigs import Mesh, Rig
@@ -17,7 +19,7 @@ from usdface.shot.retarget import retarget
 from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import MarkerTake
 
-__all__ = ["BLINKS", "TIMES", "markers", "performance", "result", "slit_markers"]
+__all__ = ["BLINKS", "TIMES", "markers", "performance", "result", "slit_bound", "slit_markers"]
 
 BLINKS = (1.0, 2.5)
 TIMES = np.arange(0, 4, 1 / 60)
@@ -46,6 +48,13 @@ def slit_markers(mesh: Mesh) -> dict[str, int]:
     return found
 
 
+def slit_bound(mesh: Mesh) -> BoundFace:
+    """Return the face of slits with its markers."""
+    places = slit_markers(mesh)
+    points = np.array(list(places.values()))
+    return BoundFace(mesh, tuple(places), points, nose_tip="mouth_up").with_layout(())
+
+
 def performance(names: Sequence[str], **curves: FloatArray) -> FloatArray:
     """Return the weights (F, S) of a performer who blinks; other curves by name."""
     weights = np.zeros((len(TIMES), len(names)))
@@ -60,11 +69,24 @@ def performance(names: Sequence[str], **curves: FloatArray) -> FloatArray:
 
 
 def markers(
-    mesh: Mesh, weights: FloatArray, without: Sequence[str] = (), share: float = 1.0
+    mesh: Mesh,
+    weights: FloatArray,
+    without: Sequence[str] = (),
+    share: float = 1.0,
+    *,
+    as_people: bool = False,
 ) -> MarkerTake:
-    """Return the take (without some markers) of lids that move by a share of the mesh's."""
+    """Return the take (without some markers) of lids that move by a share of the mesh's.
+
+    `as_people`: by a share of how people close them.
+    """
     own = {n: v for n, v in slit_markers(mesh).items() if not n.startswith(tuple(without) or "-")}
     offsets = mesh.offsets_at(np.array(list(own.values())))
+    if as_people:
+        face, names = slit_bound(mesh), mesh.shape_names
+        offsets = offsets.copy()
+        for eye in lid_apertures_of(face, names).values():
+            offsets[eye.closer] = closing_displacements(face, eye, names, tuple(own))
     lids = np.array([name.startswith("eyeBlink") for name in mesh.shape_names])
     scaled = weights * np.where(lids, share, 1.0)
     scaled[:_NEUTRAL] = 0.0

@@ -4,12 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closing_world import BLINKS, TIMES, markers, performance, result, slit_markers
+from closing_world import BLINKS, TIMES, markers, performance, result, slit_bound, slit_markers
 from slits import slit_face
 
 from usdface.closure.closing_displacements import (
     closing_displacements,
+    lids_move_markers,
     near_lids,
+    performed_opening,
     scanned_glance_displacements,
     scanned_lid_displacements,
 )
@@ -33,10 +35,26 @@ def rim_face() -> Mesh:
     return replace(MESH, shapes=tuple(shapes))
 
 
-def bound(mesh: Mesh) -> BoundFace:
-    places = slit_markers(mesh)
-    points = np.array(list(places.values()))
-    return BoundFace(mesh, tuple(places), points, nose_tip="mouth_up").with_layout(())
+def with_blinks(share: float, looks: bool = False) -> BoundFace:
+    """Return the face whose blinks move the markers so many times as far as people's.
+
+    `looks`: eyes look down, by half as much.
+    """
+    face = slit_bound(MESH)
+    closing = {
+        eye.closer: scanned_lid_displacements(face, eye, NAMES)[eye.closer]
+        for eye in both_eyes(face)
+    }
+    shapes = list(MESH.shapes)
+    for closer, moved in closing.items():
+        dense = np.zeros_like(MESH.points)
+        dense[shapes[closer].indices] = shapes[closer].offsets
+        dense[face.vertices] = share * moved
+        name = shapes[closer].name
+        shapes[closer] = BlendShape.from_dense(name, dense)
+        if looks:
+            shapes.append(BlendShape.from_dense(name.replace("Blink", "LookDown"), 0.5 * dense))
+    return slit_bound(replace(MESH, shapes=tuple(shapes)))
 
 
 def both_eyes(face: BoundFace) -> tuple[LidApertures, LidApertures]:
@@ -44,17 +62,22 @@ def both_eyes(face: BoundFace) -> tuple[LidApertures, LidApertures]:
     return found["left"], found["right"]
 
 
-def test_lids_that_move_markers_speak_for_themselves() -> None:
-    face = bound(MESH)
+@pytest.mark.parametrize(("share", "own"), [(0.6, True), (1.4, True), (0.4, False), (1.6, False)])
+def test_lids_that_move_markers_like_people_speak_for_themselves(share: float, own: bool) -> None:
+    """Not those of eyes that are twice as large, which no performer moves as far."""
+    face = with_blinks(share)
     for apertures in both_eyes(face):
-        assert not scanned_lid_displacements(face, apertures, NAMES)
-        own = face.offsets[NAMES.index(f"eyeBlink{apertures.eye.title()}")]
+        assert lids_move_markers(face, apertures, NAMES)
+        assert bool(scanned_lid_displacements(face, apertures, NAMES)) is not own
+        rig = face.offsets[NAMES.index(f"eyeBlink{apertures.eye.title()}")]
         found = closing_displacements(face, apertures, NAMES, face.markers[::-1])
-        np.testing.assert_array_equal(found, own[::-1])
+        np.testing.assert_allclose(found, (rig if own else rig / share)[::-1], atol=1e-12)
+        of_rig = closing_displacements(face, apertures, NAMES, face.markers, of_rig=True)
+        np.testing.assert_array_equal(of_rig, rig)
 
 
 def test_beside_lids_whose_rim_alone_moves_markers_move_as_on_another_face() -> None:
-    face = bound(rim_face())
+    face = slit_bound(rim_face())
     for apertures in both_eyes(face):
         known = scanned_lid_displacements(face, apertures, NAMES)
         assert set(known) == {apertures.closer, *apertures.tighteners, *apertures.raisers}
@@ -66,7 +89,8 @@ def test_beside_lids_whose_rim_alone_moves_markers_move_as_on_another_face() -> 
         assert known[apertures.raisers[0]][upper, 1] > 0
         (other,) = set(EYES) - {apertures.eye}
         assert not closing[face.markers.index(f"eye_{other}_up")].any()
-        assert near_lids(closing, apertures)[upper]
+        assert near_lids(closing, performed_opening(face, apertures))[upper]
+        assert not lids_move_markers(face, apertures, NAMES)
 
 
 def test_without_markers_near_the_eyes_nothing_is_known() -> None:
@@ -77,27 +101,33 @@ def test_without_markers_near_the_eyes_nothing_is_known() -> None:
     for apertures in both_eyes(face):
         assert not scanned_lid_displacements(face, apertures, NAMES)
         closing = closing_displacements(face, apertures, NAMES, face.markers)
-        assert not near_lids(closing, apertures).any()
+        assert not near_lids(closing, performed_opening(face, apertures)).any()
 
 
-def test_lids_follow_eyes_that_look_down_unless_the_rig_says_how() -> None:
-    face = bound(MESH)
-    for apertures in both_eyes(face):
-        upper = face.markers.index(f"eye_{apertures.eye}_up")
-        glance = scanned_glance_displacements(face, apertures, NAMES)
-        assert glance is not None and glance[upper, 1] < -0.1 * apertures.opening
-        (other,) = set(EYES) - {apertures.eye}
-        assert not glance[face.markers.index(f"eye_{other}_up")].any()
-    own = tuple(
-        BlendShape(f"eyeLookDown{side}", shape.indices, 0.5 * shape.offsets)
-        for shape in MESH.shapes
-        for side in ("Left", "Right")
-        if shape.name == f"eyeBlink{side}"
-    )
-    looking = bound(replace(MESH, shapes=(*MESH.shapes, *own)))
-    names = looking.shape_names
-    for apertures in lid_apertures_of(looking, names).values():
-        assert scanned_glance_displacements(looking, apertures, names) is None
+@pytest.mark.parametrize(
+    ("share", "looks", "own"), [(1.0, True, True), (1.0, False, False), (2.0, True, False)]
+)
+def test_lids_follow_eyes_that_look_down_unless_the_rig_says_how(
+    share: float, looks: bool, own: bool
+) -> None:
+    """A rig whose lids move unlike people's does not say how people's follow, either."""
+    face = with_blinks(share, looks)
+    names = face.shape_names
+    for apertures in lid_apertures_of(face, names).values():
+        glance = scanned_glance_displacements(face, apertures, names)
+        assert (glance is None) is own
+        if glance is not None:
+            upper = face.markers.index(f"eye_{apertures.eye}_up")
+            assert glance[upper, 1] < -0.1 * apertures.opening
+            (other,) = set(EYES) - {apertures.eye}
+            assert not glance[face.markers.index(f"eye_{other}_up")].any()
+
+
+def test_no_performer_opens_the_eyes_further_than_people() -> None:
+    face = slit_bound(MESH)
+    left, _ = both_eyes(face)
+    for opening, expected in ((0.004, 0.004), (0.02, 0.0075 * face.size)):
+        assert performed_opening(face, replace(left, opening=opening)) == expected
 
 
 def test_a_performer_blinks_on_a_rig_whose_lids_move_no_marker() -> None:

@@ -34,11 +34,11 @@ def test_eyes_that_narrow_together_close_together() -> None:
     """Not the one that is a little ahead; one that the other contradicts closes alone."""
     narrow = shut(2.0, 4.0)[:, None] * LEVEL
     for left, right, eyes in (
-        (0.81, 0.86, []),
-        (0.83, 0.88, [(0,), (1,)]),
-        (0.95, 0.78, [(0,), (1,)]),
+        (0.76, 0.81, []),
+        (0.78, 0.83, [(0,), (1,)]),
+        (0.95, 0.75, [(0,), (1,)]),
         (0.95, 0.7, [(0,)]),
-        (0.88, 0.7, []),
+        (0.83, 0.7, []),
     ):
         found = find_held_eyes(TIMES, [left, right] * narrow, LEVEL, WHOLE)
         assert [each.eyes for each in found] == eyes
@@ -54,7 +54,7 @@ def test_an_eye_that_opens_halfway_between_is_closed_twice() -> None:
 
 
 def test_in_between_lids_open_by_degrees() -> None:
-    """A dip to 0.75 of the blinks' level is half of the way from closed, 0.85, to open, 0.65."""
+    """A dip to 0.75 of the blinks' level is half of the way from closed, 0.8, to open, 0.7."""
     (held,) = find_held_eyes(TIMES, shut(1.5, 4.5, 0.25)[:, None] * LEVEL, LEVEL, WHOLE)[:1]
     course = closing_course(TIMES, [held])[:, 0]
     assert abs(course[180] - 0.5) < 1e-9

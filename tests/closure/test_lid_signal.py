@@ -19,7 +19,7 @@ def signal_of(shot: ShotResult) -> np.ndarray:
 
 
 def test_it_is_1_where_the_markers_move_as_the_closed_eye_has_them() -> None:
-    signal = signal_of(result(markers(MESH, performance(NAMES))))
+    signal = signal_of(result(markers(MESH, performance(NAMES), as_people=True)))
     peaks = [int((start + 0.09) * 60) for start in BLINKS]
     np.testing.assert_allclose(signal[peaks], 1.0, atol=0.1)
     assert np.abs(signal[TIMES < 0.9]).max() < 0.05
@@ -29,7 +29,7 @@ def test_it_is_1_where_the_markers_move_as_the_closed_eye_has_them() -> None:
 def test_it_is_in_proportion_and_of_each_eye() -> None:
     weights = performance(NAMES)
     weights[:, NAMES.index("eyeBlinkRight")] = 0.0
-    signal = signal_of(result(markers(MESH, weights, share=0.5)))
+    signal = signal_of(result(markers(MESH, weights, share=0.5, as_people=True)))
     np.testing.assert_allclose(signal.max(axis=0), [0.5, 0.0], atol=0.1)
 
 

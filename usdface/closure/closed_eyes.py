@@ -97,13 +97,10 @@ def close_eyes(
     lids = lid_markers(face, apertures, solved.names, solution) if solution else []
     alone = lid_motion(lids, solution) if solution else None
     least = least_pulses(face, apertures, solved.names, solution) if solution else None
-    gone, glanced = (
-        lid_estimate(face, apertures, solved.names, solution, glances=down) if solution else None
-        for down in (False, True)
-    )
+    gone = lid_estimate(face, apertures, solved.names, solution) if solution else None
     as_solved = solved_lids(face, apertures, solved) if solution else None
     closings, left_open = find_closings(
-        solved.times, signal, own=alone, least=least, lids=gone, glanced=glanced, solved=as_solved
+        solved.times, signal, own=alone, least=least, lids=gone, solved=as_solved
     )
     recorded = [] if blink is None else recorded_blinks(solved.times, blink)
     unseen = unseen_blinks(recorded, closings)
@@ -186,7 +183,9 @@ def _by_recorder(blinks: Iterable[CompletedClosing]) -> list[Finding]:
 def _by_another_face(
     face: BoundFace, apertures: Mapping[Eye, LidApertures], names: tuple[str, ...]
 ) -> list[Finding]:
-    message = "its closed lids move no marker, so blinks are sought as another face shows them"
+    message = (
+        "its lids move the markers unlike a person's, so blinks are sought as people show them"
+    )
     return [
         finding("LIDS_GUESSED", f"{eye} eye", message)
         for eye, own in apertures.items()

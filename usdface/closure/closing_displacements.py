@@ -1,8 +1,8 @@
 """Displacements of the markers by the blend shapes that move the lids of an eye.
 
-A rig may close an eye by the rim of its lid alone, where no marker is, while a performer's blink
-moves the skin around it, with markers. Then the displacements are those of a face made from scans
-(`usdface.face.face_motion`).
+A performer's blink moves the skin around the eye as people's lids do. A character's may not: its
+eyes are twice as large, or it closes them by the rim of the lid alone, where no marker is. Then the
+displacements are those of a face made from scans (`usdface.face.face_motion`).
 """
 
 import numpy as np
@@ -15,7 +15,9 @@ from usdface.face.face_motion import motion_at
 
 __all__ = [
     "closing_displacements",
+    "lids_move_markers",
     "near_lids",
+    "performed_opening",
     "scanned_glance_displacements",
     "scanned_lid_displacements",
 ]
@@ -25,6 +27,12 @@ _MOVED = 0.15
 # Openings of the eye: if the closing shape moves no marker by as much, none is near the lids.
 # AnimFace's markers on the lids move by 0.48 on ICT, landmarks on the rims by 1.
 _NEAR = 0.1
+# Mean distance between the lids of the ICT face, if it were as large as a human one [m].
+_HUMAN_OPENING = 0.0075
+# Lids move unlike people's if the displacements of a closed eye differ from the scanned face's by
+# more than this share of them. ICT with its own markers 0.08, with proposed or misplaced ones at
+# most 0.26; MakeHuman and the example 0.54 and more.
+_UNLIKE = 0.5
 # The one rig of the table that is made of scans; the others are drawn.
 _SCANNED = "ICT"
 # FACS: 5 raises the upper lid, 7 tightens the lids, 43 closes the eyes, 64 is eyes that look down.
@@ -32,22 +40,49 @@ _RAISED, _TIGHTENED, _CLOSED, _GLANCED = 5, 7, 43, 64
 
 
 def closing_displacements(
-    face: BoundFace, apertures: LidApertures, names: tuple[str, ...], markers: tuple[str, ...]
+    face: BoundFace,
+    apertures: LidApertures,
+    names: tuple[str, ...],
+    markers: tuple[str, ...],
+    *,
+    of_rig: bool = False,
 ) -> FloatArray:
     """Return the displacement of each marker by the shape that closes an eye: (M, 3) [m].
 
-    `apertures` are of the blend shapes `names`. As on the scanned face if the shape moves none.
+    `apertures` are of the blend shapes `names`. As on the scanned face if the shape moves them
+    otherwise (`scanned_lid_displacements`); `of_rig`: only if it moves none.
     """
     order = [face.markers.index(name) for name in markers]
+    if of_rig and lids_move_markers(face, apertures, names):
+        return _own_closing(face, apertures, names)[order]
     another = scanned_lid_displacements(face, apertures, names)
     return another.get(apertures.closer, _own_closing(face, apertures, names))[order]
 
 
-def near_lids(closing: FloatArray, apertures: LidApertures) -> BoolArray:
-    """Return which markers the lids of an eye move: (M,), by their closing displacements (M, 3)."""
+def performed_opening(face: BoundFace, apertures: LidApertures) -> float:
+    """Return the opening of an eye, at most a person's [m]: no performer's lids move further."""
+    return min(apertures.opening, _HUMAN_OPENING * face.size)
+
+
+def near_lids(closing: FloatArray, opening: float) -> BoolArray:
+    """Return which markers the lids of an eye move: (M,).
+
+    Parameters
+    ----------
+    closing : (M, 3) float64 [m]
+        Displacements by the shape that closes the eye.
+    opening : float [m]
+        Of the eye: `performed_opening`.
+    """
     size = np.linalg.norm(closing, axis=1)
     farthest = size.max(initial=0.0)
-    return np.asarray((farthest >= _NEAR * apertures.opening) & (size >= _MOVED * farthest))
+    return np.asarray((farthest >= _NEAR * opening) & (size >= _MOVED * farthest))
+
+
+def lids_move_markers(face: BoundFace, apertures: LidApertures, names: tuple[str, ...]) -> bool:
+    """Whether the rig's own lids move markers, so that a solve determines them."""
+    own = _own_closing(face, apertures, names)
+    return bool(near_lids(own, performed_opening(face, apertures)).any())
 
 
 def scanned_lid_displacements(
@@ -66,12 +101,14 @@ def scanned_lid_displacements(
     -------
     dict of int to (M, 3) float64
         For the blend shapes that close the eye, tighten its lids, or raise the upper one [m].
-        Empty where the first of them moves a marker, or no marker is near the lids.
+        Empty where the first of them moves the markers much like the scanned face's, or no marker
+        is near the lids.
     """
-    if near_lids(_own_closing(face, apertures, names), apertures).any():
-        return {}
     moved = _as_scanned(face, apertures)
-    if not moved or not near_lids(moved[_CLOSED], apertures).any():
+    if not moved or not near_lids(moved[_CLOSED], performed_opening(face, apertures)).any():
+        return {}
+    apart = np.linalg.norm(_own_closing(face, apertures, names) - moved[_CLOSED])
+    if apart <= _UNLIKE * np.linalg.norm(moved[_CLOSED]):
         return {}
     return {
         apertures.closer: moved[_CLOSED],
@@ -86,8 +123,8 @@ def scanned_glance_displacements(
     """Return the displacements of a face's markers by a glance down of the scanned face.
 
     (M, 3) [m]. A performer's upper lids follow the gaze; on most characters only the eyeballs do.
-    None where the rig's own glance down moves markers near the lids, or the scanned face's does
-    not.
+    None where the rig's lids move as the scanned face's and its own glance down moves markers near
+    them, or where the scanned face's does not.
 
     Parameters
     ----------
@@ -96,12 +133,15 @@ def scanned_glance_displacements(
         Of the blend shapes `names`.
     names : tuple of str, length T
     """
+    opening = performed_opening(face, apertures)
+    moved = _as_scanned(face, apertures).get(_GLANCED)
+    if moved is None or not near_lids(moved, opening).any():
+        return None
+    if scanned_lid_displacements(face, apertures, names):
+        return moved
     own = [name for name, units in units_of(names).items() if _GLANCED in units]
     glances = [face.offsets[face.shape_names.index(name)] for name in own]
-    moved = _as_scanned(face, apertures).get(_GLANCED)
-    if moved is None or any(near_lids(glance, apertures).any() for glance in glances):
-        return None
-    return moved if near_lids(moved, apertures).any() else None
+    return None if any(near_lids(glance, opening).any() for glance in glances) else moved
 
 
 def _as_scanned(face: BoundFace, apertures: LidApertures) -> dict[int, FloatArray]:

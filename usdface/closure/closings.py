@@ -8,7 +8,7 @@ eye; where the lids stay at it, the eye is held closed (`held_eyes`).
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.blinks import blink_height, find_blinks
@@ -39,6 +39,13 @@ _OWN = 0.5
 _TAKES_PART = 0.5
 # Least share of the opening that blinks take away in a curve; one with less is not used.
 _MEASURED = 0.1
+# An eye is not closed, but its brow lowered, where the estimate would close it so many times as far
+# as the take's blinks. Of recorded eyes that are pressed shut 1.9 at most, of AnimFace's frown on
+# the example 2.75.
+_BEYOND = 2.3
+# A blink is closed for so long before and after its peak at least [s]: a frame of 30 Hz. Set by
+# hand: of the 0.15 s that pulses of 33 recorded blinks have at half their height.
+_TOP = 1.0 / 30.0
 
 
 def find_closings(
@@ -48,7 +55,6 @@ def find_closings(
     own: FloatArray | None = None,
     least: FloatArray | None = None,
     lids: FloatArray | None = None,
-    glanced: FloatArray | None = None,
     solved: SolvedLids | None = None,
 ) -> tuple[list[EyeClosing], IntArray]:
     """Find blinks and closed eyes, and the pulses like blinks that leave the eyes open.
@@ -68,9 +74,6 @@ def find_closings(
         Estimate of how much of the opening between the lids is gone (`lid_estimate`); NaN in all
         frames of an eye that is not measured. Pulses that do not end at closed lids are dropped
         (`pulses_that_close`).
-    glanced : (F, 2) float64, optional
-        The same if eyes may look down, for eyes that are held closed: one that looks down need not
-        be. Default: `lids`.
     solved : SolvedLids, optional
         Pulses that are solved less deep than the take's other blinks are dropped
         (`as_deep_as_others`); those solved as squints or glances give no level of a closed eye
@@ -86,9 +89,7 @@ def find_closings(
     if len(times) < 3:
         return [], np.zeros(0, dtype=np.int64)
     even = even_times(times)
-    own, lids, glanced = (
-        None if curve is None else even.resampled(curve) for curve in (own, lids, glanced)
-    )
+    own, lids = (None if curve is None else even.resampled(curve) for curve in (own, lids))
     if solved is not None:
         solved = SolvedLids(even.resampled(solved.closed), even.resampled(solved.by_closer))
     found, peaks = _find_evenly(
@@ -97,7 +98,6 @@ def find_closings(
         own=own,
         least=np.zeros(2) if least is None else least,
         lids=lids,
-        glanced=glanced,
         solved=solved,
     )
     return [in_frames(each, even) for each in found], even.frames(peaks)
@@ -110,7 +110,6 @@ def _find_evenly(
     own: FloatArray | None,
     least: FloatArray,
     lids: FloatArray | None,
-    glanced: FloatArray | None,
     solved: SolvedLids | None,
 ) -> tuple[list[EyeClosing], IntArray]:
     """Return closings, and pulses that leave the eyes open, at even times: see `find_closings`."""
@@ -122,7 +121,8 @@ def _find_evenly(
     blinks, peaks = find_blinks(times, pulses, skin, scale, least)
     unknown = np.full(closing.shape, np.nan)
     solved = SolvedLids(unknown, unknown) if solved is None else solved
-    depth = lid_depth(unknown if lids is None else lids, step)
+    lids = unknown if lids is None else lids
+    depth = lid_depth(lids, step)
     as_solved, by_closer = lid_depth(solved.closed, step), lid_depth(solved.by_closer, step)
     closed = pulses_that_close(depth, peaks, blinks, _reached(pulses, scale, peaks, step))
     closed[closed] = as_deep_as_others(as_solved, peaks[closed])
@@ -136,11 +136,15 @@ def _find_evenly(
         return blinks, left_open
     # The level of a closed eye is that of its own blinks: their height above rest, at least.
     own_peaks = _eyes_that_blink(pulses, scale, blinks, peaks, step)
-    level = np.maximum(_level(smooth[peaks], own_peaks), scale)
+    level = np.maximum(_level(_at_top(closing, peaks, step), own_peaks), scale)
+    lid_level, solved_level = (
+        _level(_at_top(curve, peaks, step), own_peaks) for curve in (lids, solved.closed)
+    )
     # Closed by the markers, by the lids' estimate and as solved: the least of the three.
-    for each in (depth if glanced is None else lid_depth(glanced, step), as_solved):
-        smooth = _no_further_than(each, smooth, level, _level(each.most[peaks], own_peaks))
+    smooth = _no_further_than(depth, smooth, level, lid_level)
+    smooth = _no_further_than(as_solved, smooth, level, solved_level)
     held = find_held_eyes(times, smooth, level, _by_itself(own, smooth))
+    held = _not_beyond_closed(held, times, depth.gone, lid_level)
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
     return sorted(closings, key=lambda each: each.closed), left_open
 
@@ -188,6 +192,15 @@ def _eyes_that_blink(
     return np.asarray(closed & (around >= _TAKES_PART * scale))
 
 
+def _at_top(curve: FloatArray, peaks: IntArray, step: float) -> FloatArray:
+    """Return a curve (F, 2) at the tops of blinks: (N, 2), without the smoothing of pulses.
+
+    That flattens a blink, but no eye that is held closed.
+    """
+    width = 2 * round(_TOP / step) + 1
+    return np.asarray(uniform_filter1d(curve, width, axis=0, mode="nearest")[peaks])
+
+
 def _level(curves: FloatArray, used: BoolArray) -> FloatArray:
     """Return the median of (N, 2) for each eye, over the rows that are used; NaN without one."""
     own = [curves[used[:, eye], eye] for eye in (0, 1)]
@@ -204,6 +217,28 @@ def _no_further_than(
     known = np.isfinite(own) & (own > _MEASURED)
     share = level / np.where(known, own, 1.0)
     return np.asarray(np.where(known, np.minimum(smooth, depth.gone * share), smooth))
+
+
+def _not_beyond_closed(
+    held: Sequence[EyeClosing], times: FloatArray, gone: FloatArray, level: FloatArray
+) -> list[EyeClosing]:
+    """Return the closed eyes less those whose lids would be closed far further than in blinks.
+
+    And those of the other eye meanwhile: brows are lowered together. `gone` (F, 2) is how far the
+    lids are closed, `level` (2,) the same at the peaks of the take's blinks.
+    """
+
+    def is_beyond(each: EyeClosing) -> bool:
+        (eye,) = each.eyes
+        first, stop = np.searchsorted(times, [each.closed, each.opened])
+        return bool(np.median(gone[first : stop + 1, eye]) > _BEYOND * level[eye])
+
+    beyond = [each for each in held if is_beyond(each)]
+    return [
+        each
+        for each in held
+        if not any(each.closed <= other.opened and other.closed <= each.opened for other in beyond)
+    ]
 
 
 def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:

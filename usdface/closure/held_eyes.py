@@ -10,13 +10,13 @@ from usdface.numerics.ramps import smooth_step
 __all__ = ["find_held_eyes"]
 
 # Closed at this share of the height of the blinks; open again, or not yet closing, at the second.
-_CLOSED, _OPEN = 0.85, 0.35
+_CLOSED, _OPEN = 0.8, 0.35
 # Open halfway at this: a squint between two closings (a labelled one of ten seconds: 0.5). From
 # here to closed the lids follow by degrees.
-_HALF_OPEN = 0.65
+_HALF_OPEN = 0.7
 # Closed at this where the other eye is below the second: one eye alone may be a twitch of its
 # cheek.
-_CLOSED_ALONE, _CONTRADICTED = 0.9, 0.75
+_CLOSED_ALONE, _CONTRADICTED = 0.85, 0.72
 # Share of the median level of an eye that is held closed; below it the eye is closing or opening,
 # even where the blinks of the take go no further. Set by hand.
 _STILL_CLOSED = 0.8

@@ -14,6 +14,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.closing_displacements import (
     closing_displacements,
     near_lids,
+    performed_opening,
     scanned_glance_displacements,
     scanned_lid_displacements,
 )
@@ -37,10 +38,10 @@ def lid_estimate(
     apertures: Mapping[Eye, LidApertures],
     names: tuple[str, ...],
     solution: Solution,
-    *,
-    glances: bool = False,
 ) -> FloatArray:
     """Return how much of each eye's opening is gone: (F, 2), 1 closed; NaN without markers there.
+
+    A glance down lowers the lids, too: as on a scanned face, if not on the rig.
 
     Parameters
     ----------
@@ -49,13 +50,14 @@ def lid_estimate(
     names : tuple of str, length T
         The blend shapes that `apertures` are of.
     solution : Solution
-    glances : bool
-        Let the lids follow a glance down: as on a scanned face, if they do not on the rig.
     """
     frames = len(solution.feature_points)
     estimate = np.full((frames, 2), np.nan)
     near = {
-        eye: near_lids(closing_displacements(face, own, names, solution.markers), own)
+        eye: near_lids(
+            closing_displacements(face, own, names, solution.markers),
+            performed_opening(face, own),
+        )
         for eye, own in apertures.items()
     }
     measured = [eye for eye in apertures if near[eye].any()]
@@ -73,7 +75,7 @@ def lid_estimate(
     deviations[[apertures[eye].closer for eye in measured]] = _CLOSER
     taken = np.array([_closed_by(apertures[eye], len(names)) for eye in measured])
     for row, eye in enumerate(measured):
-        glance = scanned_glance_displacements(face, apertures[eye], names) if glances else None
+        glance = scanned_glance_displacements(face, apertures[eye], names)
         if glance is not None:
             offsets = np.concatenate([offsets, glance[None]])
             deviations = np.append(deviations, _CLOSER)

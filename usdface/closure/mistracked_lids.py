@@ -102,7 +102,7 @@ def lid_pairs(
     names = solution.weights.names
     lids = {
         lid.marker: lid
-        for lid in lid_markers(face, apertures, names, solution)
+        for lid in lid_markers(face, apertures, names, solution, of_rig=True)
         if np.linalg.norm(lid.closing) >= _LEAST_CLOSING * apertures[lid.eye].opening
     }
     partner = mirrored_markers(solution.rest, midline(solution.rest, face.midline))
