@@ -45,6 +45,7 @@ from usdface.takes import MarkerTake, WeightsTake
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared" / "data"
 sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
+from faces import make_face  # noqa: E402
 from ict_face import ict_mesh, landmarks  # noqa: E402
 
 from benchmarks.binding import head_mesh  # noqa: E402
@@ -182,13 +183,14 @@ def bound_points(mesh: Mesh, world: World, seed: int) -> np.ndarray:
 
 
 def run(mesh: Mesh, take: WeightsTake, world: World, half: int) -> ShotResult:
-    return on_face(mesh, performed(mesh, take, world, half, 7), bound_points(mesh, world, 11))
+    markers, tip = performed(mesh, take, world, half, 7), nose_tip(len(world.points))
+    return on_face(mesh, markers, bound_points(mesh, world, 11), tip)
 
 
-def on_face(mesh: Mesh, markers: MarkerTake, places: np.ndarray) -> ShotResult:
-    """Retarget markers that are bound to `places` on a face."""
+def on_face(mesh: Mesh, markers: MarkerTake, places: np.ndarray, tip: str) -> ShotResult:
+    """Retarget markers that are bound to `places` on a face; `tip` is that of the nose."""
     binding = Binding(markers.names, places, mesh.name)
-    setup = RetargetSetup(binding, neutral=(0, NEUTRAL - 1), nose_tip=nose_tip(len(places)))
+    setup = RetargetSetup(binding, neutral=(0, NEUTRAL - 1), nose_tip=tip)
     shot = Shot(Rig("Face", (mesh,)), markers, setup)
     return retarget(shot, options=ProcessOptions(express=False))
 
@@ -413,20 +415,34 @@ def lips_that_touch(shown: WeightsTake, solved: FloatArray, final: FloatArray) -
     )
 
 
-def other_heads(take: WeightsTake, half: int) -> Table:
-    """Retarget the world of 41 markers to heads that are not of the performer's model."""
-    table = Table(title=f"other heads, {'second' if half else 'first'} half, 41 markers")
-    for column in ("head", "closed", "found", "partial", "false", "shut wrongly %"):
-        table.add_column(column, justify="left" if column == "head" else "right")
-    world = World("41 markers", layouts()["41 markers"])
-    markers = performed(ict_mesh(SHARED), take, world, half, 7)
-    for head in ("makehuman", "example"):
+def on_head(head: str, layout: str) -> tuple[np.ndarray, np.ndarray]:
+    """Return which markers of a layout are on a head, and the vertices they are bound to."""
+    if layout.startswith("41"):
         own = bound_by_hand(head)
-        places = np.array([own[name] for name in bound_by_hand("ict")])
-        result = on_face(head_mesh(head), markers, places)
-        scores = scored(take, result.closure.eyes)
-        table.add_row(head, *counts(scores))
-        print(head, [(s.missed_frames, s.false_frames) for s in scores])
+        return np.arange(len(own)), np.array([own[name] for name in bound_by_hand("ict")])
+    binding = make_face(f"{head}68", SHARED).setup.binding
+    return np.array([int(name.split("_")[-1]) for name in binding.markers]), binding.points
+
+
+def other_heads(take: WeightsTake, half: int) -> Table:
+    """Retarget performers to heads that are not of their model."""
+    table = Table(title=f"other heads, {'second' if half else 'first'} half")
+    columns = "head,world,closed,found,partial,false,shut wrongly %"
+    for column in columns.split(","):
+        table.add_column(column, justify="left" if column in ("head", "world") else "right")
+    for world in worlds():
+        if world.misplaced:
+            continue
+        shown = PULSES[world.pulses](take, np.random.default_rng(5 + half))
+        markers = performed(ict_mesh(SHARED), shown, world, half, 7)
+        for head in ("makehuman", "example"):
+            kept, places = on_head(head, world.name)
+            names = tuple(markers.names[marker] for marker in kept)
+            own = MarkerTake(names, markers.times, markers.positions[:, kept], markers.rate)
+            tip = nose_tip(len(world.points))
+            scores = scored(shown, on_face(head_mesh(head), own, places, tip).closure.eyes)
+            table.add_row(head, world.name, *counts(scores))
+            print(head, world.name, [(s.missed_frames, s.false_frames) for s in scores])
     return table
 
 

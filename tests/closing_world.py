@@ -11,7 +11,7 @@ from usdface.closure.closing_displacements import closing_displacements
 from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.face.bound_face import BoundFace
 from usdface.options import ProcessOptions
-from usdface.rigs import Mesh, Rig
+from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.setup.binding import Binding
 from usdface.setup.pin import Pin
 from usdface.setup.retarget_setup import RetargetSetup
@@ -19,7 +19,16 @@ from usdface.shot.retarget import retarget
 from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import MarkerTake
 
-__all__ = ["BLINKS", "TIMES", "markers", "performance", "result", "slit_bound", "slit_markers"]
+__all__ = [
+    "BLINKS",
+    "TIMES",
+    "markers",
+    "performance",
+    "result",
+    "slit_bound",
+    "slit_markers",
+    "with_human_lids",
+]
 
 BLINKS = (1.0, 2.5)
 TIMES = np.arange(0, 4, 1 / 60)
@@ -53,6 +62,25 @@ def slit_bound(mesh: Mesh) -> BoundFace:
     places = slit_markers(mesh)
     points = np.array(list(places.values()))
     return BoundFace(mesh, tuple(places), points, nose_tip="mouth_up").with_layout(())
+
+
+def with_human_lids(mesh: Mesh, share: float = 1.0, looks: bool = False) -> Mesh:
+    """Return the mesh whose blinks move its markers so many times as far as people's do.
+
+    `looks`: eyes look down, by half as much.
+    """
+    face, shapes = slit_bound(mesh), list(mesh.shapes)
+    for eye in lid_apertures_of(face, mesh.shape_names).values():
+        shape = shapes[eye.closer]
+        dense = np.zeros_like(mesh.points)
+        dense[shape.indices] = shape.offsets
+        closing = closing_displacements(face, eye, mesh.shape_names, face.markers)
+        dense[face.vertices] = share * closing
+        shapes[eye.closer] = BlendShape.from_dense(shape.name, dense)
+        if looks:
+            down = shape.name.replace("Blink", "LookDown")
+            shapes.append(BlendShape.from_dense(down, 0.5 * dense))
+    return replace(mesh, shapes=tuple(shapes))
 
 
 def performance(names: Sequence[str], **curves: FloatArray) -> FloatArray:

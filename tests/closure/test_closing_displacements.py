@@ -4,12 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closing_world import BLINKS, TIMES, markers, performance, result, slit_bound, slit_markers
+from closing_world import (
+    BLINKS,
+    TIMES,
+    markers,
+    performance,
+    result,
+    slit_bound,
+    slit_markers,
+    with_human_lids,
+)
 from slits import slit_face
 
 from usdface.closure.closing_displacements import (
     closing_displacements,
-    lids_move_markers,
     near_lids,
     performed_opening,
     scanned_glance_displacements,
@@ -35,28 +43,6 @@ def rim_face() -> Mesh:
     return replace(MESH, shapes=tuple(shapes))
 
 
-def with_blinks(share: float, looks: bool = False) -> BoundFace:
-    """Return the face whose blinks move the markers so many times as far as people's.
-
-    `looks`: eyes look down, by half as much.
-    """
-    face = slit_bound(MESH)
-    closing = {
-        eye.closer: scanned_lid_displacements(face, eye, NAMES)[eye.closer]
-        for eye in both_eyes(face)
-    }
-    shapes = list(MESH.shapes)
-    for closer, moved in closing.items():
-        dense = np.zeros_like(MESH.points)
-        dense[shapes[closer].indices] = shapes[closer].offsets
-        dense[face.vertices] = share * moved
-        name = shapes[closer].name
-        shapes[closer] = BlendShape.from_dense(name, dense)
-        if looks:
-            shapes.append(BlendShape.from_dense(name.replace("Blink", "LookDown"), 0.5 * dense))
-    return slit_bound(replace(MESH, shapes=tuple(shapes)))
-
-
 def both_eyes(face: BoundFace) -> tuple[LidApertures, LidApertures]:
     found = lid_apertures_of(face, NAMES)
     return found["left"], found["right"]
@@ -65,9 +51,8 @@ def both_eyes(face: BoundFace) -> tuple[LidApertures, LidApertures]:
 @pytest.mark.parametrize(("share", "own"), [(0.6, True), (1.4, True), (0.4, False), (1.6, False)])
 def test_lids_that_move_markers_like_people_speak_for_themselves(share: float, own: bool) -> None:
     """Not those of eyes that are twice as large, which no performer moves as far."""
-    face = with_blinks(share)
+    face = slit_bound(with_human_lids(MESH, share))
     for apertures in both_eyes(face):
-        assert lids_move_markers(face, apertures, NAMES)
         assert bool(scanned_lid_displacements(face, apertures, NAMES)) is not own
         rig = face.offsets[NAMES.index(f"eyeBlink{apertures.eye.title()}")]
         found = closing_displacements(face, apertures, NAMES, face.markers[::-1])
@@ -90,7 +75,6 @@ def test_beside_lids_whose_rim_alone_moves_markers_move_as_on_another_face() -> 
         (other,) = set(EYES) - {apertures.eye}
         assert not closing[face.markers.index(f"eye_{other}_up")].any()
         assert near_lids(closing, performed_opening(face, apertures))[upper]
-        assert not lids_move_markers(face, apertures, NAMES)
 
 
 def test_without_markers_near_the_eyes_nothing_is_known() -> None:
@@ -111,7 +95,7 @@ def test_lids_follow_eyes_that_look_down_unless_the_rig_says_how(
     share: float, looks: bool, own: bool
 ) -> None:
     """A rig whose lids move unlike people's does not say how people's follow, either."""
-    face = with_blinks(share, looks)
+    face = slit_bound(with_human_lids(MESH, share, looks))
     names = face.shape_names
     for apertures in lid_apertures_of(face, names).values():
         glance = scanned_glance_displacements(face, apertures, names)

@@ -385,6 +385,15 @@ def test_the_level_of_a_closed_eye_is_that_of_a_blink_before_it_is_smoothed(rate
         assert [each.kind for each in found].count("held") == held
 
 
+def test_an_eye_that_is_not_solved_must_be_shut_further() -> None:
+    times, eyes = world()
+    shut = 0.86 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
+    seen = eyes + shut
+    for solved, held in ((SolvedLids(seen, seen), 2), (SolvedLids(*(np.nan * seen,) * 2), 0)):
+        found = closings_in(times, seen, lids=seen, solved=solved)
+        assert [each.kind for each in found].count("held") == held
+
+
 def test_a_closed_eye_is_the_top_of_a_blink_of_that_eye_alone() -> None:
     wink = EyeClosing("blink", (0,), 1.0, 1.1, 1.2, 1.4, 1.0)
     both = EyeClosing("blink", (0, 1), 1.0, 1.1, 1.2, 1.4, 1.0)

@@ -1,16 +1,16 @@
 """Solved lids: known weights, known openings."""
 
 import numpy as np
-from closing_world import TIMES, markers, performance, shot_of
+from closing_world import TIMES, markers, performance, shot_of, with_human_lids
 from slits import slit_face
 
 from usdface.closure.lid_apertures import lid_apertures_of
 from usdface.closure.solved_lids import SolvedLids, solved_lids
 from usdface.takes import WeightsTake
 
-MESH = slit_face()
+MESH = with_human_lids(slit_face())
 NAMES = MESH.shape_names
-FACE = shot_of(markers(MESH, performance(NAMES))).face
+FACE = shot_of(markers(MESH, performance(NAMES)), MESH).face
 APERTURES = lid_apertures_of(FACE, NAMES)
 
 
@@ -39,3 +39,10 @@ def test_an_eye_without_lids_is_unknown() -> None:
         FACE, {"left": APERTURES["left"]}, WeightsTake(NAMES, TIMES, performance(NAMES), 60.0)
     )
     assert np.isnan(lids.closed[:, 1]).all() and np.isfinite(lids.closed[:, 0]).all()
+
+
+def test_lids_that_move_markers_unlike_people_are_not_solved() -> None:
+    mesh = with_human_lids(slit_face(), 2.0)
+    face = shot_of(markers(mesh, performance(NAMES)), mesh).face
+    weights = WeightsTake(NAMES, TIMES, performance(NAMES), 60.0)
+    assert np.isnan(solved_lids(face, lid_apertures_of(face, NAMES), weights).closed).all()

@@ -15,7 +15,6 @@ from usdface.face.face_motion import motion_at
 
 __all__ = [
     "closing_displacements",
-    "lids_move_markers",
     "near_lids",
     "performed_opening",
     "scanned_glance_displacements",
@@ -53,7 +52,7 @@ def closing_displacements(
     otherwise (`scanned_lid_displacements`); `of_rig`: only if it moves none.
     """
     order = [face.markers.index(name) for name in markers]
-    if of_rig and lids_move_markers(face, apertures, names):
+    if of_rig and _lids_move_markers(face, apertures, names):
         return _own_closing(face, apertures, names)[order]
     another = scanned_lid_displacements(face, apertures, names)
     return another.get(apertures.closer, _own_closing(face, apertures, names))[order]
@@ -77,12 +76,6 @@ def near_lids(closing: FloatArray, opening: float) -> BoolArray:
     size = np.linalg.norm(closing, axis=1)
     farthest = size.max(initial=0.0)
     return np.asarray((farthest >= _NEAR * opening) & (size >= _MOVED * farthest))
-
-
-def lids_move_markers(face: BoundFace, apertures: LidApertures, names: tuple[str, ...]) -> bool:
-    """Whether the rig's own lids move markers, so that a solve determines them."""
-    own = _own_closing(face, apertures, names)
-    return bool(near_lids(own, performed_opening(face, apertures)).any())
 
 
 def scanned_lid_displacements(
@@ -151,6 +144,12 @@ def _as_scanned(face: BoundFace, apertures: LidApertures) -> dict[int, FloatArra
     to_left = face.neutral[:, 0] - face.midline
     own = to_left > 0.0 if apertures.eye == "left" else to_left < 0.0
     return {unit: own[:, None] * by_unit for unit, by_unit in known.items()}
+
+
+def _lids_move_markers(face: BoundFace, apertures: LidApertures, names: tuple[str, ...]) -> bool:
+    """Whether the rig's own lids move markers, so that a solve determines them."""
+    own = _own_closing(face, apertures, names)
+    return bool(near_lids(own, performed_opening(face, apertures)).any())
 
 
 def _own_closing(face: BoundFace, apertures: LidApertures, names: tuple[str, ...]) -> FloatArray:

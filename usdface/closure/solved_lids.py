@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
-from usdface.closure.closing_displacements import lids_move_markers
+from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.takes import WeightsTake
@@ -54,12 +54,12 @@ def solved_lids(
     Returns
     -------
     SolvedLids
-        NaN for an eye that is missing, or whose blend shapes move no marker: its lids are not
-        solved.
+        NaN for an eye that is missing, or whose blend shapes move the markers unlike people's
+        (`scanned_lid_displacements`): its lids are not solved.
     """
     closed, by_closer = (np.full((len(solved.times), 2), np.nan) for _ in range(2))
     for eye, own in apertures.items():
-        if not lids_move_markers(face, own, solved.names):
+        if scanned_lid_displacements(face, own, solved.names):
             continue
         column = EYES.index(eye)
         neutral = float(own.widest(np.zeros((1, len(solved.names))))[0])
