@@ -103,12 +103,14 @@ def markers(
     share: float = 1.0,
     *,
     as_people: bool = False,
+    at: Mapping[str, int] | None = None,
 ) -> MarkerTake:
     """Return the take (without some markers) of lids that move by a share of the mesh's.
 
-    `as_people`: by a share of how people close them.
+    `as_people`: by a share of how people close them. `at`: the vertices of the markers.
     """
-    own = {n: v for n, v in slit_markers(mesh).items() if not n.startswith(tuple(without) or "-")}
+    every = slit_markers(mesh) if at is None else at
+    own = {n: v for n, v in every.items() if not n.startswith(tuple(without) or "-")}
     offsets = mesh.offsets_at(np.array(list(own.values())))
     if as_people:
         face, names = slit_bound(mesh), mesh.shape_names
@@ -124,11 +126,15 @@ def markers(
 
 
 def shot_of(
-    take: MarkerTake, mesh: Mesh | None = None, pins: Sequence[Pin] = (), **settings: object
+    take: MarkerTake,
+    mesh: Mesh | None = None,
+    pins: Sequence[Pin] = (),
+    at: Mapping[str, int] | None = None,
+    **settings: object,
 ) -> Shot:
-    """Return a shot of a take on the face of slits."""
+    """Return a shot of a take on the face of slits; `at`: the vertices that it is bound to."""
     mesh = mesh or slit_face()
-    places: Mapping[str, int] = slit_markers(mesh)
+    places = slit_markers(mesh) if at is None else at
     binding = Binding(take.names, np.array([places[name] for name in take.names]), "Face")
     setup = RetargetSetup(
         binding,
@@ -148,7 +154,8 @@ def result(
     mesh: Mesh | None = None,
     pins: Sequence[Pin] = (),
     options: ProcessOptions = ProcessOptions(express=False),
+    at: Mapping[str, int] | None = None,
     **settings: object,
 ) -> ShotResult:
     """Retarget a take to the face of slits, without an expression layer."""
-    return retarget(shot_of(take, mesh, pins, **settings), options=options)
+    return retarget(shot_of(take, mesh, pins, at, **settings), options=options)

@@ -12,6 +12,8 @@ from usdface.shot.shot import ShotResult
 
 MESH = slit_face()
 NAMES = MESH.shape_names
+INNER = {"inner_up": (0.0, 0.0044), "inner_down": (0.0, -0.0044)}
+CHIN = {f"chin_{k}": (x, -0.0044) for k, x in enumerate((-0.0188, -0.0125, 0.0125, 0.0188))}
 OPEN = 0.3 * np.clip(np.sin(2 * np.pi * TIMES), 0, None)
 
 
@@ -46,3 +48,18 @@ def test_a_pair_that_does_not_open_with_the_mouth_is_not_believed() -> None:
     positions[:, down, 1] = positions[0, down, 1] + positions[:, up, 1] - positions[0, up, 1]
     frozen = type(take)(take.names, take.times, positions, take.rate)
     assert distances_of(result(frozen)) is None
+
+
+@pytest.mark.parametrize("crossed", [False, True])
+def test_markers_bound_to_the_wrong_lip_are_in_no_pair_that_is_used(crossed: bool) -> None:
+    """Nearest to the mouth, as landmarks of the inner rims are; two further away show the touch."""
+    own = slit_markers(MESH)
+    for name, place in {**INNER, **CHIN}.items():
+        own[name] = int(np.linalg.norm(MESH.points - np.array([*place, 0.01]), axis=1).argmin())
+    bound = dict(own)
+    if crossed:
+        bound["inner_up"], bound["inner_down"] = own["inner_down"], own["inner_up"]
+    shot = result(markers(MESH, performance(NAMES, jawOpen=OPEN), at=own), at=bound)
+    distances = distances_of(shot)
+    assert distances is not None
+    np.testing.assert_allclose(distances.seen[30:, 0], 0.02 * OPEN[30:], atol=0.001)

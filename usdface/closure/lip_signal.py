@@ -27,7 +27,7 @@ _NEAR, _BESIDE = 0.45, 0.2
 # Standard deviation [s] of the smoothing: short against a closure of the lips.
 _SMOOTHING = 0.03
 # A pair is used if its distance over the take correlates so well with that of the character as
-# solved, with at least this slope. Others are not opposite each other.
+# solved, with at least this slope. Others are not opposite each other, or bound to the wrong lip.
 _ALIKE, _AS_FAR = 0.7, 0.5
 
 
@@ -46,37 +46,25 @@ class LipDistances(NamedTuple):
 def lip_pairs(face: BoundFace, markers: Sequence[str]) -> IntArray:
     """Return the pairs of markers, of the upper and of the lower lip, opposite each other: (P, 2).
 
-    Places among `markers`, from the character's right to its left.
+    Places among `markers`, from the nearest pair to the farthest; a marker may be in several.
     """
-    lips = face.mesh.points[face.layout.lips]
     none = np.zeros((0, 2), dtype=np.int64)
-    if not len(lips) or not len(markers):
+    if not len(face.layout.lips) or not len(markers):
         return none
-    line = lips.mean(axis=1)
-    right, left = float(line[:, 0].min()), float(line[:, 0].max())
-    width = left - right
+    line = face.mesh.points[face.layout.lips].mean(axis=1)
+    right, width = _mouth(face)
     places = face.mesh.points[face.vertices_of(markers)]
     apart = places[:, None] - line[None]
     distance = np.linalg.norm(apart, axis=2)
     above = apart[np.arange(len(places)), distance.argmin(axis=1), 1]
-    inner = (places[:, 0] > right) & (places[:, 0] < left)
+    inner = (places[:, 0] > right) & (places[:, 0] < right + width)
     near = inner & (distance.min(axis=1) < _NEAR * width)
     upper, lower = np.flatnonzero(near & (above > 0)), np.flatnonzero(near & (above < 0))
-    pairs: list[tuple[int, int]] = []
-    for a in upper.tolist():
-        beside = np.abs(places[lower, 0] - places[a, 0])
-        close = lower[beside < _BESIDE * width]
-        if len(close):
-            away = np.linalg.norm(places[close] - places[a], axis=1)
-            pairs.append((a, int(close[away.argmin()])))
-    # Of pairs at one place the one nearest to the lips.
-    kept: list[tuple[int, int]] = []
-    for pair in sorted(pairs, key=lambda p: float(np.linalg.norm(places[p[0]] - places[p[1]]))):
-        middle = places[list(pair), 0].mean()
-        if all(abs(middle - places[list(p), 0].mean()) > _BESIDE * width / 2 for p in kept):
-            kept.append(pair)
-    kept.sort(key=lambda p: float(places[list(p), 0].mean()))
-    return np.array(kept, dtype=np.int64).reshape(-1, 2)
+    beside = np.abs(places[upper, None, 0] - places[lower, 0])
+    first, second = np.nonzero(beside < _BESIDE * width)
+    pairs = np.stack([upper[first], lower[second]], axis=1)
+    away = np.linalg.norm(places[pairs[:, 0]] - places[pairs[:, 1]], axis=1)
+    return pairs[np.argsort(away, kind="stable")]
 
 
 def lip_distances(
@@ -118,13 +106,33 @@ def lip_distances(
     distances = by_blocks(len(solved.times), apart)
     measured, posed = (_smooth(distances[:, of], solved.times) for of in (0, 1))
     least = face.tolerance
-    used = np.flatnonzero([_agree(a, b, least) for a, b in zip(measured.T, posed.T, strict=True)])
+    agree = np.flatnonzero([_agree(a, b, least) for a, b in zip(measured.T, posed.T, strict=True)])
+    used = agree[_one_at_a_place(pairs[agree], rest[:, 0], _BESIDE * _mouth(face)[1] / 2)]
     if not len(used):
         return None
     at = rest[pairs[used], 0].mean(axis=1)
     shares = np.stack([np.interp(x, at, row) for row in np.eye(len(at))])
     noise = np.sqrt(2.0) * solution.noise * _damped(solved.times)
     return LipDistances(measured[:, used] @ shares, posed[:, used] @ shares, float(noise))
+
+
+def _mouth(face: BoundFace) -> tuple[float, float]:
+    """Return x of the right corner of the mouth, and its width [m]."""
+    x = face.mesh.points[face.layout.lips].mean(axis=1)[:, 0]
+    return float(x.min()), float(np.ptp(x))
+
+
+def _one_at_a_place(pairs: IntArray, x: FloatArray, apart: float) -> IntArray:
+    """Return which pairs (P, 2) of markers at `x` are the nearest in their place, by rising x.
+
+    `pairs` are from the nearest to the farthest, each place `apart` from the others [m].
+    """
+    kept: list[int] = []
+    middles = x[pairs].mean(axis=1)
+    for number, pair in enumerate(pairs.tolist()):
+        if all(pair[0] != pairs[k, 0] and abs(middles[number] - middles[k]) > apart for k in kept):
+            kept.append(number)
+    return np.array(sorted(kept, key=lambda k: float(middles[k])), dtype=np.int64)
 
 
 def _smooth(values: FloatArray, times: FloatArray) -> FloatArray:
