@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from usdface.cli.report import print_json, print_result, write_report
+from usdface.cli.report import print_result, write_report
 from usdface.errors import OutputError
 from usdface.findings import finding
 from usdface.result import Result
@@ -119,16 +119,6 @@ def test_the_file_holds_what_json_prints(
     assert written == printed
     with pytest.raises(OutputError, match="cannot write"):
         write_report(RESULT, tmp_path / "deep" / "report.json" / "no.json")
-
-
-def test_plain_values_are_printed_only_where_asked_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert not print_json({"ä": [1]}, "text", tmp_path / "facts.json")
-    assert capsys.readouterr().out == ""
-    assert json.loads((tmp_path / "facts.json").read_text(encoding="utf-8")) == {"ä": [1]}
-    assert print_json({"ä": [1]}, "json", None)
-    assert json.loads(capsys.readouterr().out) == {"ä": [1]}
 
 
 def test_a_second_message_about_one_place_is_printed(capsys: pytest.CaptureFixture[str]) -> None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_json", "print_result", "print_whole", "print_written", "shown", "write_report"]
+__all__ = ["print_result", "print_whole", "shown", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _WORDS: dict[Level, str] = {"good": "good", "look_at": "look at", "not_usable": "not usable"}
@@ -170,28 +170,6 @@ def write_report(result: Result[Any], path: Path) -> None:
         If the file cannot be written.
     """
     write_text(path, json.dumps(result.as_dict(), indent=1, ensure_ascii=False) + "\n")
-
-
-def print_json(document: object, form: str, report: Path | None) -> bool:
-    """Write plain values as JSON to a file if one is named, and print them if JSON is requested.
-
-    Returns
-    -------
-    bool
-        Whether they were printed.
-    """
-    text = json.dumps(document, indent=1, ensure_ascii=False)
-    if report:
-        write_text(report, text + "\n")
-    if form == "json":
-        print(text)
-    return form == "json"
-
-
-def print_written(paths: Iterable[Path]) -> None:
-    """Print which files were written."""
-    for path in paths:
-        print(f"wrote {plain(str(path), _LONGEST)}")
 
 
 def print_whole(console: "Console", table: "Table") -> None:

@@ -115,6 +115,7 @@ def check_neutral(
     Returns
     -------
     Result of tuple of NeutralResponse
+        `details` has ``responses``: the same as plain values.
 
     Raises
     ------
@@ -133,7 +134,8 @@ def check_neutral(
     assert read.system is not None
     with progress.step("evaluate"):
         responses = neutral_responses(read.rig, read.setup, read.system)
-    return Result(responses, (), tuple(findings), seconds=progress.seconds)
+    details = {"responses": [response.as_dict() for response in responses]}
+    return Result(responses, (), tuple(findings), details=details, seconds=progress.seconds)
 
 
 def _check_frame(times: FloatArray, frame: int | None, time: float | None) -> None:
