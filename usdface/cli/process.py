@@ -35,7 +35,7 @@ def add_process(commands: Any, summary: str) -> None:
         summary,
         writes=("gltf", "figure", "sheet", "deliver"),
     )
-    command.add_argument("shot", type=Path)
+    command.add_argument("shot", type=Path, help="a shot, as `usdface shot` makes it")
     _add_files(command)
     _add_delivery(command)
     _add_switches(command)
@@ -52,7 +52,11 @@ def add_process(commands: Any, summary: str) -> None:
     add_overwrite(command, EDITED_RESULT)
     result = command.add_mutually_exclusive_group()
     result.add_argument(
-        "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
+        "-o",
+        "--output",
+        default="",
+        metavar="ROOT",
+        help="root layer of the result (default: beside the shot, SHOT.usdface.usda)",
     )
     result.add_argument(
         "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
@@ -74,12 +78,17 @@ def _add_files(command: argparse.ArgumentParser) -> None:
 
 def _add_switches(command: argparse.ArgumentParser) -> None:
     """Add what a job leaves out, or does in another way than the shot says."""
-    command.add_argument("--no-express", dest="express", action="store_false")
+    command.add_argument(
+        "--no-express",
+        dest="express",
+        action="store_false",
+        help="no correction: emotions stay as solved",
+    )
     command.add_argument(
         "--no-closure",
         dest="closure",
         action="store_false",
-        help="eyes and lips stay as solved and corrected",
+        help="no completed closures: eyes and lips stay as solved and corrected",
     )
     command.add_argument(
         "--no-head", dest="head", action="store_false", help="the character's head stays still"
@@ -154,7 +163,11 @@ def _add_delivery(command: argparse.ArgumentParser) -> None:
         "--handles", type=int, default=0, metavar="N", help="also N frames before and after the cut"
     )
     group.add_argument(
-        "--rate", type=float, default=0.0, help="frames a second (default: those of the shot)"
+        "--rate",
+        type=float,
+        default=0.0,
+        metavar="RATE",
+        help="frames per second (default: the shot's)",
     )
 
 
