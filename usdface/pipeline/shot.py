@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.resolve_binding import UnsureBindingError, bound_count, proposal_summary
+from usdface.binding.resolve_binding import UnsureBindingError
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
@@ -28,6 +28,7 @@ from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.rigs import Mesh, Rig
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.setup.setup_summary import bound_count, proposal_summary
 from usdface.shot.assembly import assemble_shot
 from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
