@@ -10,6 +10,7 @@ from usdface.cli.command import (
     add_command,
     add_output,
     add_overwrite,
+    add_skip_hook,
     report,
     settings,
 )
@@ -212,6 +213,7 @@ def add_export(commands: Any, summary: str) -> None:
         help="joints that a point keeps at most, the strongest (default: all)",
     )
     add_asset_root(command)
+    add_skip_hook(command)
 
 
 def _export(parsed: argparse.Namespace) -> int:
@@ -223,6 +225,7 @@ def _export(parsed: argparse.Namespace) -> int:
             parsed.output,
             every_frame=every,
             overwrite=parsed.overwrite,
+            skip_hooks=parsed.skip_hooks,
             options=options,
             on_progress=step,
         )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from usdface.face.place import Place
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
-from usdface.plain_text import plain
+from usdface.plain_text import listed, plain
 from usdface.result import Result
 from usdface.verdict import Level, Verdict
 
@@ -142,8 +142,8 @@ def _line(group: list[Finding]) -> str:
     if any(f.message != first.message for f in group):
         # The message is that of the first finding only.
         first_place, *others = _places(group)
-        return f"{line} ({first_place}); others: {_listed(others)}"
-    return line + (f" ({_listed(_places(group))})" if first.where else "")
+        return f"{line} ({first_place}); others: {listed(others, _EXAMPLES)}"
+    return line + (f" ({listed(_places(group), _EXAMPLES)})" if first.where else "")
 
 
 def _places(group: list[Finding]) -> list[str]:
@@ -154,11 +154,6 @@ def _places(group: list[Finding]) -> list[str]:
     if all(place.startswith(shared) for place in others):
         others = [place.removeprefix(shared) for place in others]
     return [first, *others]
-
-
-def _listed(places: list[str]) -> str:
-    more = f" and {len(places) - _EXAMPLES} more" if len(places) > _EXAMPLES else ""
-    return ", ".join(places[:_EXAMPLES]) + more
 
 
 def write_report(result: Result[Any], path: Path) -> None:
