@@ -18,7 +18,7 @@ _AXES, _PIXELS = 1.5, 4.0
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Where a marker is in a frame (x right, y down [px]); without a place it is hidden there."""
+    """The corrected place of a marker in a frame (x right, y down [px]); None: hidden there."""
 
     frame: int
     name: str

@@ -86,5 +86,5 @@ class KeptPieces:
 
     @property
     def used(self) -> dict[str, str]:
-        """Where estimates and pieces came from: "cached" or "computed"."""
+        """The origin of estimates and pieces, by name: "cached" or "computed"."""
         return self._cache.used

@@ -204,7 +204,7 @@ class PiecedStages:
     Attributes
     ----------
     used : dict of str to {"cached", "computed", "joined"}
-        Where the value of each stage came from.
+        The origin of the value of each stage.
     """
 
     def __init__(

@@ -32,7 +32,7 @@ __all__ = ["ProcessOutputs", "process_outputs", "weight_deviations"]
 
 @dataclass(frozen=True, slots=True)
 class ProcessOutputs:
-    """Where the outputs of `process` go; None: not written.
+    """The output files of `process`; None: not written.
 
     `root` is that of the result as it was given; None: beside the shot, or in place.
     """

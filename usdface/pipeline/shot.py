@@ -157,7 +157,7 @@ def make_shot(
 
 @dataclass(frozen=True, slots=True)
 class _Outputs:
-    """Where the files of a shot go; None: not written."""
+    """The output files of `usdface shot`; None: not written."""
 
     shot: Path
     shared: SharedLayers

@@ -1,4 +1,4 @@
-"""Which mesh of a rig is the face."""
+"""The face mesh of a rig, among those with blend shapes."""
 
 from collections.abc import Sequence
 
