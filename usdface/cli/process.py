@@ -16,6 +16,7 @@ from usdface.cli.command import (
     report,
     settings,
 )
+from usdface.cli.option_rules import check_together
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import EXAGGERATION_PARTS, DeliverOptions, ProcessOptions
@@ -24,6 +25,18 @@ if TYPE_CHECKING:
     from usdface.result import Result
 
 __all__ = ["add_calibrate", "add_process"]
+
+# Files of a result, by their options, which are arguments of `usdface.process`.
+_OUTPUTS = ("output", "gltf", "figure", "sheet", "deliver", "in_place")
+# Options of long takes by the one that they belong to, and by the one that ignores them.
+_NEEDS = {
+    **dict.fromkeys(("piece", "openjd", "workers"), "--pieces DIR"),
+    "chunk": "--openjd DIR",
+}
+_EXCLUDES = {
+    "openjd": ("piece", "workers"),
+    "piece": (*_OUTPUTS, "overwrite", "cache"),
+}
 
 
 def add_process(commands: Any, summary: str) -> None:
@@ -173,7 +186,9 @@ def _add_delivery(command: argparse.ArgumentParser) -> None:
 
 def _process(parsed: argparse.Namespace) -> int:
     options = _options(parsed)
-    _check_pieces(parsed)
+    check_together(parsed, _NEEDS, _EXCLUDES)
+    if parsed.workers is not None and parsed.workers < 1:
+        raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
     delivery = _delivery(parsed)
     if parsed.openjd:
         return _write_job(parsed)
@@ -184,13 +199,8 @@ def _process(parsed: argparse.Namespace) -> int:
     with progress(parsed) as step:
         result = pipeline.process(
             parsed.shot,
-            output=parsed.output,
-            gltf=parsed.gltf,
-            figure=parsed.figure,
-            sheet=parsed.sheet,
-            deliver=parsed.deliver,
+            **_outputs(parsed),
             delivery=delivery,
-            in_place=parsed.in_place,
             overwrite=parsed.overwrite,
             asset_root=parsed.asset_root,
             strict=parsed.strict,
@@ -210,25 +220,6 @@ def _options(parsed: argparse.Namespace) -> ProcessOptions:
         "gains": _factors("gains", parsed.gains),
     }
     return ProcessOptions(**given | factors)
-
-
-def _check_pieces(parsed: argparse.Namespace) -> None:
-    """Refuse options of pieces, and of a farm's job, without those that they belong to."""
-    if parsed.piece and not parsed.pieces:
-        raise InputError(f"--piece {parsed.piece} needs a folder: --pieces DIR", "SETTING_WRONG")
-    if parsed.openjd and not parsed.pieces:
-        raise InputError(f"--openjd {parsed.openjd} needs a folder: --pieces DIR", "SETTING_WRONG")
-    if parsed.chunk is not None and not parsed.openjd:
-        raise InputError(
-            f"--chunk {parsed.chunk} is of a farm's job: --openjd DIR", "SETTING_WRONG"
-        )
-    if parsed.workers is not None and not parsed.pieces:
-        raise InputError(
-            f"--workers {parsed.workers} are for the pieces of a long take: --pieces DIR",
-            "SETTING_WRONG",
-        )
-    if parsed.workers is not None and parsed.workers < 1:
-        raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
 
 
 def _delivery(parsed: argparse.Namespace) -> DeliverOptions:
@@ -261,15 +252,11 @@ def _solve_pieces(parsed: argparse.Namespace, options: ProcessOptions) -> "Resul
 def _check_outputs(parsed: argparse.Namespace) -> None:
     from usdface.pipeline.process_outputs import process_outputs
 
-    outputs = process_outputs(
-        output=parsed.output,
-        gltf=parsed.gltf,
-        figure=parsed.figure,
-        sheet=parsed.sheet,
-        deliver=parsed.deliver,
-        in_place=parsed.in_place,
-    )
-    outputs.check(parsed.shot, parsed.overwrite)
+    process_outputs(**_outputs(parsed)).check(parsed.shot, parsed.overwrite)
+
+
+def _outputs(parsed: argparse.Namespace) -> dict[str, Any]:
+    return {name: getattr(parsed, name) for name in _OUTPUTS}
 
 
 # Options that a job repeats: of all its steps, and of the last.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from usdface import pipeline
 from usdface.cli.command import EDITED_RESULT, add_command, add_overwrite, report
+from usdface.cli.option_rules import check_together
 from usdface.cli.progress import progress
 from usdface.errors import InputError, UsdFaceError
 
@@ -17,16 +18,14 @@ if TYPE_CHECKING:
 __all__ = ["add_sequence"]
 
 # Options that have no effect beside another.
-_EXCLUSIVE = {
-    "openjd": frozenset(
-        (
-            *("index", "workers", "time_limit", "table", "watch", "cache", "no_cache"),
-            *("gather", "overwrite"),
-        )
+# Options by the one that they belong to, and by the one that ignores them.
+_NEEDS = {"chunk": "--openjd DIR"}
+_EXCLUDES = {
+    "openjd": (
+        *("index", "workers", "time_limit", "table", "watch", "cache", "no_cache"),
+        *("gather", "overwrite"),
     ),
-    "gather": frozenset(
-        ("watch", "cache", "no_cache", "workers", "time_limit", "pages", "overwrite")
-    ),
+    "gather": ("watch", "cache", "no_cache", "workers", "time_limit", "pages", "overwrite"),
 }
 
 
@@ -105,25 +104,12 @@ def _sequence(parsed: argparse.Namespace) -> int:
     for name, value in (("workers", parsed.workers), ("time-limit", parsed.time_limit)):
         if value is not None and not value > 0:
             raise InputError(f"--{name} {value:g}: expected more than 0", "SETTING_WRONG")
-    _check_together(parsed)
+    check_together(parsed, _NEEDS, _EXCLUDES)
     if parsed.openjd:
         return _openjd(parsed)
     if parsed.watch:
         return _watch(parsed, limits)
     return _run(parsed, limits)
-
-
-def _check_together(parsed: argparse.Namespace) -> None:
-    """Refuse options that another one would leave without effect."""
-    given = {name for name, value in vars(parsed).items() if value not in (None, "", False)}
-    for one, without in _EXCLUSIVE.items():
-        if one in given and (idle := sorted(given & without)):
-            names = ", ".join(f"--{name.replace('_', '-')}" for name in idle)
-            raise InputError(f"--{one} takes no {names}", "SETTING_WRONG")
-    if "chunk" in given and "openjd" not in given:
-        raise InputError(
-            f"--chunk {parsed.chunk} is of a farm's job: --openjd DIR", "SETTING_WRONG"
-        )
 
 
 def _watch(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
