@@ -51,7 +51,7 @@ def test_names_are_printed_as_they_are_and_keys_as_labels(
     print_result(Result(None, (), (), summary), "text")
     assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
         "least certain eye_L 0.5, tear_mm 0.25",
-        "new markers dot_1 shapes hardly seen 3",
+        "new markers dot_1: shapes hardly seen 3",
     ]
 
 
@@ -144,11 +144,17 @@ def test_records_have_a_line_each_and_a_range_its_word(capsys: pytest.CaptureFix
     summary = {"new_markers": places, "neutral_frames": [0, 29], "peak_frames": [3, 9]}
     print_result(Result(None, (), (), summary), "text")
     assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
-        "new markers a place left brow, shapes hardly seen 3",
-        "b place left brow, shapes hardly seen 3",
+        "new markers a: left brow, shapes hardly seen 3",
+        "b: left brow, shapes hardly seen 3",
         "neutral frames 0 to 29",
         "peak frames 3, 9",
     ]
+
+
+def test_levels_of_verdicts_are_in_words(capsys: pytest.CaptureFixture[str]) -> None:
+    summary = {"verdicts": {"good": 2, "look_at": 1, "not_usable": 0}}
+    print_result(Result(None, (), (), summary), "text")
+    assert capsys.readouterr().out.split(maxsplit=1)[1].strip() == "good 2, look at 1, not usable 0"
 
 
 def test_a_figure_is_in_one_line_of_a_log(capsys: pytest.CaptureFixture[str]) -> None:

@@ -139,7 +139,9 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     vertices = np.flatnonzero(seen & (part == amount.argmax()))
     if amount.max() < 4:
         raise InputError(
-            f"the blend shapes of mesh {mesh.name!r} move no visible surface", "SKIN_MISSING"
+            f"the blend shapes of mesh {mesh.name!r} move no surface visible from the front; "
+            'name the mesh of the face in the binding, "mesh"',
+            "SKIN_MISSING",
         )
     return FaceSurface(
         mesh,

@@ -87,13 +87,20 @@ def _text(value: Any) -> str:
     if isinstance(value, Mapping) and value.keys() == _PLACE:
         return str(Place(**value))
     if isinstance(value, Mapping):
-        parts = [f"{name} {_fields(part)}" for name, part in value.items()]
+        parts = [f"{_name(name, part)} {_fields(part)}" for name, part in value.items()]
         return _between(value.values()).join(parts) or "none"
     if isinstance(value, list | tuple):
         return _between(value).join(map(_text, value)) or "none"
     if value is None:
         return "not determined"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _name(name: str, value: Any) -> str:
+    """Return a name as it stands before its value: a colon before a record, levels in words."""
+    if isinstance(value, Mapping):
+        return f"{name}:"
+    return next((words for level, words in _WORDS.items() if level == name), name)
 
 
 def _between(values: Iterable[Any]) -> str:
@@ -104,7 +111,10 @@ def _between(values: Iterable[Any]) -> str:
 def _fields(value: Any) -> str:
     """Return the value of a name as text; the keys of a record are ours, so they get labels."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{_label(key)} {_text(part)}" for key, part in value.items())
+        return ", ".join(
+            _text(part) if key == "place" else f"{_label(key)} {_text(part)}"
+            for key, part in value.items()
+        )
     return _text(value)
 
 

@@ -12,7 +12,7 @@ from usdface.plain_text import listed
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 from usdface.setup.binding_origin import check_mesh
-from usdface.setup.retarget_setup import RetargetSetup, check_neutral_weights
+from usdface.setup.retarget_setup import RetargetSetup, check_neutral_frames, check_neutral_weights
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["check_vertices", "fit_setup"]
@@ -80,12 +80,8 @@ def check_vertices(binding: Binding, mesh: Mesh) -> None:
 def _check_take(setup: RetargetSetup, take: MarkerTake) -> None:
     binding = setup.binding
     take.select(setup.head_markers)
-    if setup.neutral and setup.neutral[1] >= len(take.times):
-        raise InputError(
-            f"neutral frames {setup.neutral[0]} to {setup.neutral[1]} lie outside the take "
-            f"{take.source}, which has frames 0 to {len(take.times) - 1}",
-            "FRAMES_OUTSIDE",
-        )
+    if setup.neutral:
+        check_neutral_frames(setup.neutral, len(take.times), take.source)
     if not set(binding.markers) & set(take.names):
         raise InputError(
             f"no bound marker is in the take {take.source}; bound: "

@@ -140,5 +140,9 @@ def _refuse_other_setups(stage: Stage, scope: str) -> None:
 def _take_at(stage: Stage, path: str) -> MarkerTake | WeightsTake:
     prim = stage.GetPrimAtPath(path)
     if not prim:
-        raise InputError(f"there is no take at <{path}> on the stage", "SHOT_INCOMPLETE")
+        raise InputError(
+            f"there is no take at <{path}> on the stage; reference one there, as `usdface take` "
+            "writes it",
+            "SHOT_INCOMPLETE",
+        )
     return read_take_prim(prim)[0]

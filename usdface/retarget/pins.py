@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 from usdface.numerics.ramps import smooth_step
 from usdface.options import PIN_REACH
 from usdface.retarget.solver.bounds import Bounds
@@ -24,7 +24,9 @@ def check_pins(pins: Sequence[Pin], names: Collection[str], frames: int) -> None
     for pin in pins:
         if pin.shape not in names:
             raise InputError(
-                f"a pin is of {pin.shape!r}, which is no blend shape of the rig", "SHAPE_UNKNOWN"
+                f"a pin is of {pin.shape!r}, which is no blend shape of the rig"
+                f"{did_you_mean(pin.shape, names)}",
+                "SHAPE_UNKNOWN",
             )
         if pin.frames[-1] >= frames:
             raise InputError(
