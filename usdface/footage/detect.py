@@ -10,6 +10,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.footage.colour_channel import ColourChannel, Pixels, Signal
 from usdface.footage.components import EDGE, find_components
 from usdface.footage.dots import Dots, no_dots
+from usdface.numerics.robust_deviation import MEDIAN_TO_DEVIATION
 
 __all__ = [
     "CUT_OUT",
@@ -244,7 +245,9 @@ def _ring_level(values: NDArray[np.float32], ring: BoolArray) -> tuple[FloatArra
     """Return median and noise (K,) of the surroundings of each dot."""
     # By differences of neighbours: a gradient of the light is no noise.
     steps = _median(np.abs(np.diff(values, axis=2)), ring[:, :, 1:] & ring[:, :, :-1])
-    return _median(values, ring), np.maximum(1.4826 / np.sqrt(2.0) * steps, _NOISE_FLOOR)
+    return _median(values, ring), np.maximum(
+        MEDIAN_TO_DEVIATION / np.sqrt(2.0) * steps, _NOISE_FLOOR
+    )
 
 
 def _median(values: NDArray[np.float32], mine: BoolArray) -> FloatArray:
