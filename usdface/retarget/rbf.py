@@ -29,8 +29,9 @@ _CHUNK_ELEMENTS = 8_000_000
 
 
 def kernel_values(kernel: Kernel, distances: FloatArray, radius: float) -> FloatArray:
-    """Evaluate a radial kernel; `radius` is 1/e of the paper's shape parameter e.
+    """Evaluate a radial kernel at distances of any shape.
 
+    `radius`, in their unit, is 1 over the paper's shape parameter e.
     The multiquadric is scaled by the radius, ``sqrt(d^2 + r^2)``, as in [RBF] equation 6.
     """
     ratio = (distances / radius) ** 2
@@ -44,7 +45,7 @@ def kernel_values(kernel: Kernel, distances: FloatArray, radius: float) -> Float
 
 
 def kernel_slopes(kernel: Kernel, distances: FloatArray, radius: float) -> FloatArray:
-    """Return the derivative of `kernel_values` by distance, over distance: finite at 0."""
+    """Return the derivative of `kernel_values` by distance, divided by distance: finite at 0."""
     value = kernel_values(kernel, distances, radius)
     if kernel == "multiquadric":
         return np.asarray(1.0 / value)
