@@ -86,8 +86,9 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.binding.anchor_check", "_BETTER _AWAY _POOR_COST", CHECKED),
     ],
     "footage": [
-        *rows("usdface.footage.detect", "CUT_OUT _EDGE _SMALLEST _HALF _LARGE _PIECE", FILMED),
-        *rows("usdface.footage.detect", "_RAGGED _SLIM _FOOT _PLATEAU _ALONG _BESIDE", FILMED),
+        *rows("usdface.footage.components", "EDGE _HALF _LARGE _PIECE", FILMED),
+        *rows("usdface.footage.detect", "CUT_OUT _SMALLEST _RAGGED _SLIM", FILMED),
+        *rows("usdface.footage.detect", "_FOOT _PLATEAU _ALONG _BESIDE", FILMED),
         *rows("usdface.footage.follow", "_GATE _INERTIA _SIZE _LOST", FILMED),
         *rows("usdface.footage.finished_tracks", "_STRAY _DOUBT", FILMED),
         *rows("usdface.footage.join_tracks", "_JOIN", FILMED),

@@ -10,8 +10,8 @@ from examples.shapes import ARKIT_NAMES, eye_turns, head_shapes, jaw_moves
 from examples.skin import smooth
 from examples.topology import FLIP
 from usdface.arrays import FloatArray
-from usdface.figures.render import vertex_normals
 from usdface.geometry.triangulation import triangle_fans
+from usdface.geometry.vertex_normals import triangle_normals
 from usdface.rigs import BlendShape, Material, MaterialSubset, Mesh, Rig
 
 __all__ = ["MATERIALS", "build_head"]
@@ -54,7 +54,7 @@ def _mesh(
         points,
         counts,
         indices,
-        normals=vertex_normals(points, triangles),
+        normals=triangle_normals(points, triangles),
         uvs=uvs,
         shapes=shapes,
         material=main,

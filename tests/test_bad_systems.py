@@ -215,7 +215,7 @@ def test_a_shot_of_a_doubtful_system_says_so(shot, tmp_path, capsys):
             tokens.FUZZY_VARIABLE,
             tokens.VARIABLE_ROLE,
             "horn",
-            "there is no marker 'horn' (used by prim </Shot/Fuzzy/",
+            "there is no marker 'horn'; name it in the binding",
         ),
         (tokens.FUZZY_VARIABLE, tokens.TERMS_KINDS, ["wave"], "unknown kind of term 'wave'"),
     ],

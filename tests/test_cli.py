@@ -165,7 +165,7 @@ def test_help_and_version_load_nothing_heavy() -> None:
 
 def test_bench_papers_keeps_what_it_promises(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "papers", "--format", "json"]) == 0
-    assert len(json.loads(capsys.readouterr().out)) == 2
+    assert len(json.loads(capsys.readouterr().out)["tables"]) == 2
 
 
 def test_a_closed_standard_error_says_nothing_on_standard_output(

@@ -329,6 +329,10 @@ def test_the_command_line_names_and_skips_them(example: Path, shot: Path) -> Non
     skipped = command("process", shot, "--skip-hook", "studio_hooks")
     assert skipped.code == 0 and not hasattr(skipped, "hooks")
     assert [f["code"] for f in skipped.findings].count("HOOK_SKIPPED") == 4
+    export = ("export", skipped.written[0], "-o", shot.with_name("face.glb"))
+    exported = command(*export, "--skip-hook", "studio_hooks")
+    codes = [f["code"] for f in exported.findings]
+    assert codes.count("HOOK_SKIPPED") == 4 and "HOOK_APPLIED" not in codes
 
 
 def test_a_plug_in_that_would_not_load_says_why(install: Install) -> None:

@@ -14,7 +14,7 @@ def loaded_by(code: str) -> set[str]:
     result = subprocess.run(command, capture_output=True, text=True, check=True)
     last = result.stdout.splitlines()[-1].split()
     assert last[0] == "LOADED"
-    return {module.partition(".")[0] for module in last[1:]}
+    return {*last[1:], *(module.partition(".")[0] for module in last[1:])}
 
 
 def test_the_probe_sees_what_is_loaded() -> None:
@@ -44,6 +44,17 @@ def test_light_modules_load_no_library(module: str) -> None:
 @pytest.mark.parametrize("module", ["takes", "rigs", "setup.retarget_setup", "fuzzy", "retarget"])
 def test_the_middle_loads_no_file_format(module: str) -> None:
     assert not (set(FOREIGN) - {"scipy"}) & loaded_by(f"import usdface.{module}")
+
+
+@pytest.mark.parametrize(
+    ("job", "others"),
+    [
+        ("checking", {"usdface.correction", "usdface.closure", "usdface.cleanup"}),
+        ("processing", {"usdface.binding.resolve_binding", "scipy.interpolate"}),
+    ],
+)
+def test_a_job_loads_no_modules_of_others(job: str, others: set[str]) -> None:
+    assert not others & loaded_by(f"import usdface.pipeline.{job}")
 
 
 def test_help_loads_no_library() -> None:

@@ -11,7 +11,7 @@ import pytest
 from usdface.cli import main
 from usdface.errors import InputError
 from usdface.findings import finding
-from usdface.plain_text import plain
+from usdface.plain_text import listed, plain
 
 
 def test_control_characters_are_escaped() -> None:
@@ -23,6 +23,12 @@ def test_control_characters_are_escaped() -> None:
 def test_long_texts_are_cut_in_the_middle() -> None:
     text = plain("start" + 10_000 * "x" + "end", 100)
     assert len(text) < 120 and text.startswith("start") and text.endswith("end")
+
+
+def test_a_long_list_says_how_many_more_there_are() -> None:
+    assert listed(["a", "b", "c"], 3) == "a, b, c"
+    assert listed(["a", "b", "c", "d"], 2) == "a, b and 2 more"
+    assert listed([], 2) == ""
 
 
 def test_errors_and_findings_are_one_line() -> None:

@@ -15,6 +15,7 @@ from usdface.clips import Clip
 from usdface.errors import InputError, PluginError, UsdFaceError
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
+from usdface.plain_text import listed
 from usdface.rigs import Rig
 from usdface.takes import MarkerTake, WeightsTake, check_range, visible
 
@@ -22,6 +23,7 @@ __all__ = ["Hook", "HookPoint", "run_hooks"]
 
 HookPoint = Literal["take_read", "weights_solved", "weights_corrected", "before_export"]
 _MISTAKES = (Exception, SystemExit)  # of code that is not ours
+_NAMED = 4  # markers and blend shapes that a message lists
 _SLACK = 1e-9  # of a weight beyond 0 or 1 that is rounding
 
 Value = TypeVar("Value")
@@ -162,7 +164,7 @@ def _checked_weights(before: WeightsTake, given: Any) -> WeightsTake:
     if set(given.names) != set(before.names):
         other = sorted(set(given.names) ^ set(before.names))
         raise InputError(
-            f"it returned other blend shapes ({', '.join(other[:4])}); expected those of the "
+            f"it returned other blend shapes ({listed(other, _NAMED)}); expected those of the "
             "weights that it was given"
         )
     low, high = float(given.weights.min()), float(given.weights.max())
@@ -194,7 +196,8 @@ def _take_change(before: Any, after: Any) -> str:
         return _weights_change(before, after)
     if before.names != after.names:
         gone, new = set(before.names) - set(after.names), set(after.names) - set(before.names)
-        return f"the markers: {_listed(gone)} left out, {_listed(new)} added"
+        out, added = (listed(sorted(names), _NAMED) or "none" for names in (gone, new))
+        return f"the markers: {out} left out, {added} added"
     moved = np.linalg.norm(after.positions - before.positions, axis=2)
     seen = visible(before.positions) != visible(after.positions)
     changed = seen | (np.nan_to_num(moved) > 0)
@@ -246,10 +249,6 @@ def _scene_change(before: tuple[Rig, tuple[Clip, ...]], after: tuple[Rig, tuple[
     elif any(a is not b for a, b in zip(before[1], after[1], strict=True)):
         parts.append("the clips")
     return " and ".join(parts)
-
-
-def _listed(names: set[str]) -> str:
-    return ", ".join(sorted(names)[:4]) or "none"
 
 
 _CHECKS: dict[HookPoint, Callable[..., Any]] = {

@@ -17,7 +17,7 @@ Colour = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class Placement:
-    """Where an image lies on a mesh.
+    """The placement of an image on a mesh: texture coordinates, their transform, wrapping.
 
     Attributes
     ----------

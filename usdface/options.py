@@ -204,7 +204,7 @@ def _check_share(name: str, value: float) -> None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TakeOptions:
-    """How a take file is read where the file itself does not say.
+    """Options of reading a take, for all that the file itself does not say.
 
     `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
     an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Samples of 2D tracks
@@ -243,7 +243,7 @@ class TakeOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigOptions:
-    """How a rig is read where the source does not say.
+    """Options of reading a rig, for all that the source does not say.
 
     `meters_per_unit` is the unit of folders of OBJ and PLY (None: 0.01, centimetres) or of
     MakeHuman targets (None: 0.1, decimetres); `up_axis` holds for OBJ and PLY (MakeHuman's is Y;
@@ -554,7 +554,7 @@ def solve_settings() -> dict[str, Setting]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectionOptions:
-    """How emotions are blended over the solved weights (`usdface.correction.pose_blend`).
+    """Options of the correction: emotions blended over the solved weights.
 
     Attributes
     ----------
@@ -589,7 +589,7 @@ class CorrectionOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitOptions:
-    """How a fuzzy system is fitted (`usdface.rule_learning.fitting`).
+    """Options of fitting a fuzzy system (`usdface.rule_learning.fitting`).
 
     Attributes
     ----------
@@ -695,7 +695,7 @@ class DeliverOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportOptions:
-    """How `usdface import` reads a glTF.
+    """Options of reading a glTF: `usdface import`.
 
     `asset_root` is a folder that its buffers and images may come from beside that of the file.
 

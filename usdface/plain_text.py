@@ -1,6 +1,8 @@
-"""Text from outside in messages: one line, printable, of bounded length."""
+"""Text in messages: from outside in one printable line, names as a list; of bounded length."""
 
-__all__ = ["plain"]
+from collections.abc import Sequence
+
+__all__ = ["listed", "plain"]
 
 
 def plain(text: str, most: int, keep: str = "") -> str:
@@ -26,3 +28,15 @@ def plain(text: str, most: int, keep: str = "") -> str:
     return "".join(
         c if c.isprintable() or c in keep else c.encode("unicode_escape").decode() for c in text
     )
+
+
+def listed(names: Sequence[object], most: int) -> str:
+    """Return the first names as a list, and how many more there are; "" of none.
+
+    Examples
+    --------
+    >>> listed(["chin", "nose", "brow"], 2)
+    'chin, nose and 1 more'
+    """
+    rest = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(map(str, names[:most])) + rest

@@ -14,8 +14,8 @@ from scipy import ndimage
 from benchmarks.footage.rendering import Camera, Paint, render
 from usdface import read_rig, read_take
 from usdface.face.curve_mapping import rename_weights
-from usdface.figures.render import vertex_normals
 from usdface.figures.rig_picture import rig_triangles
+from usdface.geometry.vertex_normals import triangle_normals
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
 
@@ -257,7 +257,7 @@ def frame_image(film: Film, frame: int, look: Look, backdrop: np.ndarray):
     for time in times.tolist():
         other = min(max(frame + (1 if time > 0 else -1), 0), len(film) - 1)
         points = film.points[frame] + abs(time) * (film.points[other] - film.points[frame])
-        normals = vertex_normals(points, film.triangles)
+        normals = triangle_normals(points, film.triangles)
         image, shares, centroids = render(
             points, film.triangles, normals, film.albedo, film.paint, film.camera, backdrop,
             look.samples, _hand(film, frame + time),

@@ -15,10 +15,11 @@ from usdface.io.takes.files import read_take
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.take import write_take
 from usdface.options import ProcessOptions
-from usdface.pipeline.long_take import KeptPieces
+from usdface.pipeline.kept_pieces import KeptPieces
 from usdface.pipeline.schemas import register_schemas
 from usdface.rigs import Mesh, Rig
-from usdface.shot.retarget_pieces import PieceCuts, solve_cut
+from usdface.shot.piece_cuts import PieceCuts
+from usdface.shot.retarget_pieces import solve_cut
 from usdface.takes import MarkerTake
 
 __all__ = ["make_long_shot", "run_long"]

@@ -1,16 +1,16 @@
 """Every command, every output, every file that it reads: refused, whatever the name is."""
 
-import argparse
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from command_parsers import command_parsers
 from composed import GLTF, RIG, SHOT, compose
 from spoilt import Place, Refused
 
-from usdface.cli import _parser, main
+from usdface.cli import main
 from usdface.pipeline import process
 
 BIND, LABELS = ["bind.json"], ["labels.csv", "take.usda"]
@@ -171,17 +171,6 @@ def test_no_output_takes_the_place_of_a_file_that_is_read(
         other.unlink()
 
 
-def _commands(
-    parser: argparse.ArgumentParser, name: str = ""
-) -> Iterator[tuple[str, argparse.ArgumentParser]]:
-    for action in parser._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            for word, command in action.choices.items():
-                yield from _commands(command, f"{name} {word}".strip())
-            return
-    yield name, parser
-
-
 def test_the_table_has_every_command_and_every_option_that_names_a_file() -> None:
     """A new option is an input or an output: the table says which, and the parser agrees."""
     outputs: dict[str, set[str]] = {}
@@ -191,7 +180,7 @@ def test_the_table_has_every_command_and_every_option_that_names_a_file() -> Non
         outputs.setdefault(name, set()).update(case.outputs)
         given = {word[2:].replace("-", "_") for word in case.command if word.startswith("--")}
         inputs.setdefault(name, set()).update(given)
-    for name, command in _commands(_parser()):
+    for name, command in command_parsers().items():
         files = {
             (action.option_strings or [action.dest])[-1].lstrip("-").replace("-", "_")
             for action in command._actions

@@ -1,24 +1,14 @@
 import shlex
-from argparse import ArgumentParser, _SubParsersAction
-from collections.abc import Iterator
 
 import pytest
+from command_parsers import command_parsers
 
 from usdface.cli import _parser
 from usdface.cli.examples import EXAMPLES
 
 
-def commands(parser: ArgumentParser, name: str = "") -> Iterator[str]:
-    """The names of all commands below a parser that run something."""
-    groups = [action for action in parser._actions if isinstance(action, _SubParsersAction)]
-    if not groups:
-        yield name.strip()
-    for word, command in (pair for group in groups for pair in group.choices.items()):
-        yield from commands(command, f"{name} {word}")
-
-
 def test_every_command_has_examples() -> None:
-    assert set(commands(_parser())) == set(EXAMPLES)
+    assert set(command_parsers()) == set(EXAMPLES)
 
 
 @pytest.mark.parametrize("line", [line for both in EXAMPLES.values() for line in both])

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from usdface.cli.report import print_json, print_result, write_report
+from usdface.cli.report import print_result, write_report
 from usdface.errors import OutputError
 from usdface.findings import finding
 from usdface.result import Result
@@ -51,7 +51,7 @@ def test_names_are_printed_as_they_are_and_keys_as_labels(
     print_result(Result(None, (), (), summary), "text")
     assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
         "least certain eye_L 0.5, tear_mm 0.25",
-        "new markers dot_1 shapes hardly seen 3",
+        "new markers dot_1: shapes hardly seen 3",
     ]
 
 
@@ -121,16 +121,6 @@ def test_the_file_holds_what_json_prints(
         write_report(RESULT, tmp_path / "deep" / "report.json" / "no.json")
 
 
-def test_plain_values_are_printed_only_where_asked_for(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert not print_json({"ä": [1]}, "text", tmp_path / "facts.json")
-    assert capsys.readouterr().out == ""
-    assert json.loads((tmp_path / "facts.json").read_text(encoding="utf-8")) == {"ä": [1]}
-    assert print_json({"ä": [1]}, "json", None)
-    assert json.loads(capsys.readouterr().out) == {"ä": [1]}
-
-
 def test_a_second_message_about_one_place_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     """It is not one of the "others", of which only the places are named."""
     messages = ["curves without a shape: jawLeft", "not read: residual", "not read: residual"]
@@ -154,11 +144,17 @@ def test_records_have_a_line_each_and_a_range_its_word(capsys: pytest.CaptureFix
     summary = {"new_markers": places, "neutral_frames": [0, 29], "peak_frames": [3, 9]}
     print_result(Result(None, (), (), summary), "text")
     assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
-        "new markers a place left brow, shapes hardly seen 3",
-        "b place left brow, shapes hardly seen 3",
+        "new markers a: left brow, shapes hardly seen 3",
+        "b: left brow, shapes hardly seen 3",
         "neutral frames 0 to 29",
         "peak frames 3, 9",
     ]
+
+
+def test_levels_of_verdicts_are_in_words(capsys: pytest.CaptureFixture[str]) -> None:
+    summary = {"verdicts": {"good": 2, "look_at": 1, "not_usable": 0}}
+    print_result(Result(None, (), (), summary), "text")
+    assert capsys.readouterr().out.split(maxsplit=1)[1].strip() == "good 2, look at 1, not usable 0"
 
 
 def test_a_figure_is_in_one_line_of_a_log(capsys: pytest.CaptureFixture[str]) -> None:

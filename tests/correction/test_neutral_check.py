@@ -28,7 +28,7 @@ def test_the_paper_is_angry_at_rest_and_the_design_is_calm(
     assert main(["fuzzy", "neutral", str(shot), "--report", str(report)]) == 0
     shown = capsys.readouterr().out
     assert "anger" in shown and "l_eyebrow_end_z IS low" in shown
-    paper, designed = json.loads(report.read_text())
+    paper, designed = json.loads(report.read_text())["responses"]
     assert paper["neutral"] == {e: float(e == "anger") for e in EMOTIONS}
     assert len(paper["rules_firing"]) == 1
     assert designed["rules_firing"] == [] and set(designed["neutral"].values()) == {0.0}
@@ -47,7 +47,7 @@ def test_a_rule_that_fires_at_rest_is_heard(shot: Path, capsys: pytest.CaptureFi
     loud = shot.with_name("loud.usda")
     stage.GetRootLayer().Export(str(loud))
     assert main(["fuzzy", "neutral", str(loud), "--format", "json"]) == 0
-    detected = json.loads(capsys.readouterr().out)[1]
+    detected = json.loads(capsys.readouterr().out)["responses"][1]
     assert len(detected["rules_firing"]) == 1
     assert max(detected["neutral"].values()) > 0.9 and max(detected["jitter_mean"].values()) > 0.9
 
@@ -69,7 +69,8 @@ def test_the_face_rests_whatever_the_performer_showed_in_the_neutral_frames(
     smiling = shot.with_name("smiling.usda")
     stage.GetRootLayer().Export(str(smiling))
     assert main(["fuzzy", "neutral", str(smiling), "--format", "json"]) == 0
-    assert max(json.loads(capsys.readouterr().out)[1]["jitter_mean"].values()) <= 0.02
+    responses = json.loads(capsys.readouterr().out)["responses"]
+    assert max(responses[1]["jitter_mean"].values()) <= 0.02
 
 
 def test_a_shot_without_a_system_is_one_line(

@@ -12,13 +12,13 @@ from usdface.cli import main
 from usdface.hooks import Hook
 from usdface.io.usd.take import write_take
 from usdface.pipeline import long_take
-from usdface.shot import retarget_pieces
+from usdface.shot import piece_cuts
 
 
 @pytest.fixture
 def shot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     for name, value in (("BLOCK", 10), ("BLOCKS", 2), ("STRETCH", 8), ("STRETCHES", 3)):
-        monkeypatch.setattr(retarget_pieces, f"_{name}", value)
+        monkeypatch.setattr(piece_cuts, f"_{name}", value)
     make_world().write(tmp_path)
     files = ["--rig", "rig.usda", "--take", "take.usda", "--bind", "bind.json"]
     files = [str(tmp_path / word) if "." in word else word for word in files]

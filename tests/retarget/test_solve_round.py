@@ -11,7 +11,7 @@ from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.options import MapOptions, SolveOptions
 from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.rbf import fit_map
-from usdface.retarget.solve_round import Recording, Round, measured, next_round
+from usdface.retarget.solve_round import ObservedTake, Round, measured, next_round
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.take_rows import TakeRows
 from usdface.takes import visible
@@ -28,11 +28,11 @@ MOVING = Pose(TURNS, 0.02 * np.stack([np.sin(TIMES)] * 3, 1))
 KNOWN = Regularisation(1e-6, 0.0, SolveOptions(), tuple("abcde"), size=0.1)
 
 
-def begun(positions: np.ndarray, moving_head: bool = True) -> tuple[Recording, Round]:
+def begun(positions: np.ndarray, moving_head: bool = True) -> tuple[ObservedTake, Round]:
     rows = TakeRows.of(MotionModel(FACE, MODEL, 3, moving_head))
     seen = visible(positions)
     over = np.eye(3) if moving_head else None
-    take = Recording(TIMES, positions, seen, rows, over, None, 0.0)
+    take = ObservedTake(TIMES, positions, seen, rows, over, None, 0.0)
     pose = rigid_fit(FACE, positions)[0] if moving_head else Pose.identity(FRAMES)
     space = fit_map(FACE, FACE, MapOptions())
     nothing = np.zeros(take.hidden.shape)
@@ -90,7 +90,7 @@ def test_it_has_settled_by_what_moves_on_the_character(size: float) -> None:
     take, state = begun(positions)
     space = fit_map(size * FACE, FACE, MapOptions())
     pose = Pose(state.pose.rotations, size * state.pose.translations)
-    large = replace(take, markers=size * take.markers, over=np.eye(3) / size)
+    large = replace(take, markers=size * take.markers, linear=np.eye(3) / size)
     other = replace(state, here=size * state.here, pose=pose, space=space)
     for _ in range(3):
         state, other = next_round(take, state), next_round(large, other)

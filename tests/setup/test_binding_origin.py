@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from worlds import make_world
 
-from usdface.binding.resolve_binding import binding_findings, resolve_binding
+from usdface.binding.binding_report import binding_findings
+from usdface.binding.resolve_binding import resolve_binding
 from usdface.errors import InputError
 from usdface.io.bind_file import bind_json, setup_of_json
 from usdface.options import BindOptions

@@ -6,7 +6,7 @@ from usdface.errors import InputError
 from usdface.face.fitted_setup import fit_setup
 from usdface.setup.expression import Expression
 from usdface.setup.pin import Pin
-from usdface.setup.retarget_setup import unbound
+from usdface.setup.retarget_setup import check_neutral_frames, unbound
 from usdface.takes import WeightsTake
 
 
@@ -48,3 +48,15 @@ def test_only_a_weights_take_needs_no_binding(world: World) -> None:
     weights = WeightsTake(world.rig.shape_names, world.take.times, world.weights)
     setup, findings = fit_setup(unbound(weights), world.rig.meshes[0], weights)
     assert setup.binding.markers == () and findings == []
+
+
+@pytest.mark.parametrize("neutral", [(0, 40), (-1, 3), (5, 4)])
+def test_neutral_frames_that_the_take_lacks_are_refused_with_a_remedy(
+    neutral: tuple[int, int],
+) -> None:
+    with pytest.raises(
+        InputError, match=r"outside the take a\.c3d, .* 0 to 39; .*--neutral"
+    ) as error:
+        check_neutral_frames(neutral, 40, "a.c3d")
+    assert error.value.code == "FRAMES_OUTSIDE"
+    check_neutral_frames((0, 39), 40, "a.c3d")

@@ -253,7 +253,7 @@ def test_a_time_is_a_frame(
     assert explained.frame_at(seconds) == FRAME
     arguments = ["fuzzy", "explain", str(shot), "--format", "json"]
     assert main([*arguments, "--time", str(seconds)]) == 0
-    assert json.loads(capsys.readouterr().out) == explained.frame(FRAME)
+    assert explained.frame(FRAME).items() <= json.loads(capsys.readouterr().out).items()
     assert main(arguments) == 0
     loudest = json.loads(capsys.readouterr().out)
     assert loudest["frame"] == explained.peak
@@ -273,8 +273,10 @@ def test_the_command_prints_text_and_json(
     assert main([*arguments, "--report", str(report)]) == 0
     assert "rules that fire" in capsys.readouterr().out
     assert main([*arguments, "--format", "json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
-    assert printed == json.loads(report.read_text()) == explained.frame(FRAME)
+    printed, written = json.loads(capsys.readouterr().out), json.loads(report.read_text())
+    facts = explained.frame(FRAME)
+    assert facts.items() <= printed.items() and facts.items() <= written.items()
+    assert printed["findings"] == written["findings"]
 
 
 def test_a_frame_that_is_not_there_is_one_line_before_the_solve(

@@ -67,7 +67,8 @@ def test_an_unknown_emotion_is_refused_before_the_solve(
     monkeypatch.setattr(
         "usdface.shot.retarget.solve_shot", lambda *_: pytest.fail("the shot was solved")
     )
-    with pytest.raises(InputError, match="there is no emotion 'jy'"):
+    expected = r"there is no emotion 'jy'; the shot has joy, .*; did you mean joy\?$"
+    with pytest.raises(InputError, match=expected):
         usdface.retarget(shot, options=ProcessOptions(gains={"jy": 0.5}))
 
 

@@ -13,10 +13,11 @@ from usdface.errors import InputError, SolveError
 from usdface.io.mapped_arrays import MappedArrays
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot import retarget_pieces
+from usdface.shot import piece_cuts
 from usdface.shot.join_pieces import join
+from usdface.shot.piece_cuts import PieceCuts
 from usdface.shot.retarget import retarget
-from usdface.shot.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
+from usdface.shot.retarget_pieces import EstimatedTake, estimate_shot, solve_cut
 from usdface.shot.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake
 
@@ -48,7 +49,7 @@ def solved() -> Iterator[Solved]:
     shot = shot_of(world, positions)
     with pytest.MonkeyPatch.context() as patch:
         for name, value in (("BLOCK", 128), ("BLOCKS", 3), ("STRETCH", 24), ("STRETCHES", 6)):
-            patch.setattr(retarget_pieces, f"_{name}", value)
+            patch.setattr(piece_cuts, f"_{name}", value)
         cuts = PieceCuts.of(FRAMES)
         known = estimated(shot, cuts)
         whole = solve_cut(lambda frames: part(shot, frames), cuts, 0, FRAMES, known)
@@ -136,20 +137,6 @@ def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: 
         for weights in (solved.whole.weights, usual)
     ]
     assert errors[0] < 1.3 * errors[1], errors  # of a sixth of the frames
-
-
-@pytest.mark.slow
-def test_cuts_cover_the_take_and_do_not_part_a_block(solved: Solved) -> None:
-    for frames in (1, 63, 64, 65, 128, 191, 192, 193, 1500, 5000):
-        cuts = PieceCuts.of(frames)
-        assert cuts.pieces[0] == cuts.blocks[0] == 0
-        assert cuts.pieces[-1] == cuts.blocks[-1] == frames
-        assert set(cuts.pieces) <= set(cuts.blocks)
-        assert (np.diff(cuts.blocks) > 0).all() and np.diff(cuts.blocks).max() < 2 * 128
-        neutral = min(3, frames - 1), min(40, frames - 1)
-        sample = cuts.sample(neutral)
-        assert (np.diff(sample) > 0).all() and sample[-1] == frames - 1
-        assert set(range(neutral[0], neutral[1] + 1)) <= set(sample.tolist())
 
 
 @pytest.mark.slow

@@ -10,7 +10,7 @@ from openjd_program import openjd
 from worlds import make_world
 
 from usdface.cli import main
-from usdface.shot import retarget_pieces
+from usdface.shot import piece_cuts
 
 
 def make_shot(folder: Path) -> Path:
@@ -25,7 +25,7 @@ def test_estimates_then_pieces_then_the_join(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for name, value in (("BLOCK", 10), ("BLOCKS", 2)):
-        monkeypatch.setattr(retarget_pieces, f"_{name}", value)
+        monkeypatch.setattr(piece_cuts, f"_{name}", value)
     shot = make_shot(tmp_path / "show")
     pieces, job = tmp_path / "pieces", tmp_path / "job"
     words = ["--pieces", str(pieces), "--openjd", str(job), "--chunk", "2"]

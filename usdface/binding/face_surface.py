@@ -18,7 +18,7 @@ from usdface.errors import InputError
 from usdface.face.surface_graph import surface_graph
 from usdface.geometry.stray_points import stray_points
 from usdface.geometry.triangulation import triangle_fans
-from usdface.geometry.vertex_normals import vertex_normals
+from usdface.geometry.vertex_normals import triangle_normals
 from usdface.geometry.view_rotation import view_rotation
 from usdface.rigs import Mesh
 
@@ -129,7 +129,7 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     low, high = face.min(axis=0), face.max(axis=0)
     margin = _MARGIN * (high[1] - low[1])
     inside = ((mesh.points > low - margin) & (mesh.points < high + margin)).all(axis=1)
-    normals = vertex_normals(mesh.points, np.full(len(triangles), 3), triangles.ravel())
+    normals = triangle_normals(mesh.points, triangles)
     box = high - low + 2 * margin
     cell = max(float(box[:2].max()) / _CELLS, float(np.linalg.norm(box)) / _MOST_CELLS)
     views = _seen(mesh.points, triangles, normals, inside & ~torn, cell)
@@ -139,7 +139,9 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     vertices = np.flatnonzero(seen & (part == amount.argmax()))
     if amount.max() < 4:
         raise InputError(
-            f"the blend shapes of mesh {mesh.name!r} move no visible surface", "SKIN_MISSING"
+            f"the blend shapes of mesh {mesh.name!r} move no surface visible from the front; "
+            'name the mesh of the face in the binding, "mesh"',
+            "SKIN_MISSING",
         )
     return FaceSurface(
         mesh,

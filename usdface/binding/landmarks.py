@@ -28,6 +28,9 @@ _BROW = (LANDMARKS["brow"][0] - _INNER) / (_OUTER - _INNER)
 # The chin ends where the midline is this far behind the lips, in heights between mouth and eyes.
 _CHIN_BACK = 0.35
 
+# Landmarks by name and side, 1 = left, -1 = right, 0 = on the midline: (3,) float64 [m] each.
+_Found = dict[tuple[str, int], FloatArray]
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceLandmarks:
@@ -79,13 +82,36 @@ def find_landmarks(
     contacts : LipLidContacts, optional
         Of its mesh, if they are known.
     """
-    mesh, points = surface.mesh, surface.mesh.points
-    contacts = contacts or find_lip_lid_contacts(mesh)
+    contacts = contacts or find_lip_lid_contacts(surface.mesh)
     if not len(contacts.lips) or not len(contacts.lids):
         return None
-    lips = points[contacts.lips].mean(axis=1)
+    lips = surface.mesh.points[contacts.lips].mean(axis=1)
     middle = 0.5 * float(lips[:, 0].min() + lips[:, 0].max())
-    found: dict[tuple[str, int], FloatArray] = {}
+    found = _eyes_and_mouth(surface, contacts, middle)
+    if found is None:
+        return None
+    eyes = float(np.mean([p[1] for (name, _), p in found.items() if name.startswith("eye")]))
+    height = eyes - float(np.median(lips[:, 1]))
+    if height <= 0.0:
+        return None
+    found |= _brows(surface, contacts, found, middle, eyes)
+    found |= _on_midline(surface, found, lips, middle, eyes, height)
+    average = [np.multiply(LANDMARKS[name], (side, 1)) for name, side in found]
+    return FaceLandmarks(
+        surface,
+        np.array(average, dtype=np.float64),
+        np.array(list(found.values())),
+        height / -LANDMARKS["mouth corner"][1],
+        middle,
+    )
+
+
+def _eyes_and_mouth(surface: FaceSurface, contacts: LipLidContacts, middle: float) -> _Found | None:
+    """Return corners of eyes and mouth, and the lids where they open widest; None without an eye.
+
+    `middle` [m] is the x of the midline.
+    """
+    points, found = surface.mesh.points, {}
     for side in (1, -1):
         across = points[contacts.lids, 0].mean(axis=1) - middle
         lids = contacts.lids[side * across > 0.0]
@@ -96,38 +122,65 @@ def find_landmarks(
         found["mouth corner", side] = _corner(surface, contacts.lips, side)
         widest = lids[(points[lids[:, 0], 1] - points[lids[:, 1], 1]).argmax()]
         found["lid upper", side], found["lid lower", side] = points[widest]
-    eyes = float(np.mean([p[1] for (name, _), p in found.items() if name.startswith("eye")]))
-    height = eyes - float(np.median(lips[:, 1]))
-    if height <= 0.0:
-        return None
+    return found
+
+
+def _brows(
+    surface: FaceSurface, contacts: LipLidContacts, found: _Found, middle: float, eyes: float
+) -> _Found:
+    """Return the brows that brow shapes move above the eyes, which are at the height `eyes` [m]."""
+    brows: _Found = {}
+    shapes = shape_regions(surface.mesh, contacts)["brows"]
     for side in (1, -1):
-        brow = _brow(surface, shape_regions(mesh, contacts)["brows"], side, middle)
+        brow = _brow(surface, shapes, side, middle)
         if brow is not None and brow[1] > eyes:
             # Its x depends on which brow shapes there are, so that of the eye is used.
             inner, outer = found["eye inner", side], found["eye outer", side]
-            found["brow", side] = np.array([inner[0] + _BROW * (outer - inner)[0], *brow[1:]])
+            brows["brow", side] = np.array([inner[0] + _BROW * (outer - inner)[0], *brow[1:]])
+    return brows
+
+
+def _on_midline(
+    surface: FaceSurface,
+    found: _Found,
+    lips: FloatArray,
+    middle: float,
+    eyes: float,
+    height: float,
+) -> _Found:
+    """Return tip and base of the nose, and the chin, as far as the midline shows them.
+
+    Parameters
+    ----------
+    surface : FaceSurface
+    found : mapping
+        With the outer corners of the eyes.
+    lips : (N, 3) float64 [m]
+    middle, eyes : float [m]
+        x of the midline, and height of the eyes.
+    height : float [m]
+        From the mouth to the eyes.
+    """
+    midline: _Found = {}
+
+    def centred(point: FloatArray) -> FloatArray:
+        return point * [0, 1, 1] + [middle, 0, 0]
+
     width = abs(float(found["eye outer", 1][0] - found["eye outer", -1][0]))
     on = surface.points[np.abs(surface.points[:, 0] - middle) < _NOSE_WIDTH * width]
     nose = on[(on[:, 1] < eyes) & (on[:, 1] > eyes - (1.0 - _NOSE_ABOVE) * height)]
     if len(nose):
         tip = nose[nose[:, 2].argmax()]
-        found["nose tip", 0] = tip * [0, 1, 1] + [middle, 0, 0]
+        midline["nose tip", 0] = centred(tip)
         base = on[(on[:, 1] < tip[1]) & (on[:, 1] > lips[:, 1].max())]
         base = base[np.abs(base[:, 0] - middle) < _MIDDLE * width]
         if len(base):
-            found["nose base", 0] = _deepest(base, tip, lips) * [0, 1, 1] + [middle, 0, 0]
+            midline["nose base", 0] = centred(_deepest(base, tip, lips))
     front = float(lips[:, 2].max()) - _CHIN_BACK * height
     chin = on[(on[:, 1] < lips[:, 1].min()) & (on[:, 2] > front)]
     if len(chin):
-        found["menton", 0] = chin[chin[:, 1].argmin()] * [0, 1, 1] + [middle, 0, 0]
-    average = [np.multiply(LANDMARKS[name], (side, 1)) for name, side in found]
-    return FaceLandmarks(
-        surface,
-        np.array(average, dtype=np.float64),
-        np.array(list(found.values())),
-        height / -LANDMARKS["mouth corner"][1],
-        middle,
-    )
+        midline["menton", 0] = centred(chin[chin[:, 1].argmin()])
+    return midline
 
 
 def _deepest(profile: FloatArray, tip: FloatArray, lips: FloatArray) -> FloatArray:

@@ -34,7 +34,7 @@ _OPEN = 1e-3
 
 @dataclass(frozen=True, eq=False, slots=True)
 class NamePriors:
-    """Where the markers of a take may be on a face by their names.
+    """Prior distributions of the places of markers on a face, by their names.
 
     Attributes
     ----------

@@ -9,6 +9,7 @@ from usdface.binding.held_poses import held_poses
 from usdface.binding.stabilised_take import FEWEST_MARKERS, StabilisedTake, without_head
 from usdface.errors import InputError
 from usdface.retarget.film.film_head import FEWEST_FILMED
+from usdface.setup.retarget_setup import check_neutral_frames
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
@@ -67,13 +68,14 @@ def check_frames(
     InputError
         Naming the first that it does not have.
     """
-    there = f"the take {take.source}, which has frames 0 to {len(take.times) - 1}"
-    if neutral and neutral[1] >= len(take.times):
-        raise InputError(
-            f"neutral frames {neutral[0]} to {neutral[1]} lie outside {there}", "FRAMES_OUTSIDE"
-        )
+    if neutral:
+        check_neutral_frames(neutral, len(take.times), take.source)
     if max(peaks, default=0) >= len(take.times):
-        raise InputError(f"the peak frame {max(peaks)} lies outside {there}", "FRAMES_OUTSIDE")
+        raise InputError(
+            f"the peak frame {max(peaks)} lies outside the take {take.source}, which has frames 0 "
+            f"to {len(take.times) - 1}; name others (--peaks FRAME ..., or auto)",
+            "FRAMES_OUTSIDE",
+        )
 
 
 def distant_frames(stabilised: StabilisedTake, neutral: tuple[int, int], count: int) -> IntArray:

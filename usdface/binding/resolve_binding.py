@@ -1,7 +1,6 @@
 """The binding of a shot: read from a file, proposed, or completed by a proposal."""
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -18,15 +17,13 @@ from usdface.binding.propose_film import propose_film
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
-from usdface.face.curve_mapping import rename_weights, undecided, unknown_curves
+from usdface.face.curve_mapping import rename_weights, undecided
 from usdface.face.curves_by_unit import curves_by_unit
 from usdface.face.fitted_setup import check_vertices
-from usdface.face.weights_from_neutral import rest_kept, resting_frames
-from usdface.findings import Finding, finding, timed
+from usdface.face.weights_from_neutral import resting_frames
 from usdface.options import BindOptions, CleanOptions
-from usdface.retarget.usable_markers import unknown_marker
 from usdface.rigs import Mesh, Rig
-from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
+from usdface.setup.assumed_mesh import is_mesh_assumed
 from usdface.setup.binding import Binding
 from usdface.setup.binding_origin import check_mesh, origin_of, take_differs
 from usdface.setup.performer_face import PerformerFace
@@ -36,10 +33,6 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = [
     "ResolvedBinding",
     "UnsureBindingError",
-    "binding_findings",
-    "bound_count",
-    "neutral_summary",
-    "proposal_summary",
     "resolve_binding",
 ]
 
@@ -133,55 +126,15 @@ def resolve_binding(
         If more of them are unsure than markers are bound.
     """
     mesh = _bound_mesh(character, take, given)
-    if not isinstance(take, MarkerTake):
-        named = given is not None and not given.neutral_assumed
-        setup = _requested(given or unbound(take), options)
-        check_frames(take, setup.neutral, setup.peaks)
-        try:
-            return _of_weights(take, character, mesh, setup, named, options)
-        except InputError as error:
-            raise InputError(f"{source}: {error}" if source else str(error), error.code) from error
-    other_take = ""
-    if given is not None and given.origin is not None and take_differs(given.origin, take):
-        other_take, given = _names_frames(given), _without_frames(given)
-    proposing = given is None or options.propose
+    if isinstance(take, MarkerTake):
+        return _of_markers(take, character, mesh, given, options, performer)
     named = given is not None and not given.neutral_assumed
-    markers = given.binding.markers if given else ()
-    find_neutral = options.neutral == "auto" or (
-        not (named or options.neutral) and (proposing or shows_poses(take, markers))
-    )
-    setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
-    setup = _requested(setup, options)
+    setup = _requested(given or unbound(take), options)
     check_frames(take, setup.neutral, setup.peaks)
-    resolved = _compared(
-        ResolvedBinding(
-            mesh,
-            setup,
-            neutral_found=find_neutral,
-            mesh_assumed=is_mesh_assumed(character, setup.binding),
-        ),
-        take,
-    )
-    looking = proposing or find_neutral or options.peaks == "auto"
-    labelled = _labelled(take, setup) if looking else take
-    if proposing:
-        if find_neutral and take.dimension == 2:
-            proposal = propose_film(labelled, mesh, setup)
-        else:
-            proposal = propose(labelled, mesh, setup, find_neutral=find_neutral)
-        setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
-        _check_sure(proposal, mesh, take)
-    else:
-        if find_neutral:
-            face = bound_face(mesh, setup)
-            setup = replace(setup, neutral=bound_neutral(labelled, face, performer))
-        if options.peaks == "auto":
-            neutral = setup.neutral or neutral_frames(labelled)
-            setup = replace(setup, peaks=peak_frames(labelled, neutral))
-    if find_neutral:
-        setup = replace(setup, neutral_assumed=False, neutral_weights={})
-    setup = replace(setup, origin=origin_of(mesh, take))
-    return replace(resolved, setup=setup, other_take=other_take)
+    try:
+        return _of_weights(take, character, mesh, setup, named, options)
+    except InputError as error:
+        raise InputError(f"{source}: {error}" if source else str(error), error.code) from error
 
 
 def _bound_mesh(
@@ -208,6 +161,65 @@ def _bound_mesh(
     check_vertices(binding, mesh)
     check_vertices(given.unsure, mesh)
     return mesh
+
+
+def _of_markers(
+    take: MarkerTake,
+    character: Rig,
+    mesh: Mesh,
+    given: RetargetSetup | None,
+    options: BindOptions,
+    performer: PerformerFace | None,
+) -> ResolvedBinding:
+    """Return the binding of a take of markers: vertices proposed, or given with their frames."""
+    other_take = ""
+    if given is not None and given.origin is not None and take_differs(given.origin, take):
+        other_take, given = _names_frames(given), _without_frames(given)
+    proposing = given is None or options.propose
+    find_neutral = _neutral_is_missing(take, given, options)
+    setup = _requested(given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64))), options)
+    check_frames(take, setup.neutral, setup.peaks)
+    resolved = ResolvedBinding(
+        mesh,
+        setup,
+        neutral_found=find_neutral,
+        other_take=other_take,
+        mesh_assumed=is_mesh_assumed(character, setup.binding),
+    )
+    resolved = _compared(resolved, take)
+    looking = proposing or find_neutral or options.peaks == "auto"
+    labelled = _labelled(take, setup) if looking else take
+    if proposing:
+        proposal = _proposed(labelled, mesh, setup, find_neutral)
+        _check_sure(proposal, mesh, take)
+        setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
+    else:
+        if find_neutral:
+            face = bound_face(mesh, setup)
+            setup = replace(setup, neutral=bound_neutral(labelled, face, performer))
+        if options.peaks == "auto":
+            neutral = setup.neutral or neutral_frames(labelled)
+            setup = replace(setup, peaks=peak_frames(labelled, neutral))
+    if find_neutral:
+        setup = replace(setup, neutral_assumed=False, neutral_weights={})
+    return replace(resolved, setup=replace(setup, origin=origin_of(mesh, take)))
+
+
+def _neutral_is_missing(
+    take: MarkerTake, given: RetargetSetup | None, options: BindOptions
+) -> bool:
+    """Return whether the neutral frames are to be detected: requested, or named nowhere."""
+    if options.neutral is not None:
+        return options.neutral == "auto"
+    if given is None:
+        return True
+    return given.neutral_assumed and (options.propose or shows_poses(take, given.binding.markers))
+
+
+def _proposed(take: MarkerTake, mesh: Mesh, setup: RetargetSetup, find_neutral: bool) -> Proposal:
+    if find_neutral and take.dimension == 2:
+        return propose_film(take, mesh, setup)
+    return propose(take, mesh, setup, find_neutral=find_neutral)
 
 
 def _of_weights(
@@ -269,72 +281,6 @@ def _without_frames(setup: RetargetSetup) -> RetargetSetup:
     if setup.neutral is None:
         return setup
     return replace(setup, neutral=(0, 0), neutral_assumed=True, neutral_weights={})
-
-
-def binding_findings(
-    resolved: ResolvedBinding, take: MarkerTake | WeightsTake, source: str = ""
-) -> list[Finding]:
-    """Report how a binding was completed for a take; `source` is the file of the binding."""
-    unbound = resolved.unbound
-    findings = []
-    if resolved.mesh_assumed:
-        findings.append(assumed_mesh(resolved.mesh, source or take.source))
-    findings += [unknown_marker(name, unbound, source) for name in resolved.missing]
-    if isinstance(take, WeightsTake):
-        findings += unknown_curves(take, resolved.setup.curves, source or take.source)
-        findings += rest_kept(take, resolved.setup)
-    if unbound and not resolved.proposal:  # intended, or an unfinished file
-        message = (
-            "{unbound_count} of {marker_count} markers are bound to no vertex: {markers}; "
-            "--propose finds vertices for them"
-        )
-        counts = len(unbound), len(take.names)
-        findings.append(finding("MARKER_UNBOUND", take.source, message, *counts, unbound))
-    if resolved.proposal:
-        findings += proposal_findings(resolved.proposal, take.source)
-    if resolved.other_take:
-        message = (
-            "neutral and peak frames of the binding are those of {other_take}; here they are "
-            "detected again"
-        )
-        findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
-    if resolved.by_unit:
-        message = (
-            "{curve_count} curves have no blend shape of their name and drive those of the same "
-            'FACS action units ({curves}); --write-bind bind.json shows them as "curves", to edit'
-        )
-        driving = resolved.by_unit
-        findings.append(finding("CURVES_BY_UNIT", take.source, message, len(driving), driving))
-    if resolved.neutral_found:
-        message = "the face rests in frames {first_frame} to {last_frame}: taken as neutral"
-        frames = resolved.setup.neutral or (0, 0)
-        found = finding("NEUTRAL_FOUND", take.source, message, *frames)
-        findings += timed([found], take.times.tolist())
-    return findings
-
-
-def bound_count(setup: RetargetSetup, take: MarkerTake | WeightsTake) -> int:
-    """Return how many bound markers there are in a take; in one of weights, how many are bound."""
-    bound = setup.binding.markers
-    return len(set(bound) & set(take.names)) if isinstance(take, MarkerTake) else len(bound)
-
-
-def neutral_summary(setup: RetargetSetup) -> list[int] | str:
-    """Return the first and the last neutral frame, or "rig", for a report."""
-    return "rig" if setup.neutral is None else list(setup.neutral)
-
-
-def proposal_summary(setup: RetargetSetup) -> dict[str, Any]:
-    """Return neutral and peak frames, and the confidence of proposed vertices, for a report."""
-    summary: dict[str, Any] = {}
-    confidence = setup.binding.confidence
-    if setup.peaks:
-        summary["neutral_frames"] = neutral_summary(setup)
-        summary["peak_frames"] = list(setup.peaks)
-    if confidence is not None and not np.isnan(confidence).all():
-        summary["confidence_mean"] = round(float(np.nanmean(confidence)), 3)
-        summary["confidence_min"] = round(float(np.nanmin(confidence)), 3)
-    return summary
 
 
 def _check_sure(proposal: Proposal, mesh: Mesh, take: MarkerTake) -> None:

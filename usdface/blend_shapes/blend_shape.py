@@ -33,7 +33,7 @@ class Inbetween:
 
 @dataclass(frozen=True, slots=True)
 class Combination:
-    """How the weight of a blend shape hangs on those of others, its parents.
+    """The rule by which the weight of a combination shape follows those of its parents.
 
     `rule` "product" or "min": it is the product, or the least, of theirs, and has no value of its
     own. "limit": it has, but never exceeds any of theirs.

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from usdface.cli.command import DONE, FAILED, add_command, reported, settings
+from usdface.cli.command import FAILED, add_command, report, settings
 from usdface.errors import InputError
 from usdface.options import TakeOptions
 
@@ -14,7 +14,9 @@ __all__ = ["add_bench"]
 def add_bench(commands: Any, summary: str) -> None:
     """Add `usdface bench`."""
     command = add_command(commands, "bench", _bench, summary)
-    command.add_argument("name", choices=("papers", "solve"), metavar="papers")
+    command.add_argument(
+        "name", choices=("papers", "solve"), metavar="papers", help="the tables of both papers"
+    )
     images = command.add_argument_group("images of a marked face, beside the default")
     images.add_argument(
         "--images",
@@ -41,36 +43,36 @@ def add_bench(commands: Any, summary: str) -> None:
 
 
 def _bench(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json, print_written
-
     if parsed.name == "solve":
         raise InputError(
-            "the benchmark of the solve is not part of the package: clone the repository and run "
+            "the benchmark of the solve is not part of the package; clone the repository and run "
             "`python -m benchmarks.solve` there"
         )
     if parsed.images or parsed.rig or parsed.bind:
         return _bench_images(parsed)
     from usdface.papers import tables
+    from usdface.result import Result
 
     computed = tables()
-    if not print_json([table.as_dict() for table in computed], parsed.format, parsed.report):
+    if parsed.format == "text":
         from usdface.cli.print_papers import print_papers
 
         print_papers(computed)
-        print_written(reported(parsed))
-    return DONE if all(table.within for table in computed) else FAILED
+    details = {"tables": [table.as_dict() for table in computed]}
+    status = report(parsed, Result(None, details=details))
+    return status if all(table.within for table in computed) else FAILED
 
 
 def _bench_images(parsed: argparse.Namespace) -> int:
-    from usdface.cli.print_image_points import print_image_points
-    from usdface.cli.report import print_json, print_written
-    from usdface.pipeline.paper_images import compare_images
-
     if not (parsed.images and parsed.rig and parsed.bind):
         raise InputError(
-            "--images FILM, --rig RIG and --bind BIND belong together", "SETTING_WRONG"
+            "--images FILM, --rig RIG and --bind BIND belong together; give all three",
+            "SETTING_WRONG",
         )
-    result, findings = compare_images(
+    from usdface.pipeline.paper_images import compare_images
+    from usdface.result import Result
+
+    points, findings = compare_images(
         parsed.images,
         rig=parsed.rig,
         bind=parsed.bind,
@@ -78,8 +80,8 @@ def _bench_images(parsed: argparse.Namespace) -> int:
         reference=parsed.reference,
         test_frame=parsed.test_frame,
     )
-    document = result.as_dict() | {"findings": [each.as_dict() for each in findings]}
-    if not print_json(document, parsed.format, parsed.report):
-        print_image_points(result, findings)
-        print_written(reported(parsed))
-    return DONE
+    if parsed.format == "text":
+        from usdface.cli.print_image_points import print_image_points
+
+        print_image_points(points)
+    return report(parsed, Result(None, findings=tuple(findings), details=points.as_dict()))

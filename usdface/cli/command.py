@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
 from usdface.cli.examples import EXAMPLES
+from usdface.cli.outcomes import describe
 from usdface.cli.progress import PROGRESS
 from usdface.errors import OutputError
 
@@ -26,7 +27,6 @@ __all__ = [
     "check_files",
     "options_of",
     "report",
-    "reported",
     "settings",
 ]
 
@@ -56,12 +56,24 @@ def add_command(
         Options whose file the pipeline writes, beside ``output``; it also checks and lists them.
         Files that other options name are read.
     """
-    command: argparse.ArgumentParser = commands.add_parser(name, help=summary, description=summary)
+    command: argparse.ArgumentParser = commands.add_parser(name, help=summary)
+    full_name = command.prog.partition(" ")[2]  # with that of its group: "fuzzy fit"
     command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = "\n  ".join(("examples:", *EXAMPLES[command.prog.partition(" ")[2]]))
+    command.description = describe(full_name, summary)
+    command.epilog = "\n  ".join(("examples:", *EXAMPLES[full_name]))
     command.set_defaults(command=command, run=run, writes=("output", *writes))
-    command.add_argument("--format", choices=("text", "json"), default="text", help="of the report")
-    command.add_argument("--report", type=Path, metavar="FILE.json", help="also write it as JSON")
+    command.add_argument(
+        "--format",
+        choices=("text", "json"),
+        default="text",
+        help="of what is printed (default: text)",
+    )
+    command.add_argument(
+        "--report",
+        type=Path,
+        metavar="FILE.json",
+        help="also write the report: findings, figures and details as JSON",
+    )
     command.add_argument(
         "--progress",
         choices=PROGRESS,
@@ -77,7 +89,7 @@ def add_command(
     command.add_argument(
         "--trusted",
         action="store_true",
-        help="open USD files at once, not in a process with limits first",
+        help="open USD files at once, without trying them in a process with limits first",
     )
     command.add_argument("--debug", action="store_true", help="show tracebacks")
     return command
@@ -127,11 +139,6 @@ def settings(parsed: argparse.Namespace, kind: Any) -> dict[str, Any]:
     return {f.name: getattr(parsed, f.name) for f in fields(kind) if hasattr(parsed, f.name)}
 
 
-def reported(parsed: argparse.Namespace) -> tuple[Path, ...]:
-    """Return the files that the command writes beside those of the pipeline: the report."""
-    return _files(parsed, ("report",))
-
-
 def check_files(parsed: argparse.Namespace) -> None:
     """Validate the output files of the command line before any work.
 
@@ -141,7 +148,7 @@ def check_files(parsed: argparse.Namespace) -> None:
         If a file is also an input or another output, or cannot be written, or the report is not
         named as a JSON file, or would replace one of another origin.
     """
-    reports = reported(parsed)
+    reports = _files(parsed, ("report",))
     if not reports:
         return
     from usdface.io.inputs import check_outputs, files_read
@@ -185,7 +192,7 @@ def report(
     from usdface.cli.report import print_result, write_report
     from usdface.findings import severest
 
-    result = replace(result, written=(*result.written, *reported(parsed)))
+    result = replace(result, written=(*result.written, *_files(parsed, ("report",))))
     # Before the text: a pipe may be closed after its first lines (`usdface ... | head`).
     if parsed.report:
         write_report(result, parsed.report)

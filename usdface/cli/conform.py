@@ -21,22 +21,25 @@ def add_conform(commands: Any, summary: str) -> None:
         "--show",
         type=Path,
         metavar="FILE",
-        help="a show file beside it, whose characters, performers and options it takes over",
+        help="a show file in the same folder, whose characters, performers and options are used",
     )
-    command.add_argument("--performer", default="", metavar="NAME", help="of all shots")
+    command.add_argument("--performer", default="", metavar="NAME", help="performer of all shots")
     command.add_argument(
         "--character",
         dest="characters",
         action="append",
         default=[],
         metavar="NAME",
-        help="of all shots; again for more: a shot of each",
+        help="character of all shots; given again, a shot with each",
     )
     command.add_argument(
         "--handles", type=int, default=0, metavar="N", help="also N frames before and after a clip"
     )
     command.add_argument(
-        "--rate", type=float, default=0.0, help="of the deliverables (default: that of the cut)"
+        "--rate",
+        type=float,
+        default=0.0,
+        help="frames per second of the deliverables (default: the cut's)",
     )
     command.add_argument(
         "--timecode-rate",

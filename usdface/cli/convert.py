@@ -10,6 +10,7 @@ from usdface.cli.command import (
     add_command,
     add_output,
     add_overwrite,
+    add_skip_hook,
     report,
     settings,
 )
@@ -37,16 +38,23 @@ def add_rig(commands: Any, summary: str) -> None:
     command.add_argument(
         "--neutral",
         default="",
+        metavar="NAME",
         help="neutral mesh of a folder (default: the one named so; of MakeHuman: base.obj)",
     )
     command.add_argument(
         "--meters-per-unit",
         type=float,
+        metavar="METERS",
         default=default.meters_per_unit,
         help="unit of a folder's meshes (default: OBJ and PLY 0.01, centimetres; MakeHuman 0.1, "
         "decimetres)",
     )
-    command.add_argument("--up-axis", choices=("Y", "Z"), default=default.up_axis)
+    command.add_argument(
+        "--up-axis",
+        choices=("Y", "Z"),
+        default=default.up_axis,
+        help="of a folder's meshes (default: %(default)s)",
+    )
     add_asset_root(command)
 
 
@@ -69,71 +77,87 @@ def add_take(commands: Any, summary: str) -> None:
     command.add_argument("source", type=Path, nargs="+", help=_formats(TAKE_READERS))
     add_output(command, "the take, .usda or .usdc")
     add_overwrite(command, "they are of another origin (an edit of a take does not show)")
-    command.add_argument(
+    _add_file_overrides(command.add_argument_group("where the file does not say, or is wrong"))
+    _add_cameras(command.add_argument_group("several 2D takes of one performance"))
+    _add_dots(command.add_argument_group("images of painted dots"))
+
+
+def _add_file_overrides(group: Any) -> None:
+    group.add_argument("--units", choices=("mm", "cm", "m", "in"), help="unit of length")
+    group.add_argument("--up-axis", choices=("Y", "Z"), help="axis that points up")
+    group.add_argument("--rate", "--fps", type=float, metavar="RATE", help="frames per second")
+    group.add_argument(
+        "--dimension",
+        type=int,
+        choices=(2, 3),
+        help="2: x and y are pixels of an image, y down",
+    )
+    group.add_argument(
+        "--image-size",
+        type=int,
+        nargs=2,
+        metavar=("WIDTH", "HEIGHT"),
+        help="of a 2D take [px]",
+    )
+    group.add_argument(
+        "--focal-length", type=float, metavar="PX", help="of the camera of a 2D take [px]"
+    )
+    group.add_argument(
+        "--confidence",
+        type=float,
+        help="0 to 1: samples of 2D tracks with less are occluded (default: the format's own)",
+    )
+
+
+def _add_cameras(group: Any) -> None:
+    group.add_argument(
         "--cameras",
         type=Path,
         metavar="FILE",
-        help="calibration of the cameras of several 2D takes (.yml, .json of OpenCV, .toml)",
+        help="calibration of the cameras, in the order of the sources (.yml or .json of OpenCV, "
+        ".toml)",
     )
-    command.add_argument(
+    group.add_argument(
         "--sync",
         type=int,
         nargs="+",
         default=(),
         metavar="FRAME",
-        help="a frame of each camera's footage, all of one moment, as a clap",
+        help="a frame of each camera's footage, all of one moment, such as a clap",
     )
-    command.add_argument(
-        "--units", choices=("mm", "cm", "m", "in"), help="unit of length; overrides the file's"
-    )
-    command.add_argument("--up-axis", choices=("Y", "Z"), help="overrides the file's")
-    command.add_argument(
-        "--rate", "--fps", type=float, help="frames per second; overrides the file's"
-    )
-    command.add_argument(
-        "--dimension", type=int, choices=(2, 3), help="2: pixels of an image, y down"
-    )
-    command.add_argument(
-        "--image-size", type=int, nargs=2, metavar=("WIDTH", "HEIGHT"), help="[px], for 2D"
-    )
-    command.add_argument(
-        "--focal-length", type=float, metavar="PX", help="of the camera [px], for 2D"
-    )
-    command.add_argument(
-        "--confidence",
-        type=float,
-        help="0 to 1: samples of 2D tracks with less are occluded (default: the format's own)",
-    )
-    command.add_argument(
+
+
+def _add_dots(group: Any) -> None:
+    group.add_argument(
         "--dots",
         metavar="COLOUR",
-        help="of images: green, #3a7 or the place x,y of a dot (default: it is found)",
+        help="colour of the dots: green, #3a7 or the place x,y of one (default: it is found)",
     )
-    command.add_argument(
+    group.add_argument(
         "--names",
         type=Path,
         metavar="FILE",
-        help="of images: names of dots, rows of name, x, y and perhaps frame, CSV or JSON",
+        help="names of the dots: rows of name, x, y and perhaps frame, CSV or JSON",
     )
-    command.add_argument(
+    group.add_argument(
         "--bind",
         type=Path,
         metavar="FILE",
-        help="of images: binding of the --rig, which names the dots by where its vertices lie",
+        help="binding to the --rig: the dots are named by where its vertices lie",
     )
-    command.add_argument("--rig", type=Path, metavar="FILE", help="of --bind: the character")
-    command.add_argument(
+    group.add_argument("--rig", type=Path, metavar="FILE", help="the character, for --bind")
+    group.add_argument(
         "--fix",
         dest="fixes",
         type=Path,
         metavar="FILE",
-        help="of images: corrections, rows of frame, name and x, y or hidden, JSON or CSV",
+        help="corrections of dots: rows of frame, name and x, y or hidden, JSON or CSV",
     )
-    command.add_argument(
+    group.add_argument(
         "--sheet",
         type=Path,
         metavar="FILE",
-        help="of images: picture of every n-th one with labelled dots, .png, .svg or .pdf",
+        help="also draw every n-th image with its labelled dots: .png, .svg or .pdf",
     )
 
 
@@ -158,7 +182,9 @@ def _take(parsed: argparse.Namespace) -> int:
 def add_export(commands: Any, summary: str) -> None:
     """Add `usdface export`."""
     command = add_command(commands, "export", _export, summary)
-    command.add_argument("scene", type=Path)
+    command.add_argument(
+        "scene", type=Path, help="a USD file: a result of `usdface process`, a rig, any scene"
+    )
     add_output(command, _formats(EXPORT_TARGETS))
     add_overwrite(command, "they are glTF of another program (an edit does not show)")
     command.add_argument("--clip", default="", metavar="NAME", help="export only this clip")
@@ -187,6 +213,7 @@ def add_export(commands: Any, summary: str) -> None:
         help="joints that a point keeps at most, the strongest (default: all)",
     )
     add_asset_root(command)
+    add_skip_hook(command)
 
 
 def _export(parsed: argparse.Namespace) -> int:
@@ -198,6 +225,7 @@ def _export(parsed: argparse.Namespace) -> int:
             parsed.output,
             every_frame=every,
             overwrite=parsed.overwrite,
+            skip_hooks=parsed.skip_hooks,
             options=options,
             on_progress=step,
         )
@@ -207,8 +235,8 @@ def _export(parsed: argparse.Namespace) -> int:
 def add_import(commands: Any, summary: str) -> None:
     """Add `usdface import`."""
     command = add_command(commands, "import", _import, summary)
-    command.add_argument("source", type=Path)
-    add_output(command, ".usda or .usdc")
+    command.add_argument("source", type=Path, help="a glTF: .glb, .gltf or .vrm")
+    add_output(command, "the scene, .usda or .usdc")
     add_overwrite(command, "they are of another origin (an edit of a rig does not show)")
     command.add_argument(
         "--rig",
@@ -238,7 +266,7 @@ def _import(parsed: argparse.Namespace) -> int:
 def add_check(commands: Any, summary: str) -> None:
     """Add `usdface check`."""
     command = add_command(commands, "check", _check, summary, writes=("figure",))
-    command.add_argument("files", type=Path, nargs="+")
+    command.add_argument("files", type=Path, nargs="+", help="USD and glTF files")
     command.add_argument(
         "--facs",
         action="store_true",

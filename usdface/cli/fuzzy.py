@@ -1,19 +1,12 @@
 """The commands below `fuzzy`: inspect, convert and fit fuzzy systems."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from usdface import pipeline
-from usdface.cli.command import (
-    DONE,
-    add_command,
-    add_output,
-    add_overwrite,
-    add_skip_hook,
-    report,
-    reported,
-)
+from usdface.cli.command import add_command, add_output, add_overwrite, add_skip_hook, report
 from usdface.cli.fuzzy_fit import KEPT, add_fit
 from usdface.cli.progress import progress
 
@@ -31,7 +24,7 @@ def add_fuzzy(commands: Any, summary: str) -> None:
         "show the features, rules and weights of a frame",
         writes=("figure",),
     )
-    command.add_argument("shot", type=Path)
+    command.add_argument("shot", type=Path, help="a shot, as `usdface shot` makes it")
     moment = command.add_mutually_exclusive_group()
     moment.add_argument(
         "--frame", type=int, help="frame index (default: peak of the strongest emotion)"
@@ -46,7 +39,7 @@ def add_fuzzy(commands: Any, summary: str) -> None:
     command = add_command(
         actions, "neutral", _neutral, "check which emotions fire on a neutral face"
     )
-    command.add_argument("shot", type=Path)
+    command.add_argument("shot", type=Path, help="a shot, as `usdface shot` makes it")
     command = add_command(actions, "convert", _convert, "convert between .fis, .fcl, .fll and USD")
     command.add_argument("source", type=Path, help="MATLAB .fis, FCL, FLL, or USD with one system")
     add_output(command, ".fis, .fcl, .fll, .usda or .usdc")
@@ -59,8 +52,6 @@ def add_fuzzy(commands: Any, summary: str) -> None:
 
 
 def _explain(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json, print_written
-
     with progress(parsed) as step:
         result = pipeline.explain(
             parsed.shot,
@@ -70,26 +61,22 @@ def _explain(parsed: argparse.Namespace) -> int:
             skip_hooks=parsed.skip_hooks,
             on_progress=step,
         )
-    facts = result.details
-    if not print_json(facts, parsed.format, parsed.report):
+    if parsed.format == "text":
         from usdface.cli.print_fuzzy import print_explanation
 
-        print_explanation(facts)
-        print_written((*result.written, *reported(parsed)))
-    return DONE
+        print_explanation(result.details)
+        result = replace(result, summary={})  # the first line has it
+    return report(parsed, result)
 
 
 def _neutral(parsed: argparse.Namespace) -> int:
-    from usdface.cli.report import print_json, print_written
-
     with progress(parsed) as step:
-        responses = pipeline.check_neutral(parsed.shot, on_progress=step).value
-    if not print_json([response.as_dict() for response in responses], parsed.format, parsed.report):
+        result = pipeline.check_neutral(parsed.shot, on_progress=step)
+    if parsed.format == "text":
         from usdface.cli.print_fuzzy import print_neutral_responses
 
-        print_neutral_responses(responses)
-        print_written(reported(parsed))
-    return DONE
+        print_neutral_responses(result.value)
+    return report(parsed, result)
 
 
 def _convert(parsed: argparse.Namespace) -> int:

@@ -71,7 +71,9 @@ def _shapes(title: str, rows: Iterable[Mapping[str, Any]]) -> Table:
 
 
 def _poses(rows: Iterable[Mapping[str, Any]]) -> Table:
-    table = _table("expression poses: way of each unit [mm]", ("pose", "units"), (), "verdict")
+    table = _table(
+        "expression poses: displacement of each unit [mm]", ("pose", "units"), (), "verdict"
+    )
     for row in rows:
         others = [f"AU{other['unit']} moves besides" for other in row["others"]]
         verdict = ", ".join([*_not_done(row), *others]) or ("done" if row["units"] else "-")
@@ -82,7 +84,7 @@ def _poses(rows: Iterable[Mapping[str, Any]]) -> Table:
 
 
 def _peaks(rows: Iterable[Mapping[str, Any]]) -> Table:
-    title = "peaks of the take: way of each unit at the markers / solved / corrected [mm]"
+    title = "peaks of the take: displacement of each unit at the markers / solved / corrected [mm]"
     table = _table(title, ("emotion", "time [s]", "units"), (), "verdict")
     for row in rows:
         each = (row[at]["units"] for at in ("markers", "solved", "corrected"))

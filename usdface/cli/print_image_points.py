@@ -8,23 +8,20 @@ from rich.console import Console
 from rich.table import Table
 
 from usdface.arrays import FloatArray
-from usdface.cli.report import print_result, print_whole, shown
-from usdface.result import Result
+from usdface.cli.report import print_whole, shown
 
 if TYPE_CHECKING:
-    from usdface.findings import Finding
     from usdface.papers.image_points import ImagePoints
 
 __all__ = ["print_image_points"]
 
 
-def print_image_points(result: "ImagePoints", findings: "list[Finding]") -> None:
+def print_image_points(result: "ImagePoints") -> None:
     """Print the quantities of Table I of the RBF paper by each way, and their errors."""
     console = Console(highlight=False)
     print_whole(console, _points(result))
     if result.errors:
         print_whole(console, _scores(result))
-    print_result(Result(result, (), tuple(findings), {}), "text")
 
 
 def _points(result: "ImagePoints") -> Table:

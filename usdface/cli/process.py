@@ -16,6 +16,7 @@ from usdface.cli.command import (
     report,
     settings,
 )
+from usdface.cli.option_rules import check_together
 from usdface.cli.progress import progress
 from usdface.errors import InputError
 from usdface.options import EXAGGERATION_PARTS, DeliverOptions, ProcessOptions
@@ -24,6 +25,18 @@ if TYPE_CHECKING:
     from usdface.result import Result
 
 __all__ = ["add_calibrate", "add_process"]
+
+# Files of a result, by their options, which are arguments of `usdface.process`.
+_OUTPUTS = ("output", "gltf", "figure", "sheet", "deliver", "in_place")
+# Options of long takes by the one that they belong to, and by the one that ignores them.
+_NEEDS = {
+    **dict.fromkeys(("piece", "openjd", "workers"), "--pieces DIR"),
+    "chunk": "--openjd DIR",
+}
+_EXCLUDES = {
+    "openjd": ("piece", "workers"),
+    "piece": (*_OUTPUTS, "overwrite", "cache"),
+}
 
 
 def add_process(commands: Any, summary: str) -> None:
@@ -35,7 +48,7 @@ def add_process(commands: Any, summary: str) -> None:
         summary,
         writes=("gltf", "figure", "sheet", "deliver"),
     )
-    command.add_argument("shot", type=Path)
+    command.add_argument("shot", type=Path, help="a shot, as `usdface shot` makes it")
     _add_files(command)
     _add_delivery(command)
     _add_switches(command)
@@ -52,7 +65,11 @@ def add_process(commands: Any, summary: str) -> None:
     add_overwrite(command, EDITED_RESULT)
     result = command.add_mutually_exclusive_group()
     result.add_argument(
-        "-o", "--output", default="", metavar="ROOT", help="root layer of the result"
+        "-o",
+        "--output",
+        default="",
+        metavar="ROOT",
+        help="root layer of the result (default: beside the shot, SHOT.usdface.usda)",
     )
     result.add_argument(
         "--in-place", action="store_true", help="add the layers to the shot's own subLayers"
@@ -74,12 +91,17 @@ def _add_files(command: argparse.ArgumentParser) -> None:
 
 def _add_switches(command: argparse.ArgumentParser) -> None:
     """Add what a job leaves out, or does in another way than the shot says."""
-    command.add_argument("--no-express", dest="express", action="store_false")
+    command.add_argument(
+        "--no-express",
+        dest="express",
+        action="store_false",
+        help="no correction: emotions stay as solved",
+    )
     command.add_argument(
         "--no-closure",
         dest="closure",
         action="store_false",
-        help="eyes and lips stay as solved and corrected",
+        help="no completed closures: eyes and lips stay as solved and corrected",
     )
     command.add_argument(
         "--no-head", dest="head", action="store_false", help="the character's head stays still"
@@ -154,13 +176,19 @@ def _add_delivery(command: argparse.ArgumentParser) -> None:
         "--handles", type=int, default=0, metavar="N", help="also N frames before and after the cut"
     )
     group.add_argument(
-        "--rate", type=float, default=0.0, help="frames a second (default: those of the shot)"
+        "--rate",
+        type=float,
+        default=0.0,
+        metavar="RATE",
+        help="frames per second (default: the shot's)",
     )
 
 
 def _process(parsed: argparse.Namespace) -> int:
     options = _options(parsed)
-    _check_pieces(parsed)
+    check_together(parsed, _NEEDS, _EXCLUDES)
+    if parsed.workers is not None and parsed.workers < 1:
+        raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
     delivery = _delivery(parsed)
     if parsed.openjd:
         return _write_job(parsed)
@@ -171,13 +199,8 @@ def _process(parsed: argparse.Namespace) -> int:
     with progress(parsed) as step:
         result = pipeline.process(
             parsed.shot,
-            output=parsed.output,
-            gltf=parsed.gltf,
-            figure=parsed.figure,
-            sheet=parsed.sheet,
-            deliver=parsed.deliver,
+            **_outputs(parsed),
             delivery=delivery,
-            in_place=parsed.in_place,
             overwrite=parsed.overwrite,
             asset_root=parsed.asset_root,
             strict=parsed.strict,
@@ -197,25 +220,6 @@ def _options(parsed: argparse.Namespace) -> ProcessOptions:
         "gains": _factors("gains", parsed.gains),
     }
     return ProcessOptions(**given | factors)
-
-
-def _check_pieces(parsed: argparse.Namespace) -> None:
-    """Refuse options of pieces, and of a farm's job, without those that they belong to."""
-    if parsed.piece and not parsed.pieces:
-        raise InputError(f"--piece {parsed.piece} needs a folder: --pieces DIR", "SETTING_WRONG")
-    if parsed.openjd and not parsed.pieces:
-        raise InputError(f"--openjd {parsed.openjd} needs a folder: --pieces DIR", "SETTING_WRONG")
-    if parsed.chunk is not None and not parsed.openjd:
-        raise InputError(
-            f"--chunk {parsed.chunk} is of a farm's job: --openjd DIR", "SETTING_WRONG"
-        )
-    if parsed.workers is not None and not parsed.pieces:
-        raise InputError(
-            f"--workers {parsed.workers} are for the pieces of a long take: --pieces DIR",
-            "SETTING_WRONG",
-        )
-    if parsed.workers is not None and parsed.workers < 1:
-        raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
 
 
 def _delivery(parsed: argparse.Namespace) -> DeliverOptions:
@@ -248,15 +252,11 @@ def _solve_pieces(parsed: argparse.Namespace, options: ProcessOptions) -> "Resul
 def _check_outputs(parsed: argparse.Namespace) -> None:
     from usdface.pipeline.process_outputs import process_outputs
 
-    outputs = process_outputs(
-        output=parsed.output,
-        gltf=parsed.gltf,
-        figure=parsed.figure,
-        sheet=parsed.sheet,
-        deliver=parsed.deliver,
-        in_place=parsed.in_place,
-    )
-    outputs.check(parsed.shot, parsed.overwrite)
+    process_outputs(**_outputs(parsed)).check(parsed.shot, parsed.overwrite)
+
+
+def _outputs(parsed: argparse.Namespace) -> dict[str, Any]:
+    return {name: getattr(parsed, name) for name in _OUTPUTS}
 
 
 # Options that a job repeats: of all its steps, and of the last.

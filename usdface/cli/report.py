@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from usdface.face.place import Place
 from usdface.findings import Finding
 from usdface.io.atomic import write_text
-from usdface.plain_text import plain
+from usdface.plain_text import listed, plain
 from usdface.result import Result
 from usdface.verdict import Level, Verdict
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["print_json", "print_result", "print_whole", "print_written", "shown", "write_report"]
+__all__ = ["print_result", "print_whole", "shown", "write_report"]
 
 _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _WORDS: dict[Level, str] = {"good": "good", "look_at": "look at", "not_usable": "not usable"}
@@ -87,13 +87,20 @@ def _text(value: Any) -> str:
     if isinstance(value, Mapping) and value.keys() == _PLACE:
         return str(Place(**value))
     if isinstance(value, Mapping):
-        parts = [f"{name} {_fields(part)}" for name, part in value.items()]
+        parts = [f"{_name(name, part)} {_fields(part)}" for name, part in value.items()]
         return _between(value.values()).join(parts) or "none"
     if isinstance(value, list | tuple):
         return _between(value).join(map(_text, value)) or "none"
     if value is None:
         return "not determined"
     return f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def _name(name: str, value: Any) -> str:
+    """Return a name as it stands before its value: a colon before a record, levels in words."""
+    if isinstance(value, Mapping):
+        return f"{name}:"
+    return next((words for level, words in _WORDS.items() if level == name), name)
 
 
 def _between(values: Iterable[Any]) -> str:
@@ -104,7 +111,10 @@ def _between(values: Iterable[Any]) -> str:
 def _fields(value: Any) -> str:
     """Return the value of a name as text; the keys of a record are ours, so they get labels."""
     if isinstance(value, Mapping):
-        return ", ".join(f"{_label(key)} {_text(part)}" for key, part in value.items())
+        return ", ".join(
+            _text(part) if key == "place" else f"{_label(key)} {_text(part)}"
+            for key, part in value.items()
+        )
     return _text(value)
 
 
@@ -142,8 +152,8 @@ def _line(group: list[Finding]) -> str:
     if any(f.message != first.message for f in group):
         # The message is that of the first finding only.
         first_place, *others = _places(group)
-        return f"{line} ({first_place}); others: {_listed(others)}"
-    return line + (f" ({_listed(_places(group))})" if first.where else "")
+        return f"{line} ({first_place}); others: {listed(others, _EXAMPLES)}"
+    return line + (f" ({listed(_places(group), _EXAMPLES)})" if first.where else "")
 
 
 def _places(group: list[Finding]) -> list[str]:
@@ -156,11 +166,6 @@ def _places(group: list[Finding]) -> list[str]:
     return [first, *others]
 
 
-def _listed(places: list[str]) -> str:
-    more = f" and {len(places) - _EXAMPLES} more" if len(places) > _EXAMPLES else ""
-    return ", ".join(places[:_EXAMPLES]) + more
-
-
 def write_report(result: Result[Any], path: Path) -> None:
     """Write a result as JSON, atomically.
 
@@ -170,28 +175,6 @@ def write_report(result: Result[Any], path: Path) -> None:
         If the file cannot be written.
     """
     write_text(path, json.dumps(result.as_dict(), indent=1, ensure_ascii=False) + "\n")
-
-
-def print_json(document: object, form: str, report: Path | None) -> bool:
-    """Write plain values as JSON to a file if one is named, and print them if JSON is requested.
-
-    Returns
-    -------
-    bool
-        Whether they were printed.
-    """
-    text = json.dumps(document, indent=1, ensure_ascii=False)
-    if report:
-        write_text(report, text + "\n")
-    if form == "json":
-        print(text)
-    return form == "json"
-
-
-def print_written(paths: Iterable[Path]) -> None:
-    """Print which files were written."""
-    for path in paths:
-        print(f"wrote {plain(str(path), _LONGEST)}")
 
 
 def print_whole(console: "Console", table: "Table") -> None:

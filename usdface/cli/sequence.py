@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from usdface import pipeline
 from usdface.cli.command import EDITED_RESULT, add_command, add_overwrite, report
+from usdface.cli.option_rules import check_together
 from usdface.cli.progress import progress
 from usdface.errors import InputError, UsdFaceError
 
@@ -17,16 +18,14 @@ if TYPE_CHECKING:
 __all__ = ["add_sequence"]
 
 # Options that have no effect beside another.
-_EXCLUSIVE = {
-    "openjd": frozenset(
-        (
-            *("index", "workers", "time_limit", "table", "watch", "cache", "no_cache"),
-            *("gather", "overwrite"),
-        )
+# Options by the one that they belong to, and by the one that ignores them.
+_NEEDS = {"chunk": "--openjd DIR"}
+_EXCLUDES = {
+    "openjd": (
+        *("index", "workers", "time_limit", "table", "watch", "cache", "no_cache"),
+        *("gather", "overwrite"),
     ),
-    "gather": frozenset(
-        ("watch", "cache", "no_cache", "workers", "time_limit", "pages", "overwrite")
-    ),
+    "gather": ("watch", "cache", "no_cache", "workers", "time_limit", "pages", "overwrite"),
 }
 
 
@@ -40,56 +39,63 @@ def add_sequence(commands: Any, summary: str) -> None:
         help="show file (.toml, .json), folder, list of shots (.txt), or shots",
     )
     command.add_argument(
-        "--index",
+        "--root",
         default="",
-        metavar="N[-M]",
-        help="only these shots, counted from 0 in the order of the sources",
+        metavar="DIR",
+        help="names in the sources are relative to it",
     )
     command.add_argument("--workers", type=int, help="processes (default: one for each core)")
-    command.add_argument(
-        "--time-limit",
-        type=float,
-        metavar="SECONDS",
-        help="for a shot, after which it has failed (default: an hour)",
-    )
+    command.add_argument("--watch", action="store_true", help="process changed shots, until Ctrl-C")
     command.add_argument(
         "--pages", action="store_true", help="also write a page for each shot, as view does"
     )
     command.add_argument(
         "--table", default="", metavar="FILE.html", help="also write the table as a page"
     )
-    command.add_argument(
-        "--root",
-        default="",
-        metavar="DIR",
-        help="names in the sources are relative to it",
-    )
     add_overwrite(command, f"{EDITED_RESULT}; an edited shot of a show file is kept")
-    command.add_argument("--watch", action="store_true", help="process changed shots, until Ctrl-C")
-    command.add_argument(
-        "--keep-going",
-        action="store_true",
-        help="exit with 0 also where a shot failed: the last step of a farm's job reports it",
-    )
-    command.add_argument(
-        "--openjd",
-        default="",
-        metavar="DIR",
-        help="process nothing: write the sequence as a job of Open Job Description",
-    )
-    command.add_argument(
-        "--chunk", type=int, metavar="N", help="shots in a task of that job (default: 1)"
-    )
-    kept = command.add_mutually_exclusive_group()
-    kept.add_argument(
+    _add_cache(command.add_argument_group("cache").add_mutually_exclusive_group())
+    _add_farm(command.add_argument_group("farms"))
+
+
+def _add_cache(group: Any) -> None:
+    group.add_argument(
         "--cache",
         default="",
         metavar="DIR",
         help="folder for the arrays of each stage (default: beside each result)",
     )
-    kept.add_argument("--no-cache", action="store_true", help="keep no arrays")
-    command.add_argument(
+    group.add_argument("--no-cache", action="store_true", help="keep no arrays")
+
+
+def _add_farm(group: Any) -> None:
+    group.add_argument(
+        "--index",
+        default="",
+        metavar="N[-M]",
+        help="only these shots, counted from 0 in the order of the sources",
+    )
+    group.add_argument(
+        "--time-limit",
+        type=float,
+        metavar="SECONDS",
+        help="for a shot, after which it has failed (default: an hour)",
+    )
+    group.add_argument(
+        "--keep-going",
+        action="store_true",
+        help="exit with 0 also where a shot failed: the last step of a farm's job reports it",
+    )
+    group.add_argument(
         "--gather", action="store_true", help="process nothing: print the table of existing results"
+    )
+    group.add_argument(
+        "--openjd",
+        default="",
+        metavar="DIR",
+        help="process nothing: write the sequence as a job of Open Job Description",
+    )
+    group.add_argument(
+        "--chunk", type=int, metavar="N", help="shots in a task of that job (default: 1)"
     )
 
 
@@ -98,25 +104,12 @@ def _sequence(parsed: argparse.Namespace) -> int:
     for name, value in (("workers", parsed.workers), ("time-limit", parsed.time_limit)):
         if value is not None and not value > 0:
             raise InputError(f"--{name} {value:g}: expected more than 0", "SETTING_WRONG")
-    _check_together(parsed)
+    check_together(parsed, _NEEDS, _EXCLUDES)
     if parsed.openjd:
         return _openjd(parsed)
     if parsed.watch:
         return _watch(parsed, limits)
     return _run(parsed, limits)
-
-
-def _check_together(parsed: argparse.Namespace) -> None:
-    """Refuse options that another one would leave without effect."""
-    given = {name for name, value in vars(parsed).items() if value not in (None, "", False)}
-    for one, without in _EXCLUSIVE.items():
-        if one in given and (idle := sorted(given & without)):
-            names = ", ".join(f"--{name.replace('_', '-')}" for name in idle)
-            raise InputError(f"--{one} takes no {names}", "SETTING_WRONG")
-    if "chunk" in given and "openjd" not in given:
-        raise InputError(
-            f"--chunk {parsed.chunk} is of a farm's job: --openjd DIR", "SETTING_WRONG"
-        )
 
 
 def _watch(parsed: argparse.Namespace, limits: dict[str, float]) -> int:

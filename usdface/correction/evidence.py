@@ -58,7 +58,7 @@ class Evidence:
 
     @cached_property
     def determination(self) -> FloatArray:
-        """How far the markers determine the weight of each blend shape by itself: (T,), 0 to 1."""
+        """The share of each weight that the markers determine, of each alone: (T,), 0 to 1."""
         return np.clip(np.diag(self.determined), 0.0, 1.0)  # rounding in shapes that move by metres
 
     @cached_property

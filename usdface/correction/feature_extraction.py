@@ -153,9 +153,9 @@ def _check_roles(system: ExpressionSystem, names: Sequence[str], roles: Mapping[
     others = len(rules) - 1
     by = f"{rules[0].named}{f' and {others} more' if others else ''}" if rules else "no rule"
     raise InputError(
-        f"fuzzy variable {name!r} reads the role {role!r}, but there is no marker "
-        f"{roles.get(role, role)!r}{did_you_mean(role, names)} (used "
-        f'by {by}); name its marker in the binding, "roles": {{"{role}": ...}}',
+        f"fuzzy variable {name!r} (used by {by}) reads the role {role!r}, but there is no marker "
+        f'{roles.get(role, role)!r}; name it in the binding, "roles": {{"{role}": ...}}'
+        f"{did_you_mean(role, names)}",
         code="MARKER_UNKNOWN",
     )
 

@@ -77,7 +77,9 @@ class BoundFace:
         """
         if self.nose_tip not in self.markers:
             raise InputError(
-                f"no nose tip: there is no marker {self.nose_tip!r} among {', '.join(self.markers)}"
+                f"no nose tip: there is no marker {self.nose_tip!r} among "
+                f"{', '.join(self.markers)}; "
+                'name the marker of the nose tip in the binding, "nose_tip"'
             )
         return self.markers.index(self.nose_tip)
 

@@ -27,7 +27,7 @@ _BEYOND = 0.05
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FaceCoordinates:
-    """Where points are on a face.
+    """Coordinates of points on a face.
 
     Attributes
     ----------

@@ -8,13 +8,16 @@ from usdface.errors import InputError, did_you_mean
 from usdface.face.landmark_sets import nose_tip_landmark
 from usdface.face.marker_name_places import names_nose_tip
 from usdface.findings import Finding, finding
+from usdface.plain_text import listed
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 from usdface.setup.binding_origin import check_mesh
-from usdface.setup.retarget_setup import RetargetSetup, check_neutral_weights
+from usdface.setup.retarget_setup import RetargetSetup, check_neutral_frames, check_neutral_weights
 from usdface.takes import MarkerTake, WeightsTake, visible
 
 __all__ = ["check_vertices", "fit_setup"]
+
+_NAMED = 8  # markers that a message lists
 
 
 def fit_setup(
@@ -77,16 +80,12 @@ def check_vertices(binding: Binding, mesh: Mesh) -> None:
 def _check_take(setup: RetargetSetup, take: MarkerTake) -> None:
     binding = setup.binding
     take.select(setup.head_markers)
-    if setup.neutral and setup.neutral[1] >= len(take.times):
-        raise InputError(
-            f"neutral frames {setup.neutral[0]} to {setup.neutral[1]} lie outside the take "
-            f"{take.source}, which has frames 0 to {len(take.times) - 1}",
-            "FRAMES_OUTSIDE",
-        )
+    if setup.neutral:
+        check_neutral_frames(setup.neutral, len(take.times), take.source)
     if not set(binding.markers) & set(take.names):
         raise InputError(
             f"no bound marker is in the take {take.source}; bound: "
-            f"{', '.join(binding.markers[:8])}; in the take: {', '.join(take.names[:8])}",
+            f"{listed(binding.markers, _NAMED)}; in the take: {listed(take.names, _NAMED)}",
             "MARKER_UNKNOWN",
         )
 
@@ -96,8 +95,7 @@ def _check_nose_tip(setup: RetargetSetup, take: MarkerTake | WeightsTake | None)
     if setup.nose_tip not in markers:
         raise InputError(
             f"the nose tip {setup.nose_tip!r} is not among the bound markers: "
-            f"{', '.join(markers[:8])}{' ...' if len(markers) > 8 else ''}"
-            f"{did_you_mean(setup.nose_tip, markers)}",
+            f"{listed(markers, _NAMED)}{did_you_mean(setup.nose_tip, markers)}",
             "MARKER_UNKNOWN",
         )
     if isinstance(take, MarkerTake):

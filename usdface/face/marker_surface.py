@@ -56,7 +56,7 @@ class PlacedMarkers:
 
     @property
     def points(self) -> FloatArray:
-        """Where they rest: (B, 3) [m]."""
+        """Rest positions of the places: (B, 3) [m]."""
         return self.skin.rest
 
     @property
@@ -99,7 +99,7 @@ class MarkerSurface:
 
     @cached_property
     def reach(self) -> float:
-        """How far from its vertex a place may be [m]."""
+        """The largest distance of a place from its vertex [m]."""
         return _REACH * rms_radius(self.mesh.points[self.vertices])
 
     def within_reach(self, shifts: FloatArray) -> FloatArray:

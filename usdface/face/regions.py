@@ -103,7 +103,7 @@ def gain_region(region: str) -> GainRegion:
 
 
 def regions_of(mesh: Mesh, vertices: IntArray) -> tuple[str, ...]:
-    """Return the region of each vertex of a mesh: one of `REGIONS`.
+    """Return the region of each of some vertices (N,) of a mesh: one of `REGIONS`.
 
     A vertex belongs to the region with the nearest centre: each region has five centres of the
     motion of its blend shapes, from right to left. "face" if no blend shape has a telling name.

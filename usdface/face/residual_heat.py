@@ -18,7 +18,9 @@ _DISTANCES = 20_000_000
 
 
 def heat_of_markers(mesh: Mesh, vertices: IntArray) -> tuple[IntArray, FloatArray]:
-    """Return the markers that colour each vertex (V, K), and how much each counts (V, K).
+    """Return the markers that colour each vertex (V, K), and their shares (V, K), 0 to 1.
+
+    `vertices` (M,) are those of the markers.
 
     Residuals spread along the skin, so that the lower lip does not show those of the upper one; far
     from all markers they fade.

@@ -1,4 +1,4 @@
-"""How well displacements of the feature points fit each movement."""
+"""The fit of displacements of the feature points to each movement."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ _TURNED |= {right: left for left, right in _TURNED.items()}
 
 
 class Reading(NamedTuple):
-    """How far points moved along the directions of a movement.
+    """The displacement of points along the directions of a movement.
 
     `mean` [mm of a human head], points that move farther counting more; the same in standard
     deviations of the noise; and that of each point [mm].

@@ -1,4 +1,4 @@
-"""Verdicts on blend shapes: whether each moves the points of the unit that its name claims.
+"""Verdicts on blend shapes: the movement of each, against that of the unit that its name claims.
 
 The displacement of the feature points by a shape is compared with every movement by the cosine
 between them, the *fit*. Thresholds are those of the rig: another unit is taken seriously where it
@@ -17,9 +17,9 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.facs.fits import SEEN, Fits, fits_of
 from usdface.facs.shape_claims import Claim, claims_of
 
-__all__ = ["ShapeVerdict", "ShapeVerdicts", "Verdict", "judge_shapes"]
+__all__ = ["ShapeVerdict", "ShapeVerdicts", "VerdictCode", "judge_shapes"]
 
-Verdict = Literal[
+VerdictCode = Literal[
     "done",
     "dead",
     "other_side",
@@ -71,7 +71,7 @@ class ShapeVerdict:
     """
 
     name: str
-    verdict: Verdict
+    verdict: VerdictCode
     claim: Claim | None = None
     shown: Claim | None = None
     second: Claim | None = None
@@ -157,7 +157,7 @@ def judge_shapes(
     rig = _Rig(fits, noise, usual, large, _swaps(fits, claimed, alive, usual))
     result = []
     for i, name in enumerate(names):
-        verdict: Verdict = "dead"
+        verdict: VerdictCode = "dead"
         shown, second = None, None
         if alive[i]:
             verdict, shown, second = _judged(rig, i, own.get(i))
@@ -186,7 +186,7 @@ def judge_shapes(
     return ShapeVerdicts(tuple(result), usual, large, fits)
 
 
-def _judged(rig: _Rig, shape: int, own: int | None) -> tuple[Verdict, int | None, int | None]:
+def _judged(rig: _Rig, shape: int, own: int | None) -> tuple[VerdictCode, int | None, int | None]:
     """Return the verdict on a shape that moves something, the movement it makes, and a second."""
     fit = rig.fits.cosines[shape]
     best = int(fit.argmax()) if fit.max() >= _LEAST else None

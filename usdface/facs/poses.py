@@ -46,7 +46,7 @@ class UnitAmount(NamedTuple):
 
     @property
     def done(self) -> bool:
-        """Whether it is above the noise."""
+        """Whether the movement is above the noise."""
         return self.in_noise >= SEEN
 
 

@@ -104,18 +104,14 @@ class FacsReport:
         }
 
 
-def judge_rig(
-    rig: Rig, expressions: Sequence[Expression], noise: float = MARKER_NOISE
-) -> FacsReport:
-    """Judge the blend shapes of a rig and its expression poses.
+def judge_rig(rig: Rig, expressions: Sequence[Expression]) -> FacsReport:
+    """Judge the blend shapes of a rig and its expression poses by the noise of usual markers.
 
     Parameters
     ----------
     rig : Rig
         Judged as if its face looked along +z.
     expressions : sequence of Expression
-    noise : float [m]
-        Standard deviation of a marker coordinate on a face: smaller movements are not done.
 
     Raises
     ------
@@ -131,13 +127,13 @@ def judge_rig(
             ways = [shape.offsets, *(between.offsets for between in shape.inbetweens)]
             size = max(float(np.linalg.norm(way, axis=1).max(initial=0.0)) for way in ways)
             largest[row[shape.name]] = max(largest[row[shape.name]], size / points.unit)
-    shapes = judge_shapes(names, points.moved(rig, names), largest, _MM * noise)
+    shapes = judge_shapes(names, points.moved(rig, names), largest, _MM * MARKER_NOISE)
     weights = _pose_weights(names, expressions)
     poses = tuple(
-        judge_pose(one.name, moved, units_expected(one.name), _MM * noise, shapes.large)
+        judge_pose(one.name, moved, units_expected(one.name), _MM * MARKER_NOISE, shapes.large)
         for one, moved in zip(expressions, points.displaced(rig, names, weights), strict=True)
     )
-    return FacsReport(rig, points, shapes, poses, _MM * noise)
+    return FacsReport(rig, points, shapes, poses, _MM * MARKER_NOISE)
 
 
 def _pose_weights(names: Sequence[str], expressions: Sequence[Expression]) -> FloatArray:

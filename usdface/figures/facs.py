@@ -124,4 +124,4 @@ def _draw_poses(axes: Any, poses: list[PoseVerdict]) -> None:
     axes.set(xlim=(-0.5, len(units) - 0.5), ylim=(len(poses) - 0.5, -0.5))
     axes.set_xticks(range(len(units)), [f"AU{unit}" for unit in units], fontsize=8)
     axes.set_yticks(range(len(poses)), [pose.name for pose in poses], fontsize=8)
-    axes.set_title("expression poses: way of each unit [mm], orange: not seen", fontsize=8)
+    axes.set_title("expression poses: displacement of each unit [mm], orange: not seen", fontsize=8)

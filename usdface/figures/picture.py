@@ -39,14 +39,16 @@ def save_figure(draw: Callable[[Any], None], path: Path) -> None:
     write_bytes(path, drawn.getvalue())
 
 
-def check_picture(path: Path) -> None:
-    """Refuse an unknown picture format, or a missing matplotlib, before any work.
+def check_picture(path: Path | None) -> None:
+    """Refuse an unknown picture format, or a missing matplotlib, before any work; None is neither.
 
     Raises
     ------
     InputError
         If the file name ends in none of the formats, or matplotlib is not installed.
     """
+    if path is None:
+        return
     if path.suffix.lower() not in _SUFFIXES:
         raise InputError(
             f"{path} is no picture; end it in {', '.join(_SUFFIXES)}", "FILE_KIND_UNKNOWN"

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.geometry.vertex_normals import triangle_normals
 from usdface.geometry.view_rotation import view_rotation
 
-__all__ = ["View", "openness", "render", "vertex_normals"]
+__all__ = ["View", "openness", "render"]
 
 # Direction towards each light [camera space: x right, y up, z to the viewer], colour, wrap.
 # A wrapped light reaches a little behind the terminator, which reads as soft skin.
@@ -48,17 +49,6 @@ class View:
     size: tuple[int, int] = (400, 400)
     background: tuple[float, float, float] = (0.80, 0.83, 0.86)
     samples: int = 2
-
-
-def vertex_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return unit vertex normals (V, 3), faces weighted by their area."""
-    a, b, c = (points[triangles[:, k]] for k in range(3))
-    face = np.cross(b - a, c - a)
-    flat = triangles.ravel()
-    total = np.stack(
-        [np.bincount(flat, np.repeat(face[:, k], 3), len(points)) for k in range(3)], axis=1
-    )
-    return np.asarray(total / np.maximum(np.linalg.norm(total, axis=1, keepdims=True), 1e-30))
 
 
 def _rasterise(
@@ -105,8 +95,14 @@ def _rasterise(
 
 
 def openness(points: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return the share of the sky (V,) that each vertex sees, cosine-weighted."""
-    normals = vertex_normals(points, triangles)
+    """Return the share of the sky that each vertex sees, cosine-weighted: (V,), 0 to 1.
+
+    Parameters
+    ----------
+    points : (V, 3) float64
+    triangles : (T, 3) int64
+    """
+    normals = triangle_normals(points, triangles)
     index = np.arange(AMBIENT_DIRECTIONS) + 0.5
     polar = np.degrees(np.arcsin(1 - 2 * index / AMBIENT_DIRECTIONS))
     around = np.degrees(index * np.pi * (1 + 5**0.5)) % 360
@@ -160,7 +156,7 @@ def render(
     """
     view = view or View()
     width, height = (n * view.samples for n in view.size)
-    normals = vertex_normals(points, triangles)
+    normals = triangle_normals(points, triangles)
     open_to_sky = openness(points, triangles) if sky is None else sky
     camera = view_rotation(view.yaw, view.pitch)
     local = (points - view.centre) @ camera.T

@@ -6,7 +6,7 @@ from string import Formatter
 from typing import Any
 
 from usdface.errors import UsdFaceError
-from usdface.plain_text import plain
+from usdface.plain_text import listed, plain
 
 __all__ = ["Prose", "filled_in", "plain_values"]
 
@@ -31,9 +31,7 @@ class _Template(Formatter):
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if isinstance(value, Sequence) and not isinstance(value, str):
-            shown = ", ".join(str(each) for each in value[:_LISTED])
-            more = len(value) - _LISTED
-            return f"{shown} and {more} more" if more > 0 else shown
+            return listed(value, _LISTED)
         return format(value, format_spec) if format_spec else str(value)
 
 

@@ -16,6 +16,7 @@ from usdface.footage.detect import (
     opponents,
 )
 from usdface.footage.dots import Dots
+from usdface.numerics.robust_deviation import MEDIAN_TO_DEVIATION
 
 __all__ = ["LEAST_DOTS", "MOST_DOTS", "choose_model", "colour_at", "model_of_colour"]
 
@@ -63,7 +64,7 @@ def choose_model(pixels: Pixels, channels: Iterable[ColourChannel] | None = None
     for channel in CHANNELS.values() if channels is None else channels:
         signal = channel.signal(pixels)
         above = signal - background(signal)
-        noise = 1.4826 * float(np.median(np.abs(above[::3, ::3])))
+        noise = MEDIAN_TO_DEVIATION * float(np.median(np.abs(above[::3, ::3])))
         strongest = float(np.partition(above.ravel()[::2], -40)[-40]) if above.size > 200 else 0.0
         for share in _SHARES:
             threshold = share * strongest

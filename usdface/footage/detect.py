@@ -1,4 +1,4 @@
-"""Detection of dots in one image: threshold, connected components, sub-pixel centres."""
+"""Detection of dots in one image: those components that look like dots, with sub-pixel centres."""
 
 from dataclasses import dataclass, replace
 
@@ -8,7 +8,9 @@ from scipy import ndimage
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.footage.colour_channel import ColourChannel, Pixels, Signal
+from usdface.footage.components import EDGE, find_components
 from usdface.footage.dots import Dots, no_dots
+from usdface.numerics.robust_deviation import MEDIAN_TO_DEVIATION
 
 __all__ = [
     "CUT_OUT",
@@ -29,18 +31,8 @@ CUT_OUT = 0.3
 _MOST = 2000
 # Pixels of the smallest dot; a smaller one has no shape.
 _SMALLEST = 6
-# Around a component's half height lie its blurred edge, and colour that JPEG spread.
-_EDGE = 3
 # A component's short axis over its long one, and its area over that of the ellipse, at least.
 _SLIM, _RAGGED = 0.08, 0.5
-_HALF = 0.45  # threshold of a dot, of its own height
-# A dot below the second multiple of the threshold is segmented at the first; a component of this
-# many usual areas is split at these shares of its height, if pieces of this share of the usual area
-# are left.
-_FAINT = (0.5, 2.2)
-_LARGE, _CUTS_APART, _PIECE = 1.4, (0.6, 0.75), 0.2
-# 8-connected: a dot at the face's edge is a slanted line of pixels.
-_NEIGHBOURS = np.ones((3, 3), dtype=bool)
 _CELLS = 48  # of the local background across an image
 # Shares of a dot's height that count as none and all of it. Below is noise of the skin, above is
 # highlight or shade on the paint; both would pull the centre.
@@ -173,7 +165,7 @@ def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0
     area : float [px^2]
         The usual one, if it is known.
     """
-    labels, count = _components(above, threshold, area)
+    labels, count = find_components(above, threshold, area)
     if not count:
         return no_dots()
     flat = np.flatnonzero(labels)
@@ -196,83 +188,12 @@ def measure(signal: Signal, above: FloatArray, threshold: float, area: float = 0
     x, y = x[kept], y[kept]
     reach = np.sqrt(sizes[kept] / np.pi)
     # Ellipses reach farther than discs. A few sizes of windows, each measured at once.
-    half = 3 * np.ceil((1.7 * reach + _EDGE + 2) / 3).astype(int)
+    half = 3 * np.ceil((1.7 * reach + EDGE + 2) / 3).astype(int)
     parts = []
     for size in np.unique(half):
         these = half == size
         parts.append(_measured(signal, labels, kept[these] + 1, x[these], y[these], int(size)))
     return Dots(*(np.concatenate([getattr(p, n) for p in parts]) for n in Dots.__slots__))
-
-
-def _components(above: FloatArray, threshold: float, area: float) -> tuple[IntArray, int]:
-    """Label components above a threshold, and then above half of their own height.
-
-    So a dot in the shade is as large as one in the light, and does not merge with another coloured
-    component. Where the area of a dot is known, faint ones are segmented at a lower threshold, and
-    two that merge at a higher one.
-    """
-    labels, count = ndimage.label(above > threshold, _NEIGHBOURS)
-    if not count:
-        return labels, 0
-    peaks = _peaks(above, labels, count)
-    faint = peaks < _FAINT[1] * threshold
-    if area and faint.any():
-        labels, count = _cut_out_lower(above, labels, faint, _FAINT[0] * threshold)
-        peaks = _peaks(above, labels, count)
-    flat = np.flatnonzero(labels)
-    owner = labels.ravel()[flat]
-    labels.ravel()[flat[above.ravel()[flat] < _HALF * peaks[owner - 1]]] = 0
-    whole: tuple[IntArray, int] = ndimage.label(labels, _NEIGHBOURS)
-    return _cut_apart(above, *whole, area) if area else whole
-
-
-def _cut_out_lower(
-    above: FloatArray, labels: IntArray, faint: BoolArray, threshold: float
-) -> tuple[IntArray, int]:
-    """Segment the faint components at a lower threshold, where no other is near."""
-    count = len(faint)
-    others = np.concatenate([[False], ~faint])[labels]
-    near = ndimage.maximum_filter(others.view(np.uint8), 2 * _EDGE + 1, mode="constant")
-    lower, number = ndimage.label((above > threshold) & (near == 0), _NEIGHBOURS)
-    seeded = np.bincount(lower[labels > 0], minlength=number + 1) > 0
-    seeded[0] = False
-    return np.where(seeded[lower], lower + count, np.where(others, labels, 0)), count + number
-
-
-def _peaks(above: FloatArray, labels: IntArray, count: int) -> FloatArray:
-    """Return the height (count,) of each component: its 75th percentile, robust to noise."""
-    flat = np.flatnonzero(labels)
-    owner, heights = labels.ravel()[flat] - 1, above.ravel()[flat]
-    order = np.lexsort((heights, owner))
-    ends = np.searchsorted(owner[order], np.arange(count), side="right") - 1
-    sizes = np.bincount(owner, minlength=count)
-    return np.where(sizes > 0, heights[order[ends - sizes // 4]], 0.0)
-
-
-def _cut_apart(
-    above: FloatArray, labels: IntArray, count: int, area: float
-) -> tuple[IntArray, int]:
-    """Split the components that are larger than a dot and are several above a share of height."""
-    large = np.bincount(labels.ravel(), minlength=count + 1)[1:] > _LARGE * area
-    if not large.any():
-        return labels, count
-    windows = ndimage.find_objects(labels)
-    for own in (np.flatnonzero(large) + 1).tolist():
-        window = windows[own - 1]
-        mine, heights = labels[window] == own, above[window]
-        peak = float(np.percentile(heights[mine], 75))
-        for cut in _CUTS_APART:
-            pieces, number = ndimage.label(mine & (heights > cut * peak), _NEIGHBOURS)
-            sizes = np.bincount(pieces.ravel(), minlength=number + 1)[1:]
-            whole = np.flatnonzero(sizes > _PIECE * area) + 1
-            if len(whole) > 1:
-                labels[window][mine] = 0
-                numbers = own, *range(count + 1, count + len(whole))
-                for name, piece in zip(numbers, whole.tolist(), strict=True):
-                    labels[window][pieces == piece] = name
-                count += len(whole) - 1
-                break
-    return labels, count
 
 
 def _measured(
@@ -291,9 +212,9 @@ def _measured(
     mine = (whose == own[:, None, None]) & inside
     others = (whose > 0) & (whose != own[:, None, None])
     step = np.ones((1, 3, 3), dtype=bool)
-    support = ndimage.binary_dilation(mine, step, _EDGE) & inside
+    support = ndimage.binary_dilation(mine, step, EDGE) & inside
     support &= ~ndimage.binary_dilation(others, step)
-    ring = ~ndimage.binary_dilation(mine, step, _EDGE + 1) & ~others & inside
+    ring = ~ndimage.binary_dilation(mine, step, EDGE + 1) & ~others & inside
     base, noise = _ring_level(values, ring)
     height = np.maximum(_median(values, mine) - base, 1.0)
     span = (_PLATEAU - _FOOT) * height
@@ -324,7 +245,9 @@ def _ring_level(values: NDArray[np.float32], ring: BoolArray) -> tuple[FloatArra
     """Return median and noise (K,) of the surroundings of each dot."""
     # By differences of neighbours: a gradient of the light is no noise.
     steps = _median(np.abs(np.diff(values, axis=2)), ring[:, :, 1:] & ring[:, :, :-1])
-    return _median(values, ring), np.maximum(1.4826 / np.sqrt(2.0) * steps, _NOISE_FLOOR)
+    return _median(values, ring), np.maximum(
+        MEDIAN_TO_DEVIATION / np.sqrt(2.0) * steps, _NOISE_FLOOR
+    )
 
 
 def _median(values: NDArray[np.float32], mine: BoolArray) -> FloatArray:

@@ -14,6 +14,7 @@ from usdface.footage.dots import Dots
 from usdface.footage.follow import nearest_distances
 from usdface.footage.still_places import median_visible, still_places
 from usdface.footage.tracks import Doubt, Tracks
+from usdface.numerics.robust_deviation import MEDIAN_TO_DEVIATION, THIRD_DIFFERENCE
 
 __all__ = ["finished_tracks"]
 
@@ -29,8 +30,8 @@ _ABOUT, _NEIGHBOURS = 8, 4
 # which confidence is 0.6; frames that disagree between both directions have this confidence.
 _STRAY, _VAGUE, _DISAGREED = 0.3, 0.35, 0.3
 # Least number of third differences for a track's jitter; factor from their median absolute value to
-# the deviation of normally distributed places (their variance is 20 times that of a place).
-_ENOUGH, _NORMAL = 24, 1.4826 / np.sqrt(20.0)
+# the deviation of places.
+_ENOUGH, _JITTER = 24, MEDIAN_TO_DEVIATION / np.sqrt(THIRD_DIFFERENCE)
 
 
 def finished_tracks(
@@ -135,7 +136,7 @@ def _with_jitter(deviations: FloatArray, places: FloatArray) -> FloatArray:
     third = np.abs(np.diff(still_places(places), 3, axis=0))
     raised = deviations.copy()
     for track in np.flatnonzero((~np.isnan(third)).sum(axis=(0, 2)) >= _ENOUGH).tolist():
-        jitter = _NORMAL * float(np.nanmedian(third[:, track]))
+        jitter = _JITTER * float(np.nanmedian(third[:, track]))
         stated = float(np.nanmedian(deviations[:, track]))
         raised[:, track] = np.hypot(deviations[:, track], max(jitter**2 - stated**2, 0.0) ** 0.5)
     return raised

@@ -18,7 +18,7 @@ _AXES, _PIXELS = 1.5, 4.0
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """Where a marker is in a frame (x right, y down [px]); without a place it is hidden there."""
+    """The corrected place of a marker in a frame (x right, y down [px]); None: hidden there."""
 
     frame: int
     name: str
@@ -36,6 +36,16 @@ def apply_fixes(
 
     From its frame on to the marker's next correction the marker is followed anew, and back
     to where it was last seen. A dot that another marker had is that marker's no more.
+
+    Parameters
+    ----------
+    frames : sequence of Dots, length F
+    table : (F, M) int64
+        Index of each track's dot among those of the frame; HIDDEN = none.
+    agreed : (F, M) bool
+        Where following forwards and backwards gave the same dot.
+    names : sequence of str, length M
+    fixes : sequence of Fix
 
     Raises
     ------

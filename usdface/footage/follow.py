@@ -50,14 +50,11 @@ class Followed:
     ----------
     dots : (F, T) int64
         Index of each track's dot among those of the frame; HIDDEN = none.
-    births : (T,) int64
-        Frame in which the track begins; 0 for those given.
     cuts : tuple of int
         Frames before which there is a cut.
     """
 
     dots: IntArray
-    births: IntArray
     cuts: tuple[int, ...]
 
 
@@ -262,4 +259,4 @@ def follow(
     table = np.full((len(rows), len(begun)), HIDDEN)
     for number, row in enumerate(rows):
         table[number, : len(row)] = row
-    return Followed(table, np.array(begun, dtype=np.int64), tuple(cuts))
+    return Followed(table, tuple(cuts))

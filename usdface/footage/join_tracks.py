@@ -58,7 +58,22 @@ def _longest_run(frames: IntArray) -> int:
 def join_tracks(
     table: IntArray, agreed: BoolArray, places: FloatArray
 ) -> tuple[IntArray, BoolArray]:
-    """Join tracks that never overlap in time and are one dot as predicted by all others."""
+    """Join tracks that never overlap in time and are one dot as predicted by all others.
+
+    Parameters
+    ----------
+    table : (F, T) int64
+        Index of each track's dot among those of the frame; below 0 = none.
+    agreed : (F, T) bool
+        Where following forwards and backwards gave the same dot.
+    places : (F, T, 2) float64 [px]
+        NaN where there is no dot.
+
+    Returns
+    -------
+    table, agreed
+        Of the joined tracks; those that were joined to another one are empty.
+    """
     seen = table >= 0
     counts = seen.sum(axis=0)
     main = np.flatnonzero(counts >= max(_LEAST_FRAMES, 0.4 * len(table)))

@@ -89,7 +89,7 @@ def _total(values: FloatArray) -> FloatArray:
 
 
 def _bisector(points: FloatArray, joined: FloatArray) -> FloatArray:
-    """Where the area up to x is half; each sample fills the interval around its point."""
+    """Return the x that halves the area; each sample fills the interval around its point."""
     area = np.cumsum(joined, axis=0, dtype=np.float64)
     half = 0.5 * area[-1]
     at = np.argmax(area >= half, axis=0)

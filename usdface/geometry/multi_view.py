@@ -65,10 +65,11 @@ def triangulate(cameras: Sequence[Camera], pixels: FloatArray) -> PointsOfViews:
 def epipolar_distances(
     first: Camera, second: Camera, flat: FloatArray, other: FloatArray
 ) -> FloatArray:
-    """Return the least distance of undistorted places (..., 2) from epipolar consistency [px].
+    """Return the least distance of places in two images from epipolar consistency: (...) [px].
 
-    The first-order (Sampson) distance. R. Hartley, A. Zisserman: Multiple View Geometry in Computer
-    Vision, 2nd edition, 11.4.3. NaN where one is not seen.
+    `flat` and `other` (..., 2) are undistorted places in the first and the second image. The first-
+    order (Sampson) distance. R. Hartley, A. Zisserman: Multiple View Geometry in Computer Vision,
+    2nd edition, 11.4.3. NaN where one is not seen.
     """
     turn = second.rotation @ first.rotation.T
     x, y, z = second.translation - turn @ first.translation

@@ -7,7 +7,14 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.errors import SolveError
 
-__all__ = ["IN_LINE", "POSE_MARKERS", "Pose", "rigid_fit", "similarity_fit"]
+__all__ = [
+    "ALL_AT_ONE_PLACE",
+    "IN_LINE",
+    "POSE_MARKERS",
+    "Pose",
+    "rigid_fit",
+    "similarity_fit",
+]
 
 # Markers that determine a pose, if they are not in a line.
 POSE_MARKERS = 3
@@ -15,6 +22,11 @@ POSE_MARKERS = 3
 # Markers are in a line if they deviate from it by at most this share of its length: 1 mm of
 # 50, where noise of 0.3 mm would turn the head by 17 degrees.
 IN_LINE = 0.02
+
+ALL_AT_ONE_PLACE = (
+    "all markers are at the same neutral place; check the neutral frames, and the columns that the "
+    "take is read from"
+)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -153,7 +165,7 @@ def similarity_fit(
     a, b = source - centre_a, target - centre_b
     size = float(share @ (a**2).sum(axis=1))
     if size == 0.0:
-        raise SolveError("all markers are at the same neutral place")
+        raise SolveError(ALL_AT_ONE_PLACE)
     covariance = (b * share[:, None]).T @ a
     rotation = _rotation(covariance[None])[0][0]
     scale = float((rotation * covariance).sum()) / size

@@ -6,7 +6,14 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 
-__all__ = ["NormalsNear", "normals_of_faces", "unit_or_up", "unit_or_zero", "vertex_normals"]
+__all__ = [
+    "NormalsNear",
+    "normals_of_faces",
+    "triangle_normals",
+    "unit_or_up",
+    "unit_or_zero",
+    "vertex_normals",
+]
 
 
 def unit_or_up(vectors: FloatArray) -> FloatArray:
@@ -79,8 +86,22 @@ class NormalsNear:
 
 
 def vertex_normals(points: FloatArray, face_counts: IntArray, face_indices: IntArray) -> FloatArray:
-    """Return the unit vertex normals (V, 3) of one mesh; zero where a vertex has no face."""
+    """Return the unit vertex normals (V, 3) of one mesh; zero where a vertex has no face.
+
+    Parameters
+    ----------
+    points : (V, 3) float64
+    face_counts : (N,) int64
+        Corners of each face.
+    face_indices : (sum of the counts,) int64
+        The vertex of each corner, face after face.
+    """
     return unit_or_zero(_area_vectors(face_counts, face_indices, len(points))(points))
+
+
+def triangle_normals(points: FloatArray, triangles: IntArray) -> FloatArray:
+    """Return the `vertex_normals` (V, 3) of points (V, 3) and triangles (T, 3)."""
+    return vertex_normals(points, np.full(len(triangles), 3), triangles.ravel())
 
 
 def _area_vectors(

@@ -1,4 +1,4 @@
-"""Whether the files of a result are of one generation: `usdface check`."""
+"""Check that the files of a result are of one generation: `usdface check`."""
 
 from collections.abc import Sequence
 from pathlib import Path

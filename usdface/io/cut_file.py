@@ -82,7 +82,10 @@ def read_cut(path: Path, rate: float = 0.0) -> tuple[list[CutEvent], list[Findin
         if event is not None:
             events.append(event)
     if not events:
-        raise InputError(f"the cut {path} has no clips with a range", "SHOT_INCOMPLETE")
+        raise InputError(
+            f"the cut {path} has no clips with a range; expected a timeline of clips",
+            "SHOT_INCOMPLETE",
+        )
     return events, findings
 
 

@@ -9,12 +9,15 @@ import hashlib
 import json
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from usdface.findings import Finding, finding
 from usdface.io.gltf.external_files import metadata_of
-from usdface.shot.shot import ShotResult
+
+if TYPE_CHECKING:  # `usdface check` reads generations and needs no solve
+    from usdface.shot.shot import ShotResult
 
 __all__ = ["Generation", "generation_of", "gltf_generation", "outdated_gltf"]
 
@@ -24,7 +27,7 @@ _LENGTH = 16  # hexadecimal digits
 Generation = dict[str, str]  # "generation" and "result", as a glTF has them
 
 
-def generation_of(result: ShotResult, root: Path) -> Generation:
+def generation_of(result: "ShotResult", root: Path) -> Generation:
     """Return the generation of a result with the root layer `root`."""
     digest = hashlib.sha256(json.dumps(result.weights.names).encode())
     arrays = [result.weights.times, result.solved.weights, result.weights.weights]

@@ -1,4 +1,4 @@
-"""Where the result of a shot lies: its root layer, and the layers below it."""
+"""The paths of a shot's result: its root layer, and the layers below it."""
 
 from dataclasses import dataclass
 from pathlib import Path

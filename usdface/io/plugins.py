@@ -110,8 +110,8 @@ def installed_hooks(skip: Sequence[str] = ()) -> tuple[tuple[Hook, ...], list[Fi
         if name not in known:
             there = ", ".join(sorted(known)) or "none"
             raise InputError(
-                f"--skip-hook {name}: there is no such hook{did_you_mean(name, known)}; "
-                f"installed: {there}",
+                f"--skip-hook {name}: there is no such hook; installed: {there}"
+                f"{did_you_mean(name, known)}",
                 "SETTING_WRONG",
             )
     hooks, found = [], []

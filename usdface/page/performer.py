@@ -75,7 +75,7 @@ def _centred(positions: FloatArray, rest: FloatArray, face: BoundFace) -> FloatA
 def performer_data(
     take: MarkerTake, positions: FloatArray, face: BoundFace | None
 ) -> dict[str, Any]:
-    """Return names and places of the markers for a page, and which of them are bound."""
+    """Return names and positions (F, M, 3) [m] of markers for a page, and which are bound."""
     bound = set(face.markers) if face else set()
     return {
         "names": list(take.names),

@@ -5,12 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from usdface.binding.resolve_binding import (
-    UnsureBindingError,
-    binding_findings,
-    bound_count,
-    resolve_binding,
-)
+from usdface.binding.binding_report import binding_findings
+from usdface.binding.resolve_binding import UnsureBindingError, resolve_binding
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -34,6 +30,7 @@ from usdface.rigs import Mesh, Rig
 from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.setup.setup_summary import bound_count
 from usdface.show.page import check_page_name
 from usdface.takes import MarkerTake, WeightsTake
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError, UsdFaceError
+from usdface.figures.picture import check_picture
 from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath
 from usdface.io.check import check_file
@@ -96,8 +97,6 @@ def _picture(figure: StrPath | None, files: list[Path], facs: bool) -> Path | No
             f"cannot draw {figure}: a figure is of the action units of one file; name one, with "
             "--facs"
         )
-    from usdface.figures.picture import check_picture
-
     picture = Path(figure)
     check_picture(picture)
     check_outputs([picture], files_read(*files))

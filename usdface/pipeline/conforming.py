@@ -88,11 +88,13 @@ def conform(
     progress = Progress.of(on_progress)
     place, base = Path(output), Path(show) if show else None
     if place.suffix.lower() != ".json":
-        raise InputError(f"{place}: a show file is written as .json", "FILE_KIND_UNKNOWN")
+        raise InputError(
+            f"cannot write {place}: a show file is JSON; end its name in .json", "FILE_KIND_UNKNOWN"
+        )
     if base and base.resolve().parent != place.resolve().parent:
         raise InputError(f"{place} must be beside {base}, whose names it keeps", "SETTING_WRONG")
     if min(handles, rate, timecode_rate, cut_rate) < 0:
-        raise InputError("handles and rates are 0 or more", "SETTING_WRONG")
+        raise InputError("a rate or the handles are negative; expected 0 or more", "SETTING_WRONG")
     with progress.step("read"):
         others = [Path(cut), *([base] if base else [])]
         check_outputs([place], {file: file for file in (*others, *files_read(*map(Path, takes)))})

@@ -7,6 +7,7 @@ from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.neutral_check import NeutralResponse, neutral_responses
 from usdface.errors import InputError
+from usdface.figures.picture import check_picture
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import check_outputs, files_read
@@ -69,10 +70,7 @@ def explain(
     if frame is not None and time is not None:
         raise InputError("a frame index and a time are given; expected one of them")
     path, picture = Path(shot), Path(figure) if figure else None
-    if picture:
-        from usdface.figures.picture import check_picture
-
-        check_picture(picture)
+    check_picture(picture)
     progress = Progress.of(on_progress)
     with progress.step("read"):
         check_outputs([picture], files_read(path))
@@ -115,6 +113,7 @@ def check_neutral(
     Returns
     -------
     Result of tuple of NeutralResponse
+        `details` has ``responses``: the same as plain values.
 
     Raises
     ------
@@ -133,7 +132,8 @@ def check_neutral(
     assert read.system is not None
     with progress.step("evaluate"):
         responses = neutral_responses(read.rig, read.setup, read.system)
-    return Result(responses, (), tuple(findings), seconds=progress.seconds)
+    details = {"responses": [response.as_dict() for response in responses]}
+    return Result(responses, (), tuple(findings), details=details, seconds=progress.seconds)
 
 
 def _check_frame(times: FloatArray, frame: int | None, time: float | None) -> None:

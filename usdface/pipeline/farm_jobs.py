@@ -10,7 +10,7 @@ from usdface.io.atomic import StrPath
 from usdface.io.inputs import files_read
 from usdface.io.layer_paths import layer_paths
 from usdface.options import ProcessOptions
-from usdface.pipeline.long_take import KeptPieces
+from usdface.pipeline.kept_pieces import KeptPieces
 from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.sequence import plans_of
 from usdface.progress import OnProgress, Progress

@@ -6,6 +6,7 @@ from usdface.blas_threads import one_blas_thread
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.face.fitted_setup import fit_setup
+from usdface.figures.picture import check_picture
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import read_bind
@@ -82,10 +83,7 @@ def fit_fuzzy(
     """
     source, output = Path(source), Path(output)
     bind, labels, poses, figure = (Path(p) if p else None for p in (bind, labels, poses, figure))
-    if figure:
-        from usdface.figures.picture import check_picture
-
-        check_picture(figure)
+    check_picture(figure)
     register_schemas()
     progress = Progress.of(on_progress)
     places = [output, *(path for path in (poses, figure) if path)]

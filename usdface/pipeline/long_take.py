@@ -3,111 +3,35 @@
 import json
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numpy as np
-
-from usdface.arrays import IntArray
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import ERROR_CODES, InputError, SolveError
 from usdface.findings import Finding
 from usdface.hooks import Hook
-from usdface.io.asset_folder import asset_folder
-from usdface.io.atomic import StrPath, check_place
+from usdface.io.atomic import StrPath
 from usdface.io.mapped_arrays import MappedArrays
 from usdface.io.plugins import installed_hooks
-from usdface.io.usd.layers import open_shot
-from usdface.io.usd.shot import read_shot, shot_frames
 from usdface.options import ProcessOptions
+from usdface.pipeline.kept_pieces import KeptPieces
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
-from usdface.rigs import Rig
-from usdface.shot.correct import check_gains
 from usdface.shot.join_pieces import join
-from usdface.shot.retarget import solve_inputs, with_overrides
-from usdface.shot.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
-from usdface.shot.shot import Shot, SolvedShot
+from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.shot import SolvedShot
 from usdface.show.places import places
 from usdface.show.stage_cache import StageCache
 from usdface.show.workers import cores, run_in_workers
 
-__all__ = ["KeptPieces", "PiecedStages", "check_no_hooks", "run_piece", "solve_pieces"]
+__all__ = ["PiecedStages", "check_no_hooks", "run_piece", "solve_pieces"]
 
 _TIME_LIMIT = 3600.0  # s for a piece: two orders above the measured time
 
 ValueT = TypeVar("ValueT")
-
-
-class KeptPieces:
-    """The pieces of one shot, kept in a folder.
-
-    Parameters
-    ----------
-    shot : Path
-    folder : Path
-    options : ProcessOptions
-    asset_root : path, optional
-
-    Raises
-    ------
-    OutputError
-        If the folder is a file, or cannot be written to.
-    """
-
-    def __init__(
-        self, shot: Path, folder: Path, options: ProcessOptions, asset_root: StrPath | None
-    ) -> None:
-        check_place(folder / f"{shot.stem}.npz")
-        self._where = shot
-        self._cache = StageCache(folder, shot.stem, must_keep=True)
-        self._options = options
-        self._stage = open_shot(shot, None)
-        self._assets = asset_folder(asset_root)
-        self._rig: Rig | None = None
-        self.cuts = PieceCuts.of(shot_frames(self._stage, str(shot)))
-
-    def read(self, frames: IntArray) -> Shot:
-        """Return the shot with some frames of its take, and the options of this run."""
-        staged, _ = read_shot(self._stage, str(self._where), self._assets, frames)
-        self._rig = self._rig or staged.shot.rig  # one for all, in memory
-        return with_overrides(replace(staged.shot, rig=self._rig), self._options)
-
-    def estimates(self) -> EstimatedTake:
-        """Return the estimates of the take, from the folder or computed from its sample."""
-        first_frame = self.read(np.array([0]))
-        check_gains(first_frame, self._options.gains)
-        sample = self.cuts.sample(first_frame.setup.neutral)
-        blocks = [
-            (first, self.read(np.arange(first, end)))
-            for first, end in self.cuts.blocks_over(0, self.cuts.frames)
-            if ((sample >= first) & (sample < end)).any()
-        ]
-        inputs = [(first, solve_inputs(part)) for first, part in blocks]
-        return self._cache.stage(
-            "estimates", (inputs, self.cuts.blocks), {}, lambda: estimate_shot(blocks, self.cuts)
-        )
-
-    def piece(self, number: int, known: EstimatedTake) -> SolvedShot:
-        """Return a piece, from the folder or solved."""
-        first, end = self.cuts.piece(number)
-        blocks = list(self.cuts.blocks_over(*self.cuts.reached(first, end, known.reach)))
-        shot = self.read(np.arange(blocks[0][0], blocks[-1][1]))
-        inputs = (solve_inputs(shot), known, self.cuts.pieces, number)
-        return self._cache.stage(
-            f"piece{number:05}",
-            inputs,
-            {},
-            lambda: solve_cut(lambda frames: shot, self.cuts, first, end, known),
-        )
-
-    @property
-    def used(self) -> dict[str, str]:
-        """Where estimates and pieces came from: "cached" or "computed"."""
-        return self._cache.used
 
 
 @one_blas_thread()
@@ -280,7 +204,7 @@ class PiecedStages:
     Attributes
     ----------
     used : dict of str to {"cached", "computed", "joined"}
-        Where the value of each stage came from.
+        The origin of the value of each stage.
     """
 
     def __init__(

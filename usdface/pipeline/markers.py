@@ -7,6 +7,7 @@ from typing import Any
 from usdface.binding.marker_places import marker_places
 from usdface.blas_threads import one_blas_thread
 from usdface.face.fitted_setup import fit_setup
+from usdface.figures.picture import check_picture
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
 from usdface.io.inputs import check_outputs, files_read
@@ -73,10 +74,7 @@ def make_markers(
     written = tuple(path for path in (output, figure) if path)
     check_outputs(written, files_read(rig, bind))
     check_replaced([(output, "binding")], overwrite)
-    if figure:
-        from usdface.figures.picture import check_picture
-
-        check_picture(figure)
+    check_picture(figure)
     with progress.step("read"):
         character, _, findings = front_facing_rig(open_stage(rig))
         if bind:

@@ -63,13 +63,19 @@ def compare_images(
         take, found = read_take(images, replace(options, bind=None, rig=None))
     findings += found
     if not isinstance(take, MarkerTake) or take.dimension != 2:
-        raise InputError(f"{images} is no take of an image", "TAKE_KIND_WRONG")
+        raise InputError(
+            f"{images} is no take of an image; expected images of painted dots, or a 2D take",
+            "TAKE_KIND_WRONG",
+        )
     true: WeightsTake | None = None
     if reference is not None:
         curves, found = read_take(reference)
         findings += found
         if not isinstance(curves, WeightsTake):
-            raise InputError(f"{reference} is no take of weights", "TAKE_KIND_WRONG")
+            raise InputError(
+                f"{reference} is no take of weights; expected blend shape weights over time",
+                "TAKE_KIND_WRONG",
+            )
         true = curves
     resolved = resolve_binding(character, take, given, options=BindOptions())
     if resolved.mesh_assumed and not any(f.code == "MESH_ASSUMED" for f in findings):

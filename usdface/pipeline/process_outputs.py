@@ -6,6 +6,7 @@ from pathlib import Path
 
 from usdface.clips import Clip
 from usdface.errors import InputError
+from usdface.figures.picture import check_picture
 from usdface.findings import Finding
 from usdface.hooks import Hook, run_hooks
 from usdface.io.atomic import StrPath
@@ -32,7 +33,7 @@ __all__ = ["ProcessOutputs", "process_outputs", "weight_deviations"]
 
 @dataclass(frozen=True, slots=True)
 class ProcessOutputs:
-    """Where the outputs of `process` go; None: not written.
+    """The output files of `process`; None: not written.
 
     `root` is that of the result as it was given; None: beside the shot, or in place.
     """
@@ -201,10 +202,8 @@ def process_outputs(
     places = (Path(p) if p else None for p in (output, gltf, figure, sheet, deliver))
     root, scene, picture, faces, clean = places
     named = ProcessOutputs(root, scene, picture, faces, clean, in_place)
-    for drawn in filter(None, (named.figure, named.sheet)):
-        from usdface.figures.picture import check_picture
-
-        check_picture(drawn)
+    check_picture(named.figure)
+    check_picture(named.sheet)
     if named.gltf:
         check_gltf_name(named.gltf)
     if named.deliver:

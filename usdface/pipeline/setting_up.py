@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.resolve_binding import bound_count
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
@@ -25,6 +24,7 @@ from usdface.schemas import tokens
 from usdface.setup.calibration import Calibration
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.setup.setup_summary import bound_count
 from usdface.shot.assembly import assemble_shot
 from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
@@ -140,5 +140,9 @@ def _refuse_other_setups(stage: Stage, scope: str) -> None:
 def _take_at(stage: Stage, path: str) -> MarkerTake | WeightsTake:
     prim = stage.GetPrimAtPath(path)
     if not prim:
-        raise InputError(f"there is no take at <{path}> on the stage", "SHOT_INCOMPLETE")
+        raise InputError(
+            f"there is no take at <{path}> on the stage; reference one there, as `usdface take` "
+            "writes it",
+            "SHOT_INCOMPLETE",
+        )
     return read_take_prim(prim)[0]

@@ -5,10 +5,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.resolve_binding import UnsureBindingError, bound_count, proposal_summary
+from usdface.binding.resolve_binding import UnsureBindingError
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
+from usdface.figures.picture import check_picture
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none, write_text
 from usdface.io.bind_file import bind_json, read_bind
@@ -28,6 +29,7 @@ from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.rigs import Mesh, Rig
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.setup.setup_summary import bound_count, proposal_summary
 from usdface.shot.assembly import assemble_shot
 from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
@@ -156,7 +158,7 @@ def make_shot(
 
 @dataclass(frozen=True, slots=True)
 class _Outputs:
-    """Where the files of a shot go; None: not written."""
+    """The output files of `usdface shot`; None: not written."""
 
     shot: Path
     shared: SharedLayers
@@ -175,10 +177,7 @@ class _Outputs:
         new = [layer for layer in layers if layer and not layer.exists()]
         check_outputs([self.shot, *new, *self.beside], files_read(*read))
         check_replaced([(self.shot, "shot"), (self.bind, "binding")], overwrite)
-        if self.figure:
-            from usdface.figures.picture import check_picture
-
-            check_picture(self.figure)
+        check_picture(self.figure)
 
     def write_binding(self, mesh: Mesh, setup: RetargetSetup) -> None:
         """Write the binding of a setup, and draw it with its unsure places, if that is wanted."""

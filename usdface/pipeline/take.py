@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
+from usdface.figures.picture import check_picture
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.images.sequence import is_pattern, may_be_images
@@ -145,8 +146,6 @@ def _check_sources(sources: list[Path], calibration: Path | None, sync: Sequence
 
 
 def _check_sheet(sources: list[Path], sheet: Path, filmed: bool) -> None:
-    from usdface.figures.picture import check_picture
-
     check_picture(sheet)
     if not filmed or len(sources) > 1:
         raise InputError(

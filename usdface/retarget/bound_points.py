@@ -13,7 +13,7 @@ __all__ = ["BoundPoints"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BoundPoints:
-    """Where B bound markers lie on the neutral character, and where its blend shapes bring them.
+    """B bound markers on the character: rest positions, and displacements by its blend shapes.
 
     Attributes
     ----------

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
@@ -140,7 +140,7 @@ def calibrate_take(
     )
     free = model.free
     names = tuple(shape_names[s] for s in free)
-    weights, deviations = _weights_in_wide_bounds(solution, free, setup)
+    weights, deviations = _weights_in_wide_bounds(solution, setup)
     low, high = resting_weights(weights, model.offsets[free]), held_peaks(weights, take.times)
     shrunk = OFFSET_SPREAD**2 / (OFFSET_SPREAD**2 + deviations**2)
     rest = np.clip((-low - _BY_NOISE * deviations) * shrunk, 0.0, LARGEST_OFFSET)
@@ -190,7 +190,7 @@ def _face(
 
 
 def _weights_in_wide_bounds(
-    solution: Solution, free: IntArray, setup: RetargetSetup
+    solution: Solution, setup: RetargetSetup
 ) -> tuple[FloatArray, FloatArray]:
     """Solve the markers as mapped, with weights that may leave 0 to 1: (F, S), (S,)."""
     assert solution.model is not None

@@ -46,7 +46,7 @@ _LOG_BELL = -0.5 * float(np.log(2.0 * np.pi))
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Confidence:
-    """How well the markers determine the blend shapes.
+    """The confidence of a solve: how well the markers determine each blend shape.
 
     Attributes
     ----------

@@ -163,7 +163,19 @@ def _as_another_face(
 def fit_transferred(
     fit: FaceFit, neutral: FloatArray, shifts: FloatArray, surface: MarkerSurface
 ) -> FaceFit:
-    """Return the fit with other places on a skin that moves as the performer's face does."""
+    """Return the fit with other places on a skin that moves as the performer's face does.
+
+    Parameters
+    ----------
+    fit : FaceFit
+        With transferred blend shapes.
+    neutral : (M, 3) float64
+        The performer's markers at rest.
+    shifts : (M, 3) float64 [m]
+        Of the places from their vertices.
+    surface : MarkerSurface
+        Of that skin.
+    """
     shifts = surface.within_reach(shifts)
     placed = surface.at(shifts)
     linear, offset = similarity_fit(neutral, placed.points)
@@ -185,7 +197,21 @@ def fit_places(
     surface: MarkerSurface,
     guess: PlaceGuess,
 ) -> FaceFit:
-    """Lay a performer over a character with markers beside their vertices by `shifts` (M, 3)."""
+    """Fit a performer to a character with markers beside their vertices.
+
+    Parameters
+    ----------
+    neutral : (M, D) float64
+        The performer's markers at rest.
+    shifts : (M, 3) float64 [m]
+        Of the places from their vertices.
+    options : MapOptions
+    evidence : MotionEvidence
+        By which the space map is chosen.
+    surface : MarkerSurface
+    guess : PlaceGuess
+        The distribution of the shifts, which the fit keeps.
+    """
     shifts = surface.within_reach(shifts)
     placed = surface.at(shifts)
 

@@ -42,7 +42,7 @@ def first_pose(
 
 
 def shows_pose(take: MarkerTake, positions: FloatArray, setup: RetargetSetup) -> bool:
-    """Whether `first_pose` has a frame that determines the head's pose."""
+    """Return whether a frame of markers (F, M, D) determines the head's pose, for `first_pose`."""
     if setup.head == "stabilised":
         return True
     markers = positions if setup.head == "solve" else take.select(setup.head_markers)

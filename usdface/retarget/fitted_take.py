@@ -139,7 +139,7 @@ class _TakeSolver:
         )  # fmt: skip
 
     def trial(self, fit: FaceFit, setup: RetargetSetup, **settings: Any) -> PoseAndWeights:
-        """Solve some frames, without a word."""
+        """Solve some frames; no progress is announced."""
         return self._solved(fit, setup, self.prepared.pose, self.some, **settings)
 
     def _solved(

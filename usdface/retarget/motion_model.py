@@ -1,4 +1,4 @@
-"""What moves the markers of a solve: blend shapes and the head."""
+"""The motion model of a solve: blend shapes and the head move the markers."""
 
 from dataclasses import dataclass
 

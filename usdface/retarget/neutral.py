@@ -3,9 +3,9 @@
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.errors import InputError
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import POSE_MARKERS, rigid_fit
+from usdface.setup.retarget_setup import check_neutral_frames
 
 __all__ = ["neutral_markers", "on_plane", "resting_frames"]
 
@@ -63,13 +63,8 @@ def resting_frames(positions: FloatArray, frames: tuple[int, int]) -> BoolArray:
     Those that are as near to the median as most are; all in an image, where the head may turn.
     Parameters and errors are those of `neutral_markers`.
     """
+    check_neutral_frames(frames, len(positions))
     first, last = frames
-    if not 0 <= first <= last < len(positions):
-        raise InputError(
-            f"neutral frames {first} to {last} lie outside the take, "
-            f"which has frames 0 to {len(positions) - 1}",
-            "FRAMES_OUTSIDE",
-        )
     window = positions[first : last + 1]
     resting = np.ones(len(window), dtype=bool)
     seen = ~np.isnan(window[..., 0])

@@ -41,8 +41,8 @@ def bootstrap_residual(
     Measured on takes with the same weights and as much noise, but an exact neutral (parametric
     bootstrap: Efron and Tibshirani 1993, An Introduction to the Bootstrap, 6.5). First ones tell
     the error of the weights; those that may be 0 by it are smaller in the others, or 0. Markers
-    that are not `seen` (F, M) have no noise. It is drawn by their places `points` (M, 3), whatever
-    their order.
+    that are not `seen` (F, M), at `times` (F,) [s], have no noise. It is drawn by their places
+    `points` (M, 3), whatever their order.
 
     Each noise is used with either sign (antithetic variates: Hammersley and Morton 1956): the mean
     of the noise itself, half as large again as what the bounds leave, cancels. And it is used
@@ -97,6 +97,8 @@ def neutral_correction(
         Residuals; any value where `seen` is False.
     frames : (M,) int64
         That each marker's neutral is the mean of.
+    rigid : (3 M, K) float64
+        Small head motions, orthonormal: what they explain is no error of the neutral.
     """
     noise, misfit = regularisation.noise**2, regularisation.misfit**2
     count = np.maximum(seen.sum(axis=0), 1)

@@ -5,7 +5,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 from usdface.numerics.ramps import smooth_step
 from usdface.options import PIN_REACH
 from usdface.retarget.solver.bounds import Bounds
@@ -24,7 +24,9 @@ def check_pins(pins: Sequence[Pin], names: Collection[str], frames: int) -> None
     for pin in pins:
         if pin.shape not in names:
             raise InputError(
-                f"a pin is of {pin.shape!r}, which is no blend shape of the rig", "SHAPE_UNKNOWN"
+                f"a pin is of {pin.shape!r}, which is no blend shape of the rig"
+                f"{did_you_mean(pin.shape, names)}",
+                "SHAPE_UNKNOWN",
             )
         if pin.frames[-1] >= frames:
             raise InputError(
@@ -42,8 +44,8 @@ def pin_bounds(
 ) -> Bounds:
     """Return bounds that fix pinned blend shapes within reach of their pins.
 
-    There a blend shape follows its free solution `weights` (F, S) plus an offset to the pin;
-    beyond, it is free. `rows` (C, S) are inequalities, ``rows @ w <= 0``.
+    There a blend shape follows its free solution `weights` (F, S) at `times` (F,) [s] plus an
+    offset to the pin; beyond, it is free. `rows` (C, S) are inequalities, ``rows @ w <= 0``.
     """
     pinned, near_pin = _pinned(pins, names, times, weights)
     lower, upper = np.zeros(weights.shape), np.ones(weights.shape)
@@ -66,7 +68,10 @@ def faded_at_pins(
     solved: FloatArray,
     corrected: FloatArray,
 ) -> FloatArray:
-    """Return the corrected weights (F, T), faded out towards the pins of the solved ones."""
+    """Return the corrected weights (F, T), faded towards the solved ones (F, T) at their pins.
+
+    `times` (F,) [s] are those of the frames.
+    """
     result = corrected.copy()
     for pin in pins:
         if pin.shape in names:
@@ -79,7 +84,10 @@ def faded_at_pins(
 
 
 def pin_nearness(pins: Sequence[Pin], names: tuple[str, ...], times: FloatArray) -> FloatArray:
-    """Return how near each frame is to the pins of each blend shape: (F, T), 1 at a pin."""
+    """Return the nearness of frames at `times` (F,) [s] to the pins of each shape: (F, T), 0 to 1.
+
+    1 at a pin, 0 beyond its reach.
+    """
     near = np.zeros((len(times), len(names)))
     for pin in pins:
         if pin.shape in names:

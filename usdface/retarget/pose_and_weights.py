@@ -21,7 +21,7 @@ from usdface.retarget.neutral_error import bootstrap_residual, neutral_correctio
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solve_problem import SolveProblem
-from usdface.retarget.solve_round import Recording, Round, measured, next_round
+from usdface.retarget.solve_round import ObservedTake, Round, measured, next_round
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.noise import ResidualSpace, independent_lags
 from usdface.retarget.solver.regularisation import Regularisation
@@ -98,7 +98,7 @@ def solve_pose_and_weights(
     target, model, setup = problem.target, problem.model, problem.setup
     axes = problem.positions.shape[2]
     rows = TakeRows.of(MotionModel(target, model, axes, setup.head == "solve"), errors)
-    take = _recording(problem, rows, known is None)
+    take = _observed_take(problem, rows, known is None)
     regularisation = known or Regularisation(
         0.0, 0.0, setup.solve, problem.free_names, size=rms_radius(target)
     )
@@ -107,7 +107,7 @@ def solve_pose_and_weights(
     steps = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
     start, no_correction = problem.space.start, np.zeros((len(target), 3))
     neutral = _Neutral(target, neutral_frames, start, no_correction, steps)
-    if take.over is None and take.seen.all() and not (steps or exactly):
+    if take.linear is None and take.seen.all() and not (steps or exactly):
         state = measured(take, state)
     else:
         state = _alternated(take, state, neutral, rounds, exactly, progress)
@@ -124,7 +124,7 @@ def solve_pose_and_weights(
     )
 
 
-def _recording(problem: SolveProblem, rows: TakeRows, is_measured: bool) -> Recording:
+def _observed_take(problem: SolveProblem, rows: TakeRows, is_measured: bool) -> ObservedTake:
     """Return what all rounds share."""
     seen = visible(problem.positions)
     residual_space = None
@@ -134,9 +134,11 @@ def _recording(problem: SolveProblem, rows: TakeRows, is_measured: bool) -> Reco
             rows.weighted.directions, rows.weighted_rigid, problem.target, coordinates, lags
         )
     fit_pose = rows.axes == 3 and rows.rigid.shape[1] > 0
-    over = similarity_fit(problem.space.centres, problem.target)[0] if fit_pose else None
+    linear = similarity_fit(problem.space.centres, problem.target)[0] if fit_pose else None
     markers = on_plane(problem.positions)
-    return Recording(problem.times, markers, seen, rows, over, residual_space, problem.least_noise)
+    return ObservedTake(
+        problem.times, markers, seen, rows, linear, residual_space, problem.least_noise
+    )
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -161,7 +163,7 @@ class _Neutral:
     correction: FloatArray
     steps: int
 
-    def corrected(self, take: Recording, state: Round) -> "_Neutral":
+    def corrected(self, take: ObservedTake, state: Round) -> "_Neutral":
         """Return it with the correction by the mean residual of the take."""
         assert self.frames is not None and state.iterate is not None
         regularisation = state.regularisation
@@ -181,7 +183,7 @@ class _Neutral:
 
 
 def _alternated(
-    take: Recording,
+    take: ObservedTake,
     state: Round,
     neutral: _Neutral,
     rounds: int,
@@ -206,7 +208,7 @@ def _alternated(
     return state
 
 
-def _learned(take: Recording, state: Round) -> Round:
+def _learned(take: ObservedTake, state: Round) -> Round:
     """Return the state with the covariance of its weights; itself where there is one, or none."""
     if take.residual_space is None or state.regularisation.covariance is not None:
         return state
@@ -215,7 +217,7 @@ def _learned(take: Recording, state: Round) -> Round:
 
 
 def _final_weights(
-    take: Recording, solved: Round, pins: tuple[Pin, ...]
+    take: ObservedTake, solved: Round, pins: tuple[Pin, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the free weights (F, P), with pins, and the head motion that is left (F, M * axes).
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, frozen
 from usdface.errors import SolveError
-from usdface.geometry.rigid_fit import similarity_fit
+from usdface.geometry.rigid_fit import ALL_AT_ONE_PLACE, similarity_fit
 from usdface.options import Kernel, MapOptions
 
 __all__ = ["SpaceMap", "carry", "distances", "fit_map", "fit_paper_map", "kernel_values", "spacing"]
@@ -29,8 +29,9 @@ _CHUNK_ELEMENTS = 8_000_000
 
 
 def kernel_values(kernel: Kernel, distances: FloatArray, radius: float) -> FloatArray:
-    """Evaluate a radial kernel; `radius` is 1/e of the paper's shape parameter e.
+    """Evaluate a radial kernel at distances of any shape.
 
+    `radius`, in their unit, is 1 over the paper's shape parameter e.
     The multiquadric is scaled by the radius, ``sqrt(d^2 + r^2)``, as in [RBF] equation 6.
     """
     ratio = (distances / radius) ** 2
@@ -44,7 +45,7 @@ def kernel_values(kernel: Kernel, distances: FloatArray, radius: float) -> Float
 
 
 def kernel_slopes(kernel: Kernel, distances: FloatArray, radius: float) -> FloatArray:
-    """Return the derivative of `kernel_values` by distance, over distance: finite at 0."""
+    """Return the derivative of `kernel_values` by distance, divided by distance: finite at 0."""
     value = kernel_values(kernel, distances, radius)
     if kernel == "multiquadric":
         return np.asarray(1.0 / value)
@@ -172,7 +173,10 @@ def fit_paper_map(
         )
     matrix = kernel_values(kernel, distances(source, source), radius)
     if np.linalg.cond(matrix) > 1e14:
-        raise SolveError(f"the {kernel} space map is singular for these {len(source)} markers")
+        raise SolveError(
+            f"the {kernel} space map is singular for these {len(source)} markers; use another "
+            'kernel, or the form "neutral_relative"'
+        )
     coefficients = np.asarray(np.linalg.solve(matrix, target), dtype=np.float64)
     dimension = source.shape[1]
     return SpaceMap(source, coefficients, np.zeros((dimension, 3)), np.zeros(3), kernel, radius)
@@ -200,7 +204,7 @@ def fit_map(source: FloatArray, target: FloatArray, options: MapOptions) -> Spac
     rest = target - (source @ linear + offset)
     radius = options.radius * spacing(source)
     if radius <= 0.0:
-        raise SolveError("all markers are at the same neutral place")
+        raise SolveError(ALL_AT_ONE_PLACE)
     # Equal faces: nothing to bend, and rounding must not be amplified.
     if np.abs(rest).max() <= 1e-6 * np.abs(target - target.mean(axis=0)).max():
         none = np.zeros((count, 3))

@@ -1,4 +1,4 @@
-"""The fit of a performer that a take bears out: places refined, the best of several fits."""
+"""Fits of a performer judged by the motion of a take: places refined, the best of several."""
 
 from collections.abc import Callable, Sequence
 

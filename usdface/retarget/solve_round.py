@@ -20,7 +20,7 @@ from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
 
-__all__ = ["Recording", "Round", "measured", "next_round"]
+__all__ = ["ObservedTake", "Round", "measured", "next_round"]
 
 # First rounds, in which occluded markers are interpolated in time, until the head's pose has
 # settled. What they are filled with in a wrong pose is kept for long: a gap of 5 frames over
@@ -35,8 +35,8 @@ _SETTLED = 1e-9
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Recording:
-    """What is alike in all rounds.
+class ObservedTake:
+    """The markers of a take as observed, and the equations that all rounds share.
 
     Attributes
     ----------
@@ -45,7 +45,7 @@ class Recording:
         NaN where occluded; an image has depth 0.
     seen : (F, M) bool
     rows : TakeRows
-    over : (3, 3) float64 or None
+    linear : (3, 3) float64 or None
         The similarity from the take to the character, without its offset, where the head's pose is
         solved; None where it is known.
     residual_space : ResidualSpace or None
@@ -59,7 +59,7 @@ class Recording:
     markers: FloatArray
     seen: BoolArray
     rows: TakeRows
-    over: FloatArray | None
+    linear: FloatArray | None
     residual_space: ResidualSpace | None
     least_noise: float
     hidden: BoolArray = field(init=False)
@@ -105,14 +105,16 @@ class Round:
     residual: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     moved: float = np.inf
 
-    def settled(self, take: Recording) -> bool:
+    def settled(self, take: ObservedTake) -> bool:
         """Whether further rounds would hardly change the weights."""
         if take.hidden.any() and self.number <= _HELD:
             return False
         error = max(self.regularisation.noise, self.regularisation.misfit)
         return self.moved < max(_SETTLED_SHARE * error, _SETTLED)
 
-    def displaced(self, take: Recording, iterate: Iterate | None) -> tuple[FloatArray, FloatArray]:
+    def displaced(
+        self, take: ObservedTake, iterate: Iterate | None
+    ) -> tuple[FloatArray, FloatArray]:
         """Carry the markers of a still head over to the character.
 
         Return their displacements (F, M, 3) with gaps, and flat (F, M * axes) without: those of
@@ -131,7 +133,7 @@ class Round:
         return displaced, np.where(hidden, predicted, observed)
 
 
-def measured(take: Recording, before: Round) -> Round:
+def measured(take: ObservedTake, before: Round) -> Round:
     """Begin the next round: displacements of the markers, and their noise and misfit."""
     number = before.number + 1
     _, observed = before.displaced(take, before.iterate if number > _HELD else None)
@@ -150,7 +152,7 @@ def measured(take: Recording, before: Round) -> Round:
     return replace(found, regularisation=regularisation, least_misfit=least_misfit)
 
 
-def next_round(take: Recording, before: Round) -> Round:
+def next_round(take: ObservedTake, before: Round) -> Round:
     """Solve weights and head pose once more."""
     begun = measured(take, before)
     rows, observed, regularisation = take.rows, begun.observed, begun.regularisation
@@ -163,10 +165,10 @@ def next_round(take: Recording, before: Round) -> Round:
         noise, misfit = regularisation.noise, regularisation.misfit
         occluded = occluded_residual(residual, take.hidden, take.times, noise=noise, misfit=misfit)
         found = replace(found, occluded=occluded)
-    return found if take.over is None else _posed(take, found, take.over)
+    return found if take.linear is None else _posed(take, found, take.linear)
 
 
-def _posed(take: Recording, found: Round, over: FloatArray) -> Round:
+def _posed(take: ObservedTake, found: Round, linear: FloatArray) -> Round:
     """Return the round with the pose of the markers without their residual.
 
     Occluded markers of a frame in which others determine a pose take part where they are expected,
@@ -175,14 +177,14 @@ def _posed(take: Recording, found: Round, over: FloatArray) -> Round:
     posed = take.seen.sum(axis=1) >= POSE_MARKERS
     if not posed.any():  # a piece of a take, without the face
         return found
-    back, here, shape = np.linalg.inv(over), found.here, (*take.seen.shape, -1)
+    back, here, shape = np.linalg.inv(linear), found.here, (*take.seen.shape, -1)
     seen = take.seen[..., None]
     there = np.where(seen, here, found.space.centres + found.observed.reshape(shape) @ back)
     kept = np.where(posed[:, None, None], found.pose.to_take(there), np.nan)
     rested = there - found.residual.reshape(shape) @ back
     pose = rigid_fit(rested, np.where(seen, take.markers, kept), take.rows.marker_weights)[0]
     now = pose.to_head(take.markers)
-    moved = max(found.moved, _rms((now - here)[take.seen] @ over))
+    moved = max(found.moved, _rms((now - here)[take.seen] @ linear))
     return replace(found, pose=pose, here=now, moved=moved)
 
 

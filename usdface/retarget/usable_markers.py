@@ -77,7 +77,23 @@ def unknown_marker(name: str, unbound: Sequence[str], source: str = "") -> Findi
 def usable_markers(
     take: MarkerTake, points: FloatArray, setup: RetargetSetup
 ) -> tuple[list[int], FloatArray, list[Finding]]:
-    """Return the usable bound markers, their neutral, and findings on the others."""
+    """Return the usable bound markers, their neutral, and findings on the others.
+
+    Parameters
+    ----------
+    take : MarkerTake
+    points : (B, 3) float64 [m]
+        Vertices of the bound markers on the character.
+    setup : RetargetSetup
+
+    Returns
+    -------
+    used : list of int, length M
+        Indices into the bound markers.
+    neutral : (M, D) float64
+        In the space of the take; the character's vertices for the neutral "rig".
+    findings : list of Finding
+    """
     check_bound_markers(setup, take)
     binding, findings = setup.binding, []
     known = [i for i, name in enumerate(binding.markers) if name in take.names]
@@ -140,7 +156,17 @@ def neutral_frames(positions: FloatArray, setup: RetargetSetup) -> IntArray | No
 def determined(
     setup: RetargetSetup, take: MarkerTake, positions: FloatArray, basis: FloatArray
 ) -> tuple[RetargetSetup, list[Finding]]:
-    """Report degrees of freedom that the markers leave open; drop head markers in a line."""
+    """Report degrees of freedom that the markers leave open; drop head markers in a line.
+
+    Parameters
+    ----------
+    setup : RetargetSetup
+    take : MarkerTake
+    positions : (F, M, D) float64
+        Of the usable markers.
+    basis : (S, M, 3) float64 [m]
+        Offsets of the blend shapes at them.
+    """
     findings = []
     if setup.head == "markers":
         rigid = on_plane(take.select(setup.head_markers))

@@ -1,4 +1,4 @@
-"""Which mesh of a rig is the face."""
+"""The face mesh of a rig, among those with blend shapes."""
 
 from collections.abc import Sequence
 
@@ -28,7 +28,10 @@ def face_of(meshes: Sequence[Mesh], rig: str) -> Mesh:
     """
     first = max(meshes, key=_face_rank, default=None)
     if first is None or not first.shapes:
-        raise InputError(f"the rig {rig!r} has no blend shapes", "SHAPES_MISSING")
+        raise InputError(
+            f"the rig {rig!r} has no blend shapes; export it with its blend shapes (morph targets)",
+            "SHAPES_MISSING",
+        )
     shared = _moving_shapes(first)
     parts = [m for m in meshes if len(shared & _moving_shapes(m)) >= _SHARED * len(shared)]
     return max(parts, key=_moved_size) if shared else first

@@ -1,4 +1,4 @@
-"""Which faces of a mesh carry which material, in each variant."""
+"""Material subsets of a mesh: the faces that carry each material, in each variant."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -92,7 +92,9 @@ class Rig:
             )
         if not found[0].shapes:
             raise InputError(
-                f"mesh {name!r} of the rig {self.name!r} has no blend shapes", "SHAPES_MISSING"
+                f"mesh {name!r} of the rig {self.name!r} has no blend shapes; name the mesh of the "
+                'face in the binding, "mesh"',
+                "SHAPES_MISSING",
             )
         return found[0]
 

@@ -52,7 +52,7 @@ def group_firing(memberships: Sequence[FloatArray]) -> FloatArray:
 
 
 def feature_ramps(own: FloatArray) -> list[Ramp]:
-    """Return the ramp of each feature."""
+    """Return the ramp of each feature by its value (I,) in the expression's own pose."""
     return [(float(_DEAD_ZONE * value), float(_TOP * value)) for value in own]
 
 

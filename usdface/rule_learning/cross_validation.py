@@ -57,12 +57,12 @@ class Validation:
 
     @property
     def tested(self) -> int:
-        """How many examples were tested."""
+        """The number of tested examples."""
         return int(self.counts.sum())
 
     @property
     def right(self) -> int:
-        """How many of them were recognised."""
+        """The number of recognised examples."""
         return int(np.trace(self.counts))
 
     @property

@@ -63,5 +63,5 @@ class Label:
 
     @property
     def is_emotion(self) -> bool:
-        """Whether it shows one."""
+        """Whether the label is an emotion."""
         return self.emotion not in (NEUTRAL, NOTHING)

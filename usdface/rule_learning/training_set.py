@@ -58,7 +58,7 @@ class TrainingSet:
 
     @property
     def term_count(self) -> int:
-        """How many terms there are: T."""
+        """The number of terms: T."""
         return len(self.terms.names)
 
     @cached_property

@@ -14,7 +14,7 @@ __all__ = ["Calibration"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Calibration:
-    """How a performer's movements relate to the character's blend shapes.
+    """The relation of a performer's movements to the character's blend shapes.
 
     A performer's weight w of shape k moves the markers as ``amplitudes[k] * w - offsets[k]`` times
     the character's shape does; shapes that are not named have amplitude 1 and offset 0.

@@ -26,6 +26,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = [
     "RetargetSetup",
     "check_curve_factor",
+    "check_neutral_frames",
     "check_neutral_weights",
     "unbound",
 ]
@@ -200,6 +201,30 @@ def check_curve_factor(curve: str, shape: str, factor: object) -> None:
             f"the factor of the curve {curve!r} on {shape!r} is {factor!r}; expected "
             f"{-LARGEST_CURVE_FACTOR:g} to {LARGEST_CURVE_FACTOR:g}",
             "SETTING_WRONG",
+        )
+
+
+def check_neutral_frames(neutral: tuple[int, int], frame_count: int, source: str = "") -> None:
+    """Refuse neutral frames, first and last, that a take of `frame_count` frames does not have.
+
+    Parameters
+    ----------
+    neutral : (int, int)
+        Frame indices.
+    frame_count : int
+    source : str
+        Of the take, for the message.
+
+    Raises
+    ------
+    InputError
+    """
+    first, last = neutral
+    if not 0 <= first <= last < frame_count:
+        raise InputError(
+            f"neutral frames {first} to {last} lie outside the take{source and f' {source}'}, "
+            f"which has frames 0 to {frame_count - 1}; name others (--neutral FIRST LAST, or auto)",
+            "FRAMES_OUTSIDE",
         )
 
 

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from usdface.binding.resolve_binding import binding_findings, resolve_binding
+from usdface.binding.binding_report import binding_findings
+from usdface.binding.resolve_binding import resolve_binding
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.default_system import assign_roles, design
 from usdface.correction.rule_check import check_rules

@@ -127,8 +127,8 @@ def check_gains(shot: Shot, gains: Mapping[str, float]) -> None:
     for name in gains:
         if name not in emotions:
             raise InputError(
-                f"there is no emotion {name!r}{did_you_mean(name, emotions)}; the shot has "
-                f"{', '.join(emotions) or 'none'}",
+                f"there is no emotion {name!r}; the shot has {', '.join(emotions) or 'none'}"
+                f"{did_you_mean(name, emotions)}",
                 "SETTING_WRONG",
             )
 

@@ -7,7 +7,6 @@ import numpy as np
 
 from usdface.advice import advice
 from usdface.binding.marker_places import FreePlaces, free_places
-from usdface.binding.resolve_binding import neutral_summary
 from usdface.closure.closed_eyes import CompletedClosing
 from usdface.closure.lid_apertures import EYES
 from usdface.errors import InputError
@@ -20,6 +19,7 @@ from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_report import solve_report
 from usdface.retarget.travel import Travel, region_travel
+from usdface.setup.setup_summary import neutral_summary
 from usdface.shot.measures import shot_measures
 from usdface.shot.shot import ShotResult
 from usdface.takes import MarkerTake

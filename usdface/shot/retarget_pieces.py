@@ -6,9 +6,8 @@ with a sufficient overlap has the weights of the whole. Markers are cleaned in b
 depend on the pieces.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -35,80 +34,18 @@ from usdface.retarget.take_estimates import TakeEstimates
 from usdface.retarget_take.clean import clean
 from usdface.retarget_take.solver_input import solver_input
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.shot.piece_cuts import PieceCuts
 from usdface.shot.shot import Shot, SolvedShot
 from usdface.shot.solve import Solved, TakeSolver, checked_lids, solve_with_replaced_lids
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["EstimatedTake", "PieceCuts", "ReadFrames", "estimate_shot", "solve_cut"]
-
-# Frames that are cleaned together, two minutes at 30 Hz, and blocks of a piece: 1 GB while it is
-# solved, with 68 markers and 53 blend shapes.
-_BLOCK = 4096
-_BLOCKS = 4
-# Segments of the sample, and frames of each.
-_STRETCHES = 16
-_STRETCH = 1024
-
+__all__ = ["EstimatedTake", "ReadFrames", "estimate_shot", "solve_cut"]
 
 ReadFrames = Callable[[IntArray], Shot]
 """Returns a shot with some frames of its take, by indices in ascending order."""
 
 # Findings of the sample that are about its frames; those of all frames are counted at the end.
 _OF_FRAMES = ("MARKER_OCCLUDED", "HEAD_MARKERS_FEW", "FRAME_UNSOLVED", "PIN_IGNORED")
-
-
-@dataclass(frozen=True, slots=True)
-class PieceCuts:
-    """The places where a take is cut.
-
-    Attributes
-    ----------
-    frames : int
-        Of the take.
-    blocks : tuple of int
-        First frames of the blocks of the clean-up, and the end.
-    pieces : tuple of int
-        The same of the pieces, whose ends are ends of blocks.
-    """
-
-    frames: int
-    blocks: tuple[int, ...]
-    pieces: tuple[int, ...]
-
-    @classmethod
-    def of(cls, frames: int) -> "PieceCuts":
-        """Return the cuts of a take; its last block has half a block at least."""
-        blocks = list(range(0, max(1, frames - _BLOCK // 2), _BLOCK))
-        return cls(frames, (*blocks, frames), (*blocks[::_BLOCKS], frames))
-
-    def piece(self, number: int) -> tuple[int, int]:
-        """Return first frame and end of a piece."""
-        return self.pieces[number], self.pieces[number + 1]
-
-    def __len__(self) -> int:
-        """Return the number of pieces."""
-        return len(self.pieces) - 1
-
-    def blocks_over(self, first: int, end: int) -> Iterator[tuple[int, int]]:
-        """Yield first frame and end of the blocks that frames from `first` to `end` lie in."""
-        for start, stop in pairwise(self.blocks):
-            if start < end and stop > first:
-                yield start, stop
-
-    def reached(self, first: int, end: int, reach: int) -> tuple[int, int]:
-        """Return first frame and end of frames with `reach` more on both sides."""
-        return max(0, first - reach), min(self.frames, end + reach)
-
-    def sample(self, neutral: tuple[int, int] | None) -> IntArray:
-        """Return the frames that estimates come from: stretches, and the neutral frames."""
-        wanted = np.zeros(self.frames, dtype=bool)
-        if self.frames <= _STRETCHES * _STRETCH:
-            wanted[:] = True
-        for start in np.linspace(0, max(0, self.frames - _STRETCH), _STRETCHES).astype(int):
-            wanted[start : start + _STRETCH] = True
-        if neutral is not None:
-            wanted[neutral[0] : neutral[1] + 1] = True
-        return np.flatnonzero(wanted)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -41,7 +41,7 @@ TakeSolver = Callable[[MarkerTake], Solved]
 
 
 class Stages(Protocol):
-    """Where the values of stages come from, as `usdface.show.stage_cache.StageCache`."""
+    """A source of the values of stages: computes them, or is a cache of them (`StageCache`)."""
 
     def stage(
         self,

@@ -41,7 +41,11 @@ def find_shots(
     for source in sources:
         plans += _plans(source, is_shot, root)
     if not plans:
-        raise InputError(f"no shots in {', '.join(map(str, sources))}", "FILE_UNREADABLE")
+        raise InputError(
+            f"no shots in {', '.join(map(str, sources))}; expected USD files that `usdface shot` "
+            "wrote, or a show file that lists shots",
+            "FILE_UNREADABLE",
+        )
     return _uniquely_named(_without_results(plans))
 
 

@@ -15,7 +15,7 @@ _LAYERS = ("performer_layer", "character_layer")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Making:
-    """How `usdface shot` makes a shot.
+    """The arguments with which `usdface shot` makes a shot.
 
     Attributes
     ----------
@@ -94,22 +94,22 @@ class ShotPlan:
 
     @property
     def paths(self) -> LayerPaths:
-        """Where its result lies."""
+        """The layers of its result."""
         return layer_paths(self.file)
 
     @property
     def gltf_path(self) -> Path:
-        """Where its glTF lies."""
+        """The path of its glTF."""
         return self.paths.root.with_suffix(".glb")
 
     @property
     def page_path(self) -> Path:
-        """Where its page lies."""
+        """The path of its page."""
         return self.paths.root.with_suffix(".html")
 
     @property
     def deliver_path(self) -> Path:
-        """Where its deliverable lies."""
+        """The path of its deliverable."""
         return self.file.with_name(f"{self.file.stem}.face.usdc")
 
     @property

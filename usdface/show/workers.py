@@ -11,7 +11,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing.connection import Connection, wait
 from typing import Any
@@ -52,7 +52,6 @@ class _Worker:
     pipe: Connection
     task: int | None = None
     begun: float = 0.0
-    word: Outcome | None = field(default=None)
 
 
 def cores() -> int:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.io.takes.raw_take import RawTake, check_size, finish_take, listed
+from usdface.io.takes.raw_take import RawTake, check_size, finish_take
 from usdface.options import TakeOptions
 
 RNG = np.random.default_rng(3)
@@ -167,8 +167,3 @@ def test_sizes_out_of_proportion_are_refused_before_allocation(tmp_path):
     check_size(path, 100, 100)
     with pytest.raises(InputError, match="is it damaged"):
         check_size(path, 10**6, 10**6)
-
-
-def test_long_lists_are_shortened():
-    assert listed(list("abc")) == "a, b, c"
-    assert listed(list("abcdefg")) == "a, b, c, d, e and 2 more"

@@ -44,7 +44,7 @@ class _Header:
 
 @dataclass(frozen=True, slots=True)
 class _Layout:
-    """Where the points lie: `frames` frames of `frame_bytes` from `start`."""
+    """The layout of the points in the file: `frames` frames of `frame_bytes` from `start`."""
 
     start: int
     frames: int

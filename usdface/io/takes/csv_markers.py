@@ -13,9 +13,10 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take, listed
+from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text, refuse_cut_table
 from usdface.options import TakeOptions
+from usdface.plain_text import listed
 from usdface.takes import MarkerTake
 
 __all__ = ["read_csv_markers"]
@@ -116,7 +117,7 @@ def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     if not places:
         raise InputError(
             f"{path} is no table of markers: expected columns frame or time, marker, x, y, z, "
-            f"or time, A_x, A_y, A_z; found {listed(rows[0][1])[:200]}",
+            f"or time, A_x, A_y, A_z; found {listed(rows[0][1], 5)[:200]}",
             "COLUMNS_WRONG",
         )
     wanted = "xyz" if any("z" in axes for axes in places.values()) else "xy"

@@ -20,7 +20,7 @@ from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
 from usdface.takes import FARTHEST, MarkerTake
 
-__all__ = ["DEFAULTS", "RawTake", "check_size", "find_occlusion", "finish_take", "listed"]
+__all__ = ["DEFAULTS", "RawTake", "check_size", "find_occlusion", "finish_take"]
 
 DEFAULTS = TakeOptions()
 _HEADROOM = 16 * 2**20  # bytes that any file may take: tables with few positions are sparse
@@ -199,12 +199,6 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         raw.deviation if positions.shape[2] == 2 else 0.0,
     )
     return take if seen.all() else take.with_markers(seen), findings
-
-
-def listed(items: Sequence[str], most: int = 5) -> str:
-    """Return up to `most` items in one phrase, and how many more there are."""
-    rest = f" and {len(items) - most} more" if len(items) > most else ""
-    return ", ".join(items[:most]) + rest
 
 
 def _unique_labels(path: Path, labels: tuple[str, ...]) -> tuple[list[str], list[Finding]]:

@@ -22,7 +22,7 @@ _LEAST_FACING = 0.1
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FilmedHead:
-    """How a head moved before the camera.
+    """The motion of a head before the camera.
 
     Attributes
     ----------

@@ -49,17 +49,17 @@ class FilmedTake:
 
     @property
     def image(self) -> FloatArray:
-        """Where the markers are in the image: (F, M, 2) [px]."""
+        """Positions of the markers in the image: (F, M, 2) [px]."""
         return self.take.positions
 
     @property
     def face(self) -> FloatArray:
-        """Where they rest on the character: (M, 3) [m]."""
+        """Rest positions of the markers on the character: (M, 3) [m]."""
         return self.skin.rest
 
     @cached_property
     def rest(self) -> FloatArray:
-        """Where they rest in the image: (M, 2) [px]."""
+        """Rest positions of the markers in the image: (M, 2) [px]."""
         return neutral_markers(self.image, self.neutral) - self.shown
 
     @cached_property

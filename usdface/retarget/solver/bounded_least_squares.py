@@ -82,7 +82,10 @@ def solve_bounded(
     """
     size = len(normal)
     if not (np.diag(normal) > 0).all():
-        raise SolveError("the solve's normal matrix is singular: a blend shape moves no marker")
+        raise SolveError(
+            "the solve's normal matrix is singular: a blend shape moves no marker; bind a marker "
+            "that it moves"
+        )
     scale, matrix, row_scale = _scaled(normal, bounds.rows)
     lower, upper = bounds.over(*right.shape)
     limits = bounds.limits_over(len(right))

@@ -12,6 +12,7 @@ from scipy.special import chdtri
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.geometry.marker_spread import rms_radius
+from usdface.numerics.robust_deviation import MEDIAN_TO_DEVIATION, THIRD_DIFFERENCE
 from usdface.numerics.visibility_patterns import visibility_patterns
 from usdface.retarget.solver.hidden_directions import NOTHING, HiddenDirections
 from usdface.takes import frame_step
@@ -37,8 +38,6 @@ _LEAST_MISFIT = 0.3
 # memory. Where a take has more, evenly spread frames are used.
 _PATTERNS = 400
 _NUMBERS = 4e6
-# The sum of the squared coefficients of a third difference.
-_THIRD = 20.0
 # The lag of neighbouring frames, and the number of larger lags at which differences are taken: of
 # more the mean is the same.
 _NEIGHBOURS, _LAGS = 1, 4
@@ -55,8 +54,6 @@ _INDEPENDENT = (0.1, 0.2)
 _STILL = 0.05
 # By this share the variance of such noise may be off. Of 0, 0.05 and 0.1 on the same.
 _UNCERTAIN = 0.05
-# From median absolute value to standard deviation, of normally distributed values.
-_NORMAL = 1.4826
 
 
 def white_noise(values: FloatArray) -> float:
@@ -91,12 +88,14 @@ def independent_lags(times: FloatArray) -> tuple[int, ...]:
 
 
 def typical_deviation(differences: FloatArray) -> float:
-    """Return the standard deviation of white noise that has these third differences (any shape).
+    """Return the standard deviation of white noise by its third differences (of any shape).
 
-    By their median; NaN where there is none, 0 where there are none at all.
+    By the median of those that are not NaN; 0 if all are.
     """
-    there = differences[~np.isnan(differences)]
-    return float(np.median(np.abs(there)) * _NORMAL / np.sqrt(_THIRD)) if there.size else 0.0
+    known = differences[~np.isnan(differences)]
+    if not known.size:
+        return 0.0
+    return float(np.median(np.abs(known)) * MEDIAN_TO_DEVIATION / np.sqrt(THIRD_DIFFERENCE))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -232,7 +231,7 @@ class ResidualSpace:
         # of 1 / (n + 1), so few frames give no smaller quantile.
         share = 0.5 if lag == _NEIGHBOURS else max(_STILL, 1.0 / (np.count_nonzero(enough) + 1))
         variances = sums[enough] / chdtri(count[enough], 1.0 - share)
-        return float(np.sqrt(np.quantile(variances, share, method="weibull") / _THIRD))
+        return float(np.sqrt(np.quantile(variances, share, method="weibull") / THIRD_DIFFERENCE))
 
     def _windows_of(self, lag: int) -> "_Windows":
         """Return what third differences of frames that are a `lag` show."""

@@ -113,7 +113,10 @@ def first_guess(
     times: FloatArray,
     regularisation: Regularisation,
 ) -> Iterate:
-    """Return the free weights (F, P) of the wider linear problem; see `solve_nonlinear`."""
+    """Return the free weights (F, P) of the wider linear problem: parameters of `solve_nonlinear`.
+
+    In it each inbetween and each combination shape has a weight of its own.
+    """
     inner = [
         (p, k)
         for p in model.inbetweens

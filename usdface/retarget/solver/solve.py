@@ -5,17 +5,19 @@ e = v + 2 misfit^2 (misfit: the difference of face and rig), is::
 
     min over 0 <= w <= 1 of   sum_t |D w_t - y_t|^2 / 2
                             + e / spread^2 * sum_t |w_t|^2 / 2
+                            + restraint * misfit * size * sum_t |w_t|_1
                             + e * sparsity * sum_t |w_t|_1
                             + e * symmetry * sum_t sum_(i, j) (w_ti - w_tj)^2 / 2
                             + e / vergence^2 * sum_t sum_(k, l) (w_tk - w_tl)^2 / 2
                             + v * smoothness / agility * integral |w''|^2 dt / 2
 
-which is the most probable take if weights are about `spread` large, their second
-derivative is white with power `agility`, and markers carry white noise. So the smoothing scales
-with the noise, and the ridge with the total error: on another face than the rig's, without a ridge,
-pairs of large weights would cancel each other to fit the misfit. Misfit is correlated between
-neighbouring markers, so that it counts for more than noise. Without noise and misfit each frame is
-solved for itself, exactly.
+with `size` the RMS radius of the face. This is the most probable take if weights are about `spread`
+large, their second derivative is white with power `agility`, and markers carry white noise. So the
+smoothing scales with the noise, and the ridge with the total error: on another face than the rig's,
+without a ridge, pairs of large weights would cancel each other to fit the misfit. Restraint drives
+shapes to 0 that explain no more than the misfit would. Misfit is correlated between neighbouring
+markers, so that it counts for more than noise. Without noise and misfit each frame is solved for
+itself, exactly.
 
 Where the covariance M of the weights has been learned from the take, the ridge is of the misfit
 alone and the smoothness ``v * smoothness * tr(M^-1 W' C W) / 2``, with C the inverse covariance

@@ -85,7 +85,7 @@ class SharedSystem:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _PieceEquations:
-    """What is of some frames alone.
+    """The parts of the equations that differ from frame to frame, for some frames.
 
     Attributes
     ----------

@@ -115,7 +115,7 @@ class Sparsity(SolverTerm):
 
 
 class Restraint(SolverTerm):
-    """Shapes that explain no more than the difference of two faces rest: ``misfit * size * |w|_1``.
+    """Shapes that explain only misfit rest: ``restraint * misfit * size * |w|_1``.
 
     A performer whose shapes have other directions than the character's is imitated by small
     spurious weights, in proportion to the misfit. They are driven to 0; shapes that move much lose

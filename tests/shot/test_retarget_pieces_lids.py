@@ -15,9 +15,10 @@ from usdface.closure import mistracked_lids
 from usdface.findings import Finding
 from usdface.io.mapped_arrays import MappedArrays
 from usdface.options import CleanOptions
-from usdface.shot import retarget_pieces
+from usdface.shot import piece_cuts
 from usdface.shot.join_pieces import join
-from usdface.shot.retarget_pieces import EstimatedTake, PieceCuts, estimate_shot, solve_cut
+from usdface.shot.piece_cuts import PieceCuts
+from usdface.shot.retarget_pieces import EstimatedTake, estimate_shot, solve_cut
 from usdface.shot.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake
 
@@ -56,7 +57,7 @@ class Pieces:
 def patched(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
     """Short blocks, and a short reach of the judgement: a piece does not see the whole take."""
     for name, value in (("BLOCK", 120), ("BLOCKS", 3), ("STRETCH", 240), ("STRETCHES", 2)):
-        monkeypatch.setattr(retarget_pieces, f"_{name}", value)
+        monkeypatch.setattr(piece_cuts, f"_{name}", value)
     monkeypatch.setattr(mistracked_lids, "_REACH", 1.0)
     yield monkeypatch
 
@@ -117,7 +118,7 @@ def test_pieces_replace_what_the_whole_replaces(
 def test_pieces_by_estimates_of_all_frames_are_as_without_pieces(
     patched: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    patched.setattr(retarget_pieces, "_STRETCH", FRAMES)
+    patched.setattr(piece_cuts, "_STRETCH", FRAMES)
     take = lost_in((1, 4), patched)
     joined = take.solved(take.known(), take.cuts.blocks, tmp_path)
     usual = retarget(take.shot, options=ProcessOptions(express=False))
