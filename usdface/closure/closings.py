@@ -40,7 +40,7 @@ _TAKES_PART = 0.5
 # Least share of the opening that blinks take away in a curve; one with less is not used.
 _MEASURED = 0.1
 # An eye is not closed, but its brow lowered, where the estimate would close it so many times as far
-# as the take's blinks. Of recorded eyes that are pressed shut 1.9 at most, of AnimFace's frown on
+# as the take's blinks. Of recorded eyes that are pressed shut 2.1 at most, of AnimFace's frown on
 # the example 2.75.
 _BEYOND = 2.3
 # Of an eye whose lids are not solved, where the estimate decides alone: the level of a closed eye,

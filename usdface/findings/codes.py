@@ -872,8 +872,8 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "LIDS_GUESSED": (
         "info",
         "look_at_frames",
-        "the rig's closed lids move no marker; blinks are detected by the lid motion of another "
-        "face",
+        "the rig's closed lids move the markers unlike a person's; blinks are detected by the lid "
+        "motion of a scanned face",
     ),
     "LIDS_CROSS": ("warning", "correct_pins", "pinned weights make the lids of an eye cross"),
     "EYE_OPENED": (
