@@ -61,6 +61,7 @@ def read_mesh(
     turn = np.linalg.inv(linear).T * np.cbrt(abs(determinant))
     counts, indices = _faces(mesh, len(points))
     normals, hard, findings = _normals(mesh, counts, indices, len(points))
+    turned = None if normals is None else normals @ turn
     uv_name, uvs, others, new_findings = read_face_varying(
         mesh, counts, indices, len(points), linear
     )
@@ -72,7 +73,7 @@ def read_mesh(
         order = _reversed_winding(counts)
         indices, uvs = indices[order], None if uvs is None else uvs[order]
         others = tuple(CornerValues(c.name, c.values[order]) for c in others)
-    shapes, new_findings = read_shapes(prim, len(points), linear, turn)
+    shapes, new_findings = read_shapes(prim, linear, turn, _lengths(turned, len(points)))
     findings += new_findings
     subsets, new_findings = _material_subsets(prim, len(counts))
     findings += new_findings + _dropped_features(mesh, {uv_name, *(c.name for c in others)})
@@ -83,7 +84,7 @@ def read_mesh(
         points @ linear + space[3, :3],
         counts,
         indices,
-        None if normals is None else unit_or_up(normals @ turn),
+        None if turned is None else unit_or_up(turned),
         uvs,
         shapes,
         skin,
@@ -98,6 +99,12 @@ def read_mesh(
     if result.flat:
         findings.append(finding("NORMALS_FLAT", path))
     return result, findings
+
+
+def _lengths(normals: FloatArray | None, count: int) -> FloatArray:
+    """Return the lengths (count,) of normals, 1 where there are none; offsets shrink with them."""
+    lengths = np.ones(count) if normals is None else np.linalg.norm(normals, axis=1)
+    return np.where(lengths > 0, lengths, 1.0)
 
 
 def _faces(mesh: UsdGeom.Mesh, count: int) -> tuple[IntArray, IntArray]:
