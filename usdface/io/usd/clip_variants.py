@@ -23,10 +23,20 @@ _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 @dataclass(frozen=True, slots=True)
 class BoundAnimation:
-    """A skeleton and the SkelAnimation that moves it."""
+    """A skeleton and the SkelAnimation that moves it.
 
+    The prim of the queries is one that all instances share; `prim` is where the skeleton stands.
+    """
+
+    prim: Usd.Prim
     skeleton: UsdSkel.SkeletonQuery
     animation: UsdSkel.AnimQuery
+
+    @property
+    def where(self) -> str:
+        """The path for messages: of the SkelAnimation, or of a skeleton that instances share."""
+        shared = self.prim.IsInstanceProxy()
+        return str((self.prim if shared else self.animation.GetPrim()).GetPath())
 
 
 def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
@@ -83,8 +93,9 @@ def bound_animations(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
         for binding in cache.ComputeSkelBindings(skel_root, _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton())
             if query.GetAnimQuery():
-                path = binding.GetSkeleton().GetPath()
-                found.setdefault(path, BoundAnimation(query, query.GetAnimQuery()))
+                prim = binding.GetSkeleton().GetPrim()
+                bound = BoundAnimation(prim, query, query.GetAnimQuery())
+                found.setdefault(prim.GetPath(), bound)
     return list(found.values())
 
 

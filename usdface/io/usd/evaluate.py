@@ -144,7 +144,7 @@ class UsdMesh:
         prims = [mesh.GetPrim(), *_ancestors(mesh.GetPrim())]
         joints = False
         if bound is not None:
-            prims += [bound.skeleton.GetPrim(), *_ancestors(bound.skeleton.GetPrim())]
+            prims += [bound.prim, *_ancestors(bound.prim)]
             animation = bound.skeleton.GetAnimQuery()
             joints = (
                 bool(animation)
@@ -161,8 +161,10 @@ class UsdMesh:
     def _space(self, code: float) -> tuple[FloatArray, Vt.Matrix4dArray | None]:
         """Return the space (4, 4) of the points, and the transforms of joints that skin them."""
         moves = self._bound.moves(code) if self._bound else None
-        stands = self._mesh if self._bound is None or moves is None else self._bound.skeleton
-        space = world_transform(stands.GetPrim(), code) @ self._si
+        stands = self._mesh.GetPrim()
+        if self._bound is not None and moves is not None:
+            stands = self._bound.prim
+        space = world_transform(stands, code) @ self._si
         if self._bound is not None and moves is not None and self._bound.rigid:
             return np.array(self._bound.skinning.ComputeSkinnedTransform(moves, code)) @ space, None
         return space, moves
@@ -210,7 +212,9 @@ def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdM
             prims |= dict.fromkeys(placed_meshes(root))
             for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
                 query = cache.GetSkelQuery(binding.GetSkeleton())
-                bound |= {t.GetPrim(): UsdSkin(t, query) for t in binding.GetSkinningTargets()}
+                prim = binding.GetSkeleton().GetPrim()
+                for target in binding.GetSkinningTargets():
+                    bound[target.GetPrim()] = UsdSkin(target, query, prim)
         prims |= dict.fromkeys(outside_meshes(stage))
         si = to_si(metrics_of(stage))
         meshes = []

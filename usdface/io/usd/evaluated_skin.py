@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Gf, UsdSkel, Vt
+from pxr import Gf, Usd, UsdSkel, Vt
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.certificate.joint_motion import JointMotion
@@ -16,10 +16,14 @@ __all__ = ["UsdSkin", "normal_matrix"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class UsdSkin:
-    """How UsdSkel binds one mesh; where `most` is not 0, by that many joints at each point."""
+    """How UsdSkel binds one mesh; where `most` is not 0, by that many joints at each point.
+
+    The skeleton stands at `prim`; that of the query is one that all instances share.
+    """
 
     skinning: UsdSkel.SkinningQuery
     skeleton: UsdSkel.SkeletonQuery
+    prim: Usd.Prim
     most: int = 0
 
     @property
@@ -104,7 +108,7 @@ class UsdSkin:
         # (F, 1, 4, 4), (F, J, 4, 4) and (F, 1, 4, 4), for row vectors
         binds = np.array([skinning.GetGeomBindTransform(code) for code in at], float)[:, None]
         joints = np.array([self.mapped(self.moves(code)) for code in at], float)
-        space = np.stack([world_transform(self.skeleton.GetPrim(), code) @ si for code in at])
+        space = np.stack([world_transform(self.prim, code) @ si for code in at])
         space = space[:, None]
         placed = binds @ joints
         # The space itself is a joint that holds all: weights need not add up to 1.
