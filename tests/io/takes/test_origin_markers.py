@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from usdface.io.takes.origin_markers import origin_markers
+
+RNG = np.random.default_rng(2)
+FACE = 0.05 * RNG.normal(size=(20, 3))
+
+
+def take(middle: tuple[float, float, float], unit: float = 1.0) -> np.ndarray:
+    """A face that stands about `middle` and moves a little, its marker 4 at the origin."""
+    positions = FACE + middle + 0.002 * RNG.normal(size=(50, 20, 3))
+    positions[:, 4] = 0.0
+    return unit * positions
+
+
+@pytest.mark.parametrize("unit", [1.0, 1000.0])
+def test_far_from_the_face_it_was_never_seen(unit: float) -> None:
+    for middle in ((0, 1.6, 0), (0.3, 0.2, 0.4)):
+        assert np.flatnonzero(origin_markers(take(middle, unit))).tolist() == [4]
+
+
+def test_within_the_face_it_is_its_place() -> None:
+    """As where all is measured from one marker, in the middle of the face or at its edge."""
+    for marker in range(20):
+        if marker != 4:
+            assert not origin_markers(take(tuple(-FACE[marker]))).any()
+
+
+def test_gaps_are_no_places() -> None:
+    positions = take((0, 1.6, 0))
+    positions[10:20] = np.nan
+    positions[:, 7] = np.nan
+    assert np.flatnonzero(origin_markers(positions)).tolist() == [4]
+
+
+def test_what_leaves_the_origin_and_what_is_alone_are_kept() -> None:
+    positions = take((0, 1.6, 0))
+    positions[5, 4] = (0, 0, 1e-3)
+    assert not origin_markers(positions).any()
+    assert not origin_markers(take((0, 1.6, 0))[:, 3:6]).any()
+    assert not origin_markers(np.zeros((5, 20, 3))).any()
