@@ -136,7 +136,7 @@ def resolve_binding(
     if not isinstance(take, MarkerTake):
         named = given is not None and not given.neutral_assumed
         setup = _requested(given or unbound(take), options)
-        check_frames(take, setup.neutral, setup.peaks)
+        check_frames(take, None if options.neutral == "auto" else setup.neutral, setup.peaks)
         try:
             return _of_weights(take, character, mesh, setup, named, options)
         except InputError as error:
@@ -152,7 +152,8 @@ def resolve_binding(
     )
     setup = given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
     setup = _requested(setup, options)
-    check_frames(take, setup.neutral, setup.peaks)
+    # Those that the binding names do not count where others are found.
+    check_frames(take, None if find_neutral else setup.neutral, setup.peaks)
     resolved = _compared(
         ResolvedBinding(
             mesh,
