@@ -4,7 +4,13 @@ from clips import plays, weights_of_stage
 from pxr import Usd, UsdSkel
 
 from usdface.errors import InputError
-from usdface.io.usd.clip_variants import bound_animations, clip_stages, playing_animations
+from usdface.io.usd.clip_variants import (
+    bound_animations,
+    clip_stages,
+    clips_and_losses,
+    playing_animations,
+)
+from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
 from usdface.takes import WeightsTake
@@ -70,3 +76,29 @@ def test_a_variant_set_that_chooses_characters_is_none_of_clips(face_rig, tmp_pa
             prim = shot.DefinePrim(f"/World/{name}")
             prim.GetReferences().AddReference("rig.usda", face)
     assert len(list(clip_stages(shot))) == 1
+
+
+def test_a_variant_that_replaces_the_samples_of_a_clip_is_announced(face_rig, tmp_path):
+    """Another payload with an animation of the same path; the look changes none."""
+    times, count = [0.0, 0.1, 0.2], len(face_rig.shape_names)
+    for name, value in (("angry", 0.5), ("sad", 0.25)):
+        weights = np.full((3, count), value)
+        take = WeightsTake(face_rig.shape_names, times, weights, 10.0)
+        write_rig(face_rig, tmp_path / f"{name}.usda", plays(take))
+    face = open_stage(tmp_path / "sad.usda").GetDefaultPrim().GetPath()
+    shot = Usd.Stage.CreateNew(str(tmp_path / "shot.usda"))
+    sets = shot.DefinePrim("/World", "Xform").GetVariantSets()
+    chosen = {"take": ("angry", "sad"), "look": ("red", "blue")}
+    for set_name, variants in chosen.items():
+        added = sets.AddVariantSet(set_name)
+        for variant in variants:
+            added.AddVariant(variant)
+            added.SetVariantSelection(variant)
+            with added.GetVariantEditContext():
+                prim = shot.DefinePrim("/World/Face")
+                if set_name == "take":
+                    prim.GetPayloads().AddPayload(f"{variant}.usda", face)
+    stages, (lost,) = clips_and_losses(shot)
+    assert stages == [shot]
+    assert lost.code == "ANIMATION_DROPPED" and lost.values == {"variants": ["take=angry"]}
+    assert lost in animated_rig(shot)[2]

@@ -15,7 +15,7 @@ from usdface.io.usd.animated_joints import animated_joints
 from usdface.io.usd.clip_variants import (
     BoundAnimation,
     bound_animations,
-    clip_stages,
+    clips_and_losses,
     playing_animations,
     report_unbound,
 )
@@ -116,7 +116,8 @@ def clips_of_stage(
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         played: set[Sdf.Path] = set()
         scene = _Scene(root, staged_skeletons(stage, root), motions, names, caches)
-        for variation in clip_stages(stage, root):
+        variations, found = clips_and_losses(stage, root)
+        for variation in variations:
             clip, new_findings = _clip(variation, scene)
             found += new_findings
             played |= {*playing_animations(variation)}
