@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from pxr import Sdf, UsdGeom, UsdShade, UsdSkel
+from pxr import Gf, Sdf, UsdGeom, UsdShade, UsdSkel
 from sheets import codes, sheet
 
 from usdface.errors import InputError
@@ -74,6 +74,23 @@ def test_corner_normals_become_point_normals():
     assert codes(findings) == []
     mesh.CreateNormalsAttr([(0, 0, 1), (0, 2, 0)])
     assert codes(rig_of_stage(stage)[1]) == ["FEATURE_DROPPED"]
+
+
+def test_what_changes_over_time_and_is_read_once_is_announced():
+    stage = sheet()
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    bind = UsdSkel.BindingAPI(mesh).CreateGeomBindTransformAttr()
+    for code, corners in ((0, [3]), (1, [3])):  # the same
+        mesh.GetFaceVertexCountsAttr().Set(corners, code)
+        bind.Set(Gf.Matrix4d(1), code)
+    before = codes(rig_of_stage(stage)[1])
+    assert "ANIMATION_DROPPED" not in before
+    bind.Set(Gf.Matrix4d(2), 1)
+    mesh.CreateNormalsAttr().Set([(0, 0, 1)] * 3, 0)
+    mesh.GetNormalsAttr().Set([(0, 1, 0)] * 3, 1)
+    (found,) = [f for f in rig_of_stage(stage)[1] if f.code == "ANIMATION_DROPPED"]
+    assert found.where == "/R/M"
+    assert found.values == {"channels": ["normals", "skel:geomBindTransform"]}
 
 
 @pytest.mark.parametrize("scale", [(1, 1, 1), (3, 3, 3), (4, 1, 0.5), (2, 1, -1)])
