@@ -5,6 +5,7 @@ import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.clips import Clip, JointsTake
+from usdface.errors import InputError
 from usdface.io.gltf.read import read_gltf
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.evaluate import evaluate_usd
@@ -134,6 +135,14 @@ def test_animations_of_instances_are_bound(tmp_path: Path) -> None:
         prim.SetInstanceable(True)
     rig, (clip,), found = animated_rig(stage)
     assert found == [] and len(rig.meshes) == 2 and len(clip.times) == 2
+
+
+def test_a_blocked_sample_is_named_as_one_without_weights(tmp_path: Path) -> None:
+    stage = Usd.Stage.Open(str(a_face(tmp_path, "A", "jaw", [0, 0.1], [0, 1])))
+    weights = UsdSkel.Animation.Get(stage, "/Asset/Face/Anim").GetBlendShapeWeightsAttr()
+    weights.Set(Sdf.ValueBlock(), 1)
+    with pytest.raises(InputError, match="0 blendShapeWeights for 1 blendShapes at time code 1"):
+        animated_rig(stage)
 
 
 def skinned_crowd(folder: Path, skinned_rig: Rig, shared: bool) -> Usd.Stage:

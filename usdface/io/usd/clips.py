@@ -256,7 +256,8 @@ def _weights(bound: BoundAnimation, names: ShapeNames, clock: _Clock) -> Weights
     values = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr()
     rows = []
     for code in codes:
-        row = np.asarray(values.Get(float(code)), np.float64)
+        given = values.Get(float(code))  # None where the sample is blocked
+        row = np.asarray([] if given is None else given, np.float64)
         if row.shape != (len(own),):
             raise InputError(
                 f"{query.GetPrim().GetPath()} has {row.size} blendShapeWeights for {len(own)} "
