@@ -119,6 +119,8 @@ def test_a_marker_at_the_origin_far_from_the_face_is_announced_and_left_out(raw)
     spike, never = findings
     assert (spike.code, never.code) == ("MARKER_SPIKE", "MARKER_NEVER_SEEN")
     assert spike.message.endswith("never seen: C") and never.where.endswith("C")
+    joints = raw(positions, labels=tuple("ABCD"), computed=True)
+    assert finish_take(joints, TakeOptions())[0].names == tuple("ABCD")
 
 
 def test_frames_without_any_marker_are_named(raw):
