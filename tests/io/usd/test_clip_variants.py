@@ -102,3 +102,32 @@ def test_a_variant_that_replaces_the_samples_of_a_clip_is_announced(face_rig, tm
     assert stages == [shot]
     assert lost.code == "ANIMATION_DROPPED" and lost.values == {"variants": ["take=angry"]}
     assert lost in animated_rig(shot)[2]
+
+
+def test_a_clip_of_an_instance_is_one_in_all_variants(face_rig, tmp_path):
+    """Prototypes are numbered anew where a variant brings in another instance."""
+    times, count = [0.0, 0.1, 0.2], len(face_rig.shape_names)
+    take = WeightsTake(face_rig.shape_names, times, np.eye(3, count), 10.0)
+    write_rig(face_rig, tmp_path / "face.usda", plays(take))
+    for name in ("prop", "other"):
+        prop = Usd.Stage.CreateNew(str(tmp_path / f"{name}.usda"))
+        prop.SetDefaultPrim(prop.DefinePrim("/Prop"))
+        prop.DefinePrim("/Prop/Part")
+        prop.Save()
+    shot = Usd.Stage.CreateNew(str(tmp_path / "shot.usda"))
+    looks = shot.DefinePrim("/World", "Xform").GetVariantSets().AddVariantSet("look")
+    for look, props in {"bare": (), "full": ("prop", "other")}.items():
+        looks.AddVariant(look)
+        looks.SetVariantSelection(look)
+        with looks.GetVariantEditContext():
+            for name in props:
+                prim = shot.DefinePrim(f"/World/a_{name}")
+                prim.GetReferences().AddReference(f"{name}.usda")
+                prim.SetInstanceable(True)
+    looks.SetVariantSelection("bare")
+    prim = shot.DefinePrim("/World/Hero")
+    prim.GetReferences().AddReference("face.usda")
+    prim.SetInstanceable(True)
+    assert clips_and_losses(shot) == ([shot], [])
+    (path,) = playing_animations(shot)
+    assert path.HasPrefix("/World/Hero") and shot.GetPrimAtPath(path).IsA(UsdSkel.Animation)

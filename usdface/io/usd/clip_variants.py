@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.content_digest import content_digest
 from usdface.findings import Finding, finding
 from usdface.io.usd.held_layers import hold_layers
+from usdface.io.usd.instances import shown_path
 from usdface.io.usd.rig import skel_roots
 from usdface.io.usd.stage import check_clocks
 
@@ -38,10 +39,9 @@ class BoundAnimation:
     animation: UsdSkel.AnimQuery
 
     @property
-    def where(self) -> str:
-        """The path for messages: of the SkelAnimation, or of a skeleton that instances share."""
-        shared = self.prim.IsInstanceProxy()
-        return str((self.prim if shared else self.animation.GetPrim()).GetPath())
+    def path(self) -> Sdf.Path:
+        """The path of the SkelAnimation on the stage."""
+        return shown_path(self.animation.GetPrim(), self.prim)
 
 
 def clip_stages(stage: Usd.Stage, root: str = "") -> list[Usd.Stage]:
@@ -147,7 +147,7 @@ def bound_animations(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
 
 def playing_animations(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
     """Return the paths of the bound SkelAnimations."""
-    return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in bound_animations(stage)))
+    return tuple(dict.fromkeys(bound.path for bound in bound_animations(stage)))
 
 
 def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[Finding]:
@@ -158,11 +158,6 @@ def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[F
         finding("ANIMATION_DROPPED", str(prim.GetPath()), message)
         for prim in prims
         if prim.IsA(UsdSkel.Animation)
-        and not {prim.GetPath(), _shared_path(prim)} & played
+        and prim.GetPath() not in played
         and any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAttributes())
     ]
-
-
-def _shared_path(prim: Usd.Prim) -> Sdf.Path:
-    """Return the path of the prim that all instances share, where it is one of an instance."""
-    return (prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim).GetPath()

@@ -260,7 +260,7 @@ def _weights(bound: BoundAnimation, names: ShapeNames, clock: _Clock) -> Weights
         row = np.asarray([] if given is None else given, np.float64)
         if row.shape != (len(own),):
             raise InputError(
-                f"{query.GetPrim().GetPath()} has {row.size} blendShapeWeights for {len(own)} "
+                f"{bound.path} has {row.size} blendShapeWeights for {len(own)} "
                 f"blendShapes at time code {code:g}",
                 "WEIGHTS_LENGTH_WRONG",
             )
@@ -284,7 +284,7 @@ def _merged_weights(
             own = np.interp(times, take.times, curve)
             if not np.allclose(columns.setdefault(name, own), own, rtol=0, atol=_SAME_WEIGHT):
                 message = "{joint!r} moves otherwise in another SkelAnimation, which comes first"
-                found.append(finding("ANIMATION_DROPPED", bound.where, message, name))
+                found.append(finding("ANIMATION_DROPPED", str(bound.path), message, name))
     weights = np.stack([*columns.values()], 1)
     return WeightsTake(tuple(columns), times, weights, max(t.rate for t in takes)), found
 
@@ -306,7 +306,7 @@ def _joints(
 ) -> tuple[JointsTake | None, list[Finding]]:
     """Return the animated joints in the rig's frames (`usdface.io.usd.skeleton`)."""
     skeleton, renamed = staged.skeleton, staged.renamed
-    where = binding.where
+    where = str(binding.path)
     order = tuple(map(str, binding.animation.GetJointOrder()))
     known = [k for k, joint in enumerate(order) if joint in skeleton.joints]
     found = []
