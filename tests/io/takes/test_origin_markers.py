@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from usdface.io.takes.origin_markers import origin_markers
+from usdface.io.takes.origin_markers import origin_markers, shared_origins
 
 RNG = np.random.default_rng(2)
 FACE = 0.05 * RNG.normal(size=(20, 3))
@@ -40,3 +40,17 @@ def test_what_leaves_the_origin_and_what_is_alone_are_kept() -> None:
     assert not origin_markers(positions).any()
     assert not origin_markers(take((0, 1.6, 0))[:, 3:6]).any()
     assert not origin_markers(np.zeros((5, 20, 3))).any()
+
+
+def test_of_several_at_one_place_none_was_seen() -> None:
+    positions = take((0, 0.1, 0))
+    positions[:, 4] = FACE[4]
+    positions[3, 4] = positions[8, 5] = 0  # alone in their frames
+    positions[10:30, [2, 9]] = 0
+    positions[40] = 0
+    expected = np.zeros((50, 20), bool)
+    expected[10:30, [2, 9]] = expected[40] = True
+    np.testing.assert_array_equal(shared_origins(positions), expected)
+    positions[10, 9] = np.nan
+    assert not shared_origins(positions)[10].any()
+    assert not shared_origins(np.zeros((5, 20, 3))).any()

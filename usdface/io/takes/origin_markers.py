@@ -1,4 +1,4 @@
-"""Markers that stand at 0, 0, 0 in a whole take, as some programs write one that they never saw."""
+"""Places at 0, 0, 0, as some programs write those of markers that they did not see."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -8,22 +8,41 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 
-__all__ = ["find_origin_markers", "origin_markers"]
+__all__ = ["find_unseen", "origin_markers", "shared_origins"]
 
 _FEWEST = 3  # other markers, which show where the face is
 _APART = 0.5  # of the extent of the others: the middle of a face is nearer to all of its markers
 
 
-def find_origin_markers(
+def find_unseen(
     path: Path, labels: Sequence[str], positions: FloatArray
 ) -> tuple[BoolArray, list[Finding]]:
-    """Return the `origin_markers` (M,) of a file, and MARKER_SPIKE with their labels."""
-    lost = origin_markers(positions)
-    if not lost.any():
-        return lost, []
-    message = "at 0, 0, 0 in all frames, far from the others; taken as never seen: {markers}"
-    names = [labels[m] for m in np.flatnonzero(lost).tolist()]
-    return lost, [finding("MARKER_SPIKE", str(path), message, names)]
+    """Return the entries (F, M) of a file at 0, 0, 0 that are no places, and MARKER_SPIKE."""
+    found = []
+    unseen = shared_origins(positions)
+    if unseen.any():
+        message = (
+            "{place_count} places at 0, 0, 0, where several markers cannot be at once, are taken "
+            "as occluded"
+        )
+        found.append(finding("MARKER_SPIKE", str(path), message, unseen.sum()))
+    lost = origin_markers(np.where(unseen[..., None], np.nan, positions))
+    if lost.any():
+        message = "at 0, 0, 0 in all frames, far from the others; taken as never seen: {markers}"
+        names = [labels[m] for m in np.flatnonzero(lost).tolist()]
+        found.append(finding("MARKER_SPIKE", str(path), message, names))
+    return unseen | lost, found
+
+
+def shared_origins(positions: FloatArray) -> BoolArray:
+    """Return the entries (F, M) that are at exactly 0, 0, 0 with another one of their frame.
+
+    None where a take (F, M, 3) has no other places.
+    """
+    zero: BoolArray = np.all(positions == 0, axis=2)
+    if (zero | np.isnan(positions).any(axis=2)).all():
+        return np.zeros(zero.shape, bool)
+    return np.asarray(zero & (zero.sum(axis=1, keepdims=True) > 1))
 
 
 def origin_markers(positions: FloatArray) -> BoolArray:

@@ -15,7 +15,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
-from usdface.io.takes.origin_markers import find_origin_markers
+from usdface.io.takes.origin_markers import find_unseen
 from usdface.io.takes.take_size import report_take_size
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
@@ -183,8 +183,8 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     positions[hidden] = np.nan
     if positions.shape[2] == 3:
         if not raw.computed:
-            lost, new_findings = find_origin_markers(path, labels, positions)
-            hidden[:, lost], positions[:, lost] = True, np.nan
+            unseen, new_findings = find_unseen(path, labels, positions)
+            hidden[unseen], positions[unseen] = True, np.nan
             findings += new_findings
         findings += report_take_size(path, positions, unit)
     seen, occlusion = find_occlusion(path, labels, hidden)
