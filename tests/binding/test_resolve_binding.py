@@ -110,6 +110,18 @@ def test_neutral_frames_can_be_named_or_looked_for(folder: Path) -> None:
     assert bind["neutral"]["start"] == 0 and "NEUTRAL_FOUND" in codes(report)
 
 
+def test_neutral_frames_of_another_take_do_not_count_where_they_are_looked_for(
+    folder: Path, world: World, capsys: pytest.CaptureFixture[str]
+) -> None:
+    later = folder / "later.json"
+    later.write_text(json.dumps(world.bind | {"neutral": {"start": 10**6, "end": 10**6}}))
+    found = written(folder, "--bind", later, "--neutral", "auto")[0]
+    own = written(folder, "--bind", folder / "bind.json", "--neutral", "auto")[0]
+    assert found["neutral"] == own["neutral"]
+    assert shot(folder, "--bind", later) == 1
+    assert "lie outside the take" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_swapped_labels_are_put_right_before_frames_and_places_are_looked_for(
     folder: Path, world: World

@@ -41,6 +41,20 @@ def test_points_that_coincide_at_rest_are_told_apart_by_their_motion() -> None:
     assert certify([mesh(twice)], [mesh(twice[:, ::-1])], FRAMES).vertex_largest == 0
 
 
+def test_what_was_asked_for_is_an_error_but_no_warning() -> None:
+    cut = ANIMATED.copy()
+    cut[5, 7, 1] += 2e-3
+    source = mesh(ANIMATED, asked=mesh(cut, np.radians(3)))
+    certificate = certify([source], [mesh(cut[:, ::-1], np.radians(3))], FRAMES)
+    np.testing.assert_allclose(certificate.vertex_largest, 2e-3, rtol=1e-9)
+    np.testing.assert_allclose(certificate.normal_largest, 3, rtol=1e-9)
+    assert certificate.vertex_excess == certificate.normal_excess == 0
+    assert certificate.findings("x") == []
+    certificate = certify([source], [mesh(ANIMATED)], FRAMES)  # not done, though asked for
+    assert certificate.vertex_largest == 0
+    np.testing.assert_allclose(certificate.vertex_excess, 2e-3, rtol=1e-9)
+
+
 def test_known_errors_are_found() -> None:
     off = ANIMATED.copy()
     off[5, 7, 1] += 2e-3

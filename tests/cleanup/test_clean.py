@@ -170,6 +170,29 @@ def test_nothing_is_invented() -> None:
     np.testing.assert_array_equal(cleaned.take.positions, positions)
 
 
+@pytest.mark.parametrize("place", [(0.0, 0.0, 0.0), (9999999.0,) * 3, (0.3, 1.5, 0.2)])
+def test_places_far_from_the_face_are_spikes_of_their_markers_alone(place) -> None:
+    """What programs write for lost markers, of two markers at once, and a reflection."""
+    positions = made() + [0.1, 1.5, 0.3] * np.sin(np.linspace(1, 2, 120))[:, None, None]
+    broken = positions.copy()
+    broken[40:65, [3, 8]] = place
+    cleaned = clean(take_of(broken))
+    spikes = entries(cleaned, "spike")
+    assert spikes[40:65, [3, 8]].all() and spikes.sum() == 50
+    hidden = positions.copy()
+    hidden[40:65, [3, 8]] = np.nan
+    filled = clean(take_of(hidden)).take.positions
+    np.testing.assert_allclose(cleaned.take.positions, filled, atol=1e-9)
+    kept = clean(take_of(broken), spikes=False).take.positions[40:65, [3, 8]]
+    np.testing.assert_array_equal(kept, broken[40:65, [3, 8]])
+
+
+def test_a_marker_that_is_mostly_elsewhere_is_left_there() -> None:
+    positions = made()
+    positions[:80, 5] = (0, 2, 0)
+    assert not entries(clean(take_of(positions)), "spike")[:80].any()
+
+
 def test_a_moment_without_the_face_is_bridged() -> None:
     positions = made()
     positions[50:54] = np.nan

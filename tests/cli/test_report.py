@@ -62,6 +62,16 @@ def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[st
     assert printed == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
 
 
+def test_of_several_errors_the_largest_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    message = "{point_count} points are at most {error_mm:.3g} mm off"
+    off = [finding("INFLUENCES_REDUCED", m, message, 9, k % 3) for k, m in enumerate("abcd")]
+    print_result(Result(None, (), tuple(off)), "text")
+    printed = capsys.readouterr().out
+    assert (
+        printed == "info INFLUENCES_REDUCED: 9 points are at most 2 mm off (c); others: b, a, d\n"
+    )
+
+
 @pytest.mark.parametrize(
     ("wheres", "message"),
     [

@@ -2,6 +2,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pxr import Usd
 from worlds import make_world
 
 from usdface.cli import main
@@ -78,3 +79,24 @@ def test_a_shot_or_its_result_is_refused_as_the_rig_of_another(
     with pytest.raises(InputError, match="is a shot") as refused:
         make_shot(folder / "played.usda", folder / "take.usda", tmp_path / "no.usda")
     assert refused.value.code == "SHOT_AS_RIG"
+
+
+@pytest.mark.parametrize("places", [["/Cast"], ["/Hero/Hero"], ["/Cast", "/Hero/Hero"]])
+def test_a_shot_of_an_instance_can_be_processed(folder: Path, places: list[str]) -> None:
+    """As what instances share cannot be animated, the character is none in the shot."""
+    rig = Usd.Stage.Open(f"{folder}/rig.usda")
+    hero = Usd.Stage.CreateNew(str(folder / "hero.usda"))
+    hero.DefinePrim("/Hero/Hero").GetReferences().AddReference("rig.usda")
+    hero.SetDefaultPrim(hero.GetPrimAtPath("/Hero"))
+    hero.GetPrimAtPath("/Hero/Hero").SetInstanceable("/Hero/Hero" in places)
+    hero.Save()
+    stage = Usd.Stage.CreateNew(str(folder / "cast.usda"))
+    stage.DefinePrim("/Cast").GetReferences().AddReference("hero.usda")
+    stage.SetDefaultPrim(stage.GetPrimAtPath("/Cast"))
+    for name in ("metersPerUnit", "upAxis"):
+        stage.SetMetadata(name, rig.GetMetadata(name))
+    stage.GetPrimAtPath("/Cast").SetInstanceable("/Cast" in places)
+    stage.Save()
+    files = [f"--rig={folder}/cast.usda", f"--take={folder}/take.usda"]
+    assert main(["shot", *files, f"--bind={folder}/bind.json", f"-o={folder}/cast_shot.usda"]) == 0
+    assert main(["process", f"{folder}/cast_shot.usda", "-o", f"{folder}/cast_played.usda"]) == 0

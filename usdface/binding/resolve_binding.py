@@ -130,7 +130,7 @@ def resolve_binding(
         return _of_markers(take, character, mesh, given, options, performer)
     named = given is not None and not given.neutral_assumed
     setup = _requested(given or unbound(take), options)
-    check_frames(take, setup.neutral, setup.peaks)
+    check_frames(take, None if options.neutral == "auto" else setup.neutral, setup.peaks)
     try:
         return _of_weights(take, character, mesh, setup, named, options)
     except InputError as error:
@@ -178,7 +178,8 @@ def _of_markers(
     proposing = given is None or options.propose
     find_neutral = _neutral_is_missing(take, given, options)
     setup = _requested(given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64))), options)
-    check_frames(take, setup.neutral, setup.peaks)
+    # Those that the binding names do not count where others are found.
+    check_frames(take, None if find_neutral else setup.neutral, setup.peaks)
     resolved = ResolvedBinding(
         mesh,
         setup,

@@ -48,7 +48,8 @@ def certify(
     source, result : sequence of EvaluatedMesh
         Evaluated at the same F moments. Meshes, and the shapes of a mesh, belong together by
         name, or by place where there are equally many. What a result that is stored as whole
-        numbers is off by their rounding is in the errors, but not in the excess.
+        numbers is off by their rounding is in the errors, but not in the excess; nor is what a
+        source is off from `EvaluatedMesh.asked`.
     frames : (n,) int64
         Frames whose points and normals are compared; weights are in all frames.
     time_drift : float [s]
@@ -136,12 +137,34 @@ def _compare(
     vertex: ErrorTotals,
     normal: ErrorTotals,
 ) -> None:
+    asked = one.asked or one
+    sums = _linear_morphs(asked, other, frames)
+    pairs = vertex_pairs(asked, other, frames, sums)
+    if one.asked is None:
+        _add_errors(one, other, frames, sums, pairs, vertex, normal)
+        return
+    # The errors are those against the source, what is beyond the request those against its change.
+    before = vertex.excess, normal.excess
+    _add_errors(one, other, frames, _linear_morphs(one, other, frames), pairs, vertex, normal)
+    beyond = ErrorTotals(), ErrorTotals()
+    _add_errors(asked, other, frames, sums, pairs, *beyond)
+    for total, excess, found in zip((vertex, normal), before, beyond, strict=True):
+        total.set_excess(excess, found)
+
+
+def _add_errors(
+    one: EvaluatedMesh,
+    other: EvaluatedMesh,
+    frames: IntArray,
+    sums: tuple[LinearMorph, LinearMorph] | None,
+    pairs: tuple[IntArray, IntArray],
+    vertex: ErrorTotals,
+    normal: ErrorTotals,
+) -> None:
     steps = other.steps
-    shown = sample_frames(len(frames), 1, _VERIFIED_FRAMES)
-    few = len(frames) < _SUMMED_FRAMES
-    sums = None if few else _linear_morphs(one, other, frames, shown)
-    here, there = pairs = vertex_pairs(one, other, frames, sums)
+    here, there = pairs
     if sums is not None:
+        shown = _verified(frames)
         summed = np.setdiff1d(np.arange(len(frames)), shown)
         rounding, aside = _rounding(steps, frames[summed])
         for away in point_distances(*sums, pairs, summed):
@@ -162,6 +185,11 @@ def _compare(
             chord = _distances(mine[:, here], its[:, there])
             angles = None if steps is None else steps.of_angles(block)[:, there]
             normal.add(_degrees(chord), angles)
+
+
+def _verified(frames: IntArray) -> IntArray:
+    """Return the places of frames in which linear morphs are checked."""
+    return sample_frames(len(frames), 1, _VERIFIED_FRAMES)
 
 
 def _rounding(
@@ -185,9 +213,12 @@ def _degrees(chord: NDArray[Any]) -> NDArray[Any]:
 
 
 def _linear_morphs(
-    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray, shown: IntArray
+    one: EvaluatedMesh, other: EvaluatedMesh, frames: IntArray
 ) -> tuple[LinearMorph, LinearMorph] | None:
-    """Return both meshes at `frames` as linear morphs, if programs agree at those `shown`."""
+    """Return both meshes at many `frames` as linear morphs, if programs agree at some of them."""
+    if len(frames) < _SUMMED_FRAMES:
+        return None
+    shown = _verified(frames)
     both = one.linear_morph(frames), other.linear_morph(frames)
     for mesh, sums in zip((one, other), both, strict=True):
         if sums is None or (sums.normals is None) != (mesh.normals_at(frames[:1]) is None):

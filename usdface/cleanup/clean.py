@@ -16,7 +16,7 @@ from usdface.cleanup.low_rank_model import (
     reconstruct,
 )
 from usdface.cleanup.repairs import Kind, Repair, repair_findings
-from usdface.cleanup.spikes import find_spikes
+from usdface.cleanup.spikes import find_spikes, find_strays
 from usdface.cleanup.stabilise import ROUNDS, StabilisedMarkers, stabilise
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
@@ -99,6 +99,11 @@ def clean_take(
     usable = int((seen.sum(axis=1) >= _FEWEST_MARKERS).sum()) >= _FEWEST_FRAMES
     if spacing == 0.0 or not usable:
         return untouched, [*findings, finding("CLEANUP_SKIPPED", take.source)]
+    astray = np.zeros_like(seen)
+    if options.spikes and take.dimension == 3:
+        astray = find_strays(positions, seen)
+        seen = seen & ~astray
+        positions = np.where(seen[..., None], positions, np.nan)
     swapped = np.zeros_like(seen)
     start = None
     if options.swaps:
@@ -119,7 +124,7 @@ def clean_take(
     names = tuple(take.names[i] for i in ever)
     repairs = (
         *_repairs(names, swapped, "swap"),
-        *_repairs(names, off, "spike"),
+        *_repairs(names, off | astray, "spike"),
         *_repairs(names, new, "fill"),
     )
     if not repairs:

@@ -5,7 +5,7 @@ from scipy.ndimage import median_filter
 
 from usdface.arrays import BoolArray, FloatArray
 
-__all__ = ["find_spikes"]
+__all__ = ["find_spikes", "find_strays"]
 
 # A jump is larger than this many times the median step, and than a face moves in a frame: a share
 # of its size (as `face_unit`, some 60 mm) and a share per second. Real optical takes at 60 Hz
@@ -19,6 +19,10 @@ _WINDOW = 0.5
 # set by hand; judge: `python benchmarks/cleanup.py`, docs/constants.md lists them.
 _OFF = 0.6
 _FAR = 4.0
+# A marker is astray if it is farther from the middle of the face than it is usually, by this many
+# times the usual distance of all: some 13 cm, where a jaw opens by 5. Set by hand.
+_ASTRAY = 2.0
+_FEWEST_MARKERS = 6  # show where the middle of the face is
 
 
 def find_spikes(
@@ -71,6 +75,31 @@ def find_spikes(
         spikes = (bounded[:-1] & (share > 0.5))[piece]
         if spikes.mean() <= 0.5:  # where a marker is most of the time is its place
             found[frames, m] = spikes
+    return found
+
+
+def find_strays(positions: FloatArray, visible: BoolArray) -> BoolArray:
+    """Find the entries (F, M) that are nowhere near the face.
+
+    Such as the 0, 0, 0 or 9999999 that some programs write for a marker that they lost. They need
+    no model of the face, which they would spoil, and no pose of the head: turns and moves of the
+    head change no distance from its middle.
+
+    Parameters
+    ----------
+    positions : (F, M, 3) float64 [m]
+        NaN where occluded.
+    visible : (F, M) bool
+    """
+    found = np.zeros(visible.shape, dtype=bool)
+    frames = np.flatnonzero(visible.sum(axis=1) >= _FEWEST_MARKERS)
+    ever = np.flatnonzero(visible[frames].any(axis=0))
+    if not len(frames):
+        return found
+    places = np.where(visible[..., None], positions, np.nan)[np.ix_(frames, ever)]
+    away = np.linalg.norm(places - np.nanmedian(places, axis=1, keepdims=True), axis=2)
+    usual = np.nanmedian(away, axis=0)
+    found[np.ix_(frames, ever)] = away > usual + _ASTRAY * np.median(usual)
     return found
 
 

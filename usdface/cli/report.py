@@ -25,6 +25,7 @@ _STYLES = {"info": "dim", "warning": "yellow", "error": "red"}
 _WORDS: dict[Level, str] = {"good": "good", "look_at": "look at", "not_usable": "not usable"}
 _LEVELS: dict[Level, str] = {"good": "green", "look_at": "yellow", "not_usable": "red"}
 _EXAMPLES = 4  # findings of one kind that a line names: they fit a terminal of 100 columns
+_ERRORS = ("error", "rounding")  # keys of values: the larger the worse
 _LONGEST = 5000  # characters of one cell or line
 _ANY_WIDTH = 1000  # characters
 _PLACE = {field.name for field in fields(Place)}
@@ -137,7 +138,14 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
                 wording = next(iter(kinds))
             kinds.setdefault(wording, []).append(finding)
         for alike in kinds.values():
+            alike.sort(key=_error, reverse=True)
             yield _line(alike), alike[0].severity
+
+
+def _error(finding: Finding) -> float:
+    """Return the error that a finding states; 0 if none. The largest one speaks for a group."""
+    values = (value for key, value in finding.values.items() if key.startswith(_ERRORS))
+    return max((float(v) for v in values if isinstance(v, int | float)), default=0.0)
 
 
 def _wording(finding: Finding) -> str:

@@ -38,6 +38,7 @@ def certify_conversion(
     clip: str = "",
     asset_root: Path | None = None,
     purposes: Collection[str] = (),
+    influences: int = 0,
 ) -> tuple[Certificate | None, list[Finding]]:
     """Compare a stage, evaluated by UsdSkel, with a glTF, evaluated by the reference player.
 
@@ -59,6 +60,9 @@ def certify_conversion(
         A folder that buffers of the file may come from beside its own.
     purposes : collection of str
         Of meshes that were converted though a render does not show them.
+    influences : int
+        Joints that each point was to keep at most; 0 = all. The difference that this makes by
+        itself is in the errors, but no warning.
 
     Returns
     -------
@@ -69,7 +73,13 @@ def certify_conversion(
     try:
         with usd_errors(stage.GetRootLayer().realPath):
             certificate = _certificate(
-                stage, evaluate_clips(gltf, asset_root), exported, every_frame, clip, purposes
+                stage,
+                evaluate_clips(gltf, asset_root),
+                exported,
+                every_frame,
+                clip,
+                purposes,
+                influences,
             )
     except Exception as error:  # of any kind: the written file does not depend on it
         if RAISING.get() and not isinstance(error, _NOT_EVALUATED):
@@ -87,6 +97,7 @@ def _certificate(
     every_frame: bool,
     clip: str,
     purposes: Collection[str],
+    influences: int,
 ) -> Certificate:
     stages = list(clip_stages(stage))
     names = [stage_keys(staged)[0] for staged in stages]
@@ -102,6 +113,7 @@ def _certificate(
             exported,
             None if every_frame else _QUICK // len(pairs),
             purposes,
+            influences,
         )
         for i, j in pairs
     }
@@ -115,6 +127,7 @@ def _clip_certificate(
     exported: bool,
     budget: int | None,
     purposes: Collection[str],
+    influences: int,
 ) -> Certificate:
     staged = evaluate_usd(stage, purposes)
     _, codes, stage_times = stage_keys(stage)
@@ -131,7 +144,7 @@ def _clip_certificate(
     start = codes[0] - stage_times[0] * rate
     at_keys = codes[np.searchsorted(stage_times, there)]
     moments = np.where(exact, at_keys, start + times * rate)
-    usd = [_evaluated_usd(mesh, moments) for mesh in staged]
+    usd = [_evaluated_usd(mesh, moments, influences) for mesh in staged]
     file = [_evaluated_gltf(mesh, times) for mesh in shown.meshes]
     if exported:
         cached = {mesh.name for mesh in staged if mesh.points_move}
@@ -161,7 +174,8 @@ def _nearest(keys: FloatArray, times: FloatArray) -> FloatArray:
     return np.asarray(np.where(nearer, keys[left], keys[right]), np.float64)
 
 
-def _evaluated_usd(mesh: UsdMesh, codes: FloatArray) -> EvaluatedMesh:
+def _evaluated_usd(mesh: UsdMesh, codes: FloatArray, influences: int = 0) -> EvaluatedMesh:
+    asked = mesh.held_by(influences)
     return EvaluatedMesh(
         mesh.name,
         mesh.shapes,
@@ -169,6 +183,7 @@ def _evaluated_usd(mesh: UsdMesh, codes: FloatArray) -> EvaluatedMesh:
         lambda frames: mesh.points_at(codes[frames]),
         lambda frames: mesh.normals_at(codes[frames]),
         lambda frames: mesh.linear_morph_at(codes[frames]),
+        asked=None if asked is None else _evaluated_usd(asked, codes),
     )
 
 

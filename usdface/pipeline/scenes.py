@@ -121,6 +121,7 @@ def export_scene(
             every_frame=every_frame,
             clip=options.clip,
             purposes=options.purpose,
+            influences=options.influences,
         )
     found = findings + new_findings
     return _certified(written, found, summary, progress, certificate, details)

@@ -104,3 +104,53 @@ def test_usdskel_and_the_gltf_player_are_as_far_apart_as_said(
     assert validate_gltf(tmp_path / "r.glb")["issues"]["numErrors"] == 0
     whole = export_scene(tmp_path / "r.usda", tmp_path / "r.glb", every_frame=True)
     assert whole.summary["vertex_error_max_mm"] < 1e-3  # all sets are written
+
+
+def lit(of: Mesh) -> Mesh:
+    """The mesh with normals, which its shape turns a little."""
+    rng = np.random.default_rng(6)
+    normals = rng.normal(size=of.points.shape)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    (shape,) = of.shapes
+    turned = replace(shape, normal_offsets=0.1 * rng.normal(size=of.points.shape))
+    return replace(of, normals=normals, shapes=(turned,))
+
+
+def without_ties(of: Mesh) -> Mesh:
+    return of
+
+
+def with_ties(of: Mesh) -> Mesh:
+    """The mesh whose joints all hold each point alike, two of them named twice."""
+    count = len(of.points)
+    joints = np.tile([5, 4, 3, 2, 1, 0, 1, 2], (count, 1))
+    return replace(of, skin=Skin(joints, np.tile([2, 2, 2, 1, 1, 2, 1, 1], (count, 1)) / 12))
+
+
+def export_of(tmp_path: Path, given: Mesh, frames: int, **asked: object):
+    write_rig(Rig("r", (given,), skeleton()), tmp_path / "r.usda", [turning(frames)])
+    options = ExportOptions(**asked)
+    return export_scene(tmp_path / "r.usda", tmp_path / "r.glb", every_frame=True, options=options)
+
+
+@pytest.mark.parametrize("frames", [7, 150])  # compared one by one, and as sums
+@pytest.mark.parametrize("quantize", [False, True])
+@pytest.mark.parametrize("skin", [without_ties, with_ties])
+def test_what_was_asked_for_is_no_warning(tmp_path: Path, skin, quantize: bool, frames) -> None:
+    given = lit(skin(mesh(0.02, 400)))
+    done = export_of(tmp_path, given, frames, influences=4, quantize=quantize)
+    assert {f.code for f in done.findings if f.severity == "warning"} == set()
+    found = done.details["certificate"]
+    assert found["vertex_error_max_mm"] > 5 and found["normal_error_max_degrees"] > 5
+
+
+@pytest.mark.parametrize("frames", [7, 150])
+def test_more_than_was_asked_for_is_a_warning(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, frames: int
+) -> None:
+    """A writer that keeps three joints where four were to stay."""
+    cut = module._cut
+    monkeypatch.setattr(module, "_cut", lambda *of: cut(*of[:-1], min(of[-1], 3)))
+    done = export_of(tmp_path, lit(mesh(0.02, 400)), frames, influences=4)
+    (found,) = [f for f in done.findings if f.code == "CONVERSION_INEXACT"]
+    assert "vertices by" in found.message and "normals by" in found.message

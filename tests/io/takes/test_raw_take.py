@@ -112,6 +112,17 @@ def test_occlusion_is_whole_and_announced(raw):
     assert findings[2].where.endswith("C")
 
 
+def test_a_marker_at_the_origin_far_from_the_face_is_announced_and_left_out(raw):
+    positions = np.ones((3, 4, 3)) * [[100.0], [110.0], [0.0], [120.0]]
+    take, findings = finish_take(raw(positions, labels=tuple("ABCD")), TakeOptions())
+    assert take.names == ("A", "B", "D")
+    spike, never = findings
+    assert (spike.code, never.code) == ("MARKER_SPIKE", "MARKER_NEVER_SEEN")
+    assert spike.message.endswith("never seen: C") and never.where.endswith("C")
+    joints = raw(positions, labels=tuple("ABCD"), computed=True)
+    assert finish_take(joints, TakeOptions())[0].names == tuple("ABCD")
+
+
 def test_frames_without_any_marker_are_named(raw):
     positions = np.ones((4, 1, 3))
     positions[[1, 3]] = np.nan

@@ -1,6 +1,7 @@
 """Stages that validate and stand still: each fault is an error, and a sound stage has none."""
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
@@ -66,6 +67,19 @@ def test_each_fault_is_one_finding(name: str) -> None:
     (found,) = check_stage(stage)
     assert (found.code, found.where) == (code, where)
     assert found.severity == ("warning" if code == "SHAPE_UNKNOWN" else "error")
+
+
+def test_a_fault_in_an_instance_has_the_path_that_the_stage_shows(tmp_path: Path) -> None:
+    face = sound()
+    anim(["JawOpen", "Smile"])(face)
+    face.GetRootLayer().defaultPrim = "R"
+    face.Export(str(tmp_path / "face.usda"))
+    stage = Usd.Stage.CreateNew(str(tmp_path / "crowd.usda"))
+    for name in ("One", "Two"):
+        prim = stage.DefinePrim(f"/{name}")
+        prim.GetReferences().AddReference("face.usda")
+        prim.SetInstanceable(True)
+    assert {(f.code, f.where) for f in check_stage(stage)} == {("ANIMATION_UNMATCHED", "/One/Anim")}
 
 
 def test_usdskel_indeed_moves_nothing_then() -> None:

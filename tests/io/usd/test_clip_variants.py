@@ -4,7 +4,13 @@ from clips import plays, weights_of_stage
 from pxr import Usd, UsdSkel
 
 from usdface.errors import InputError
-from usdface.io.usd.clip_variants import bound_animations, clip_stages, playing_animations
+from usdface.io.usd.clip_variants import (
+    bound_animations,
+    clip_stages,
+    clips_and_losses,
+    playing_animations,
+)
+from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
 from usdface.takes import WeightsTake
@@ -70,3 +76,58 @@ def test_a_variant_set_that_chooses_characters_is_none_of_clips(face_rig, tmp_pa
             prim = shot.DefinePrim(f"/World/{name}")
             prim.GetReferences().AddReference("rig.usda", face)
     assert len(list(clip_stages(shot))) == 1
+
+
+def test_a_variant_that_replaces_the_samples_of_a_clip_is_announced(face_rig, tmp_path):
+    """Another payload with an animation of the same path; the look changes none."""
+    times, count = [0.0, 0.1, 0.2], len(face_rig.shape_names)
+    for name, value in (("angry", 0.5), ("sad", 0.25)):
+        weights = np.full((3, count), value)
+        take = WeightsTake(face_rig.shape_names, times, weights, 10.0)
+        write_rig(face_rig, tmp_path / f"{name}.usda", plays(take))
+    face = open_stage(tmp_path / "sad.usda").GetDefaultPrim().GetPath()
+    shot = Usd.Stage.CreateNew(str(tmp_path / "shot.usda"))
+    sets = shot.DefinePrim("/World", "Xform").GetVariantSets()
+    chosen = {"take": ("angry", "sad"), "look": ("red", "blue")}
+    for set_name, variants in chosen.items():
+        added = sets.AddVariantSet(set_name)
+        for variant in variants:
+            added.AddVariant(variant)
+            added.SetVariantSelection(variant)
+            with added.GetVariantEditContext():
+                prim = shot.DefinePrim("/World/Face")
+                if set_name == "take":
+                    prim.GetPayloads().AddPayload(f"{variant}.usda", face)
+    stages, (lost,) = clips_and_losses(shot)
+    assert stages == [shot]
+    assert lost.code == "ANIMATION_DROPPED" and lost.values == {"variants": ["take=angry"]}
+    assert lost in animated_rig(shot)[2]
+
+
+def test_a_clip_of_an_instance_is_one_in_all_variants(face_rig, tmp_path):
+    """Prototypes are numbered anew where a variant brings in another instance."""
+    times, count = [0.0, 0.1, 0.2], len(face_rig.shape_names)
+    take = WeightsTake(face_rig.shape_names, times, np.eye(3, count), 10.0)
+    write_rig(face_rig, tmp_path / "face.usda", plays(take))
+    for name in ("prop", "other"):
+        prop = Usd.Stage.CreateNew(str(tmp_path / f"{name}.usda"))
+        prop.SetDefaultPrim(prop.DefinePrim("/Prop"))
+        prop.DefinePrim("/Prop/Part")
+        prop.Save()
+    shot = Usd.Stage.CreateNew(str(tmp_path / "shot.usda"))
+    looks = shot.DefinePrim("/World", "Xform").GetVariantSets().AddVariantSet("look")
+    for look, props in {"bare": (), "full": ("prop", "other")}.items():
+        looks.AddVariant(look)
+        looks.SetVariantSelection(look)
+        with looks.GetVariantEditContext():
+            for name in props:
+                prim = shot.DefinePrim(f"/World/a_{name}")
+                prim.GetReferences().AddReference(f"{name}.usda")
+                prim.SetInstanceable(True)
+    looks.SetVariantSelection("bare")
+    prim = shot.DefinePrim("/World/Hero")
+    prim.GetReferences().AddReference("face.usda")
+    prim.SetInstanceable(True)
+    assert clips_and_losses(shot) == ([shot], [])
+    (path,) = playing_animations(shot)
+    assert path.HasPrefix("/World/Hero") and shot.GetPrimAtPath(path).IsA(UsdSkel.Animation)

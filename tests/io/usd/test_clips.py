@@ -2,11 +2,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
-from usdface.clips import Clip
+from usdface.clips import Clip, JointsTake
+from usdface.errors import InputError
 from usdface.io.gltf.read import read_gltf
 from usdface.io.usd.clips import animated_rig
+from usdface.io.usd.evaluate import evaluate_usd
 from usdface.io.usd.rig_write import write_rig
 from usdface.pipeline import export_scene
 from usdface.rigs import BlendShape, Mesh, Rig
@@ -133,6 +135,74 @@ def test_animations_of_instances_are_bound(tmp_path: Path) -> None:
         prim.SetInstanceable(True)
     rig, (clip,), found = animated_rig(stage)
     assert found == [] and len(rig.meshes) == 2 and len(clip.times) == 2
+
+
+def test_a_blocked_sample_is_named_as_one_without_weights(tmp_path: Path) -> None:
+    stage = Usd.Stage.Open(str(a_face(tmp_path, "A", "jaw", [0, 0.1], [0, 1])))
+    weights = UsdSkel.Animation.Get(stage, "/Asset/Face/Anim").GetBlendShapeWeightsAttr()
+    weights.Set(Sdf.ValueBlock(), 1)
+    with pytest.raises(InputError, match="0 blendShapeWeights for 1 blendShapes at time code 1"):
+        animated_rig(stage)
+
+
+def skinned_crowd(folder: Path, skinned_rig: Rig, shared: bool) -> Usd.Stage:
+    """A skinned character three times, the last one later; `shared` makes them instances."""
+    times = np.arange(5) / 10
+    rest = skinned_rig.skeleton.rest[:, 3, :3]
+    turns = np.zeros((5, 2, 4))
+    turns[..., 2], turns[..., 3] = np.sin(times)[:, None], np.cos(times)[:, None]
+    moves = np.broadcast_to(rest, (5, 2, 3)) + times[:, None, None]
+    joints = JointsTake(skinned_rig.skeleton.joints, times, moves, turns, np.ones((5, 2, 3)), 10.0)
+    names = skinned_rig.shape_names
+    weights = np.linspace(0, 1, 5 * len(names)).reshape(5, -1) ** 2
+    write_rig(
+        skinned_rig, folder / "one.usda", [Clip("c", WeightsTake(names, times, weights), joints)]
+    )
+    stage = Usd.Stage.CreateNew(str(folder / f"crowd_{shared}.usda"))
+    UsdGeom.SetStageMetersPerUnit(stage, 1.0)
+    for k, name in enumerate(("One", "Two", "Later")):
+        prim = UsdGeom.Xform.Define(stage, f"/{name}").GetPrim()
+        UsdGeom.XformCommonAPI(prim).SetTranslate((k, 2 * k, 0))
+        offset = Sdf.LayerOffset(4.0 if name == "Later" else 0.0)
+        prim.GetReferences().AddReference("./one.usda", offset)
+        prim.SetInstanceable(shared)
+    stage.Save()
+    return stage
+
+
+def test_joints_of_instances_move_as_those_of_others(tmp_path: Path, skinned_rig: Rig) -> None:
+    one, two = (skinned_crowd(tmp_path, skinned_rig, shared) for shared in (True, False))
+    assert len(one.GetPrototypes()) == 2
+    codes = np.arange(0, 10, 0.5)
+    for instance, plain in zip(evaluate_usd(one), evaluate_usd(two), strict=True):
+        np.testing.assert_array_equal(instance.points_at(codes), plain.points_at(codes))
+        summed = instance.linear_morph_at(codes)
+        assert summed is not None
+        for frame in (0, 7):
+            np.testing.assert_allclose(
+                summed.points_at(frame), plain.points_at(codes)[frame], atol=1e-6
+            )
+    (_, (clip,), _), (_, (other,), _) = animated_rig(one), animated_rig(two)
+    assert clip.joints.joints == other.joints.joints and len(clip.joints.joints) == 6
+    np.testing.assert_array_equal(clip.joints.translations, other.joints.translations)
+    np.testing.assert_array_equal(clip.weights.weights, other.weights.weights)
+    path = tmp_path / "crowd_True.usda"
+    found = export_scene(path, tmp_path / "crowd.glb", every_frame=True).findings
+    assert [f.code for f in found if f.severity == "warning"] == []
+
+
+def test_one_animation_of_two_characters_whose_shapes_are_renamed(tmp_path: Path) -> None:
+    """Behind a third one with the same names, which moves otherwise."""
+    stage = two_faces(tmp_path, ("jaw", "jaw"))
+    stage.DefinePrim("/C").GetReferences().AddReference("./B.usda")
+    stage.GetPrimAtPath("/C/Face/Anim").SetActive(False)
+    skeleton = UsdSkel.BindingAPI(stage.GetPrimAtPath("/C/Face/Skel"))
+    skeleton.CreateAnimationSourceRel().SetTargets(["/B/Face/Anim"])
+    stage.Save()
+    path = Path(stage.GetRootLayer().realPath)
+    found = export_scene(path, tmp_path / "both.glb", every_frame=True)
+    assert found.summary["weight_error_max"] == 0
+    assert [f.code for f in found.findings if f.severity == "warning"] == []
 
 
 def test_a_jump_between_value_clips_stays_where_it_is(tmp_path: Path) -> None:

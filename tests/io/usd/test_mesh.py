@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
-from pxr import Sdf, UsdGeom, UsdShade
+from pxr import Gf, Sdf, UsdGeom, UsdShade, UsdSkel
 from sheets import codes, sheet
 
 from usdface.errors import InputError
+from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.rig import rig_of_stage
 
 
@@ -73,6 +74,43 @@ def test_corner_normals_become_point_normals():
     assert codes(findings) == []
     mesh.CreateNormalsAttr([(0, 0, 1), (0, 2, 0)])
     assert codes(rig_of_stage(stage)[1]) == ["FEATURE_DROPPED"]
+
+
+def test_what_changes_over_time_and_is_read_once_is_announced():
+    stage = sheet()
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    bind = UsdSkel.BindingAPI(mesh).CreateGeomBindTransformAttr()
+    for code, corners in ((0, [3]), (1, [3])):  # the same
+        mesh.GetFaceVertexCountsAttr().Set(corners, code)
+        bind.Set(Gf.Matrix4d(1), code)
+    before = codes(rig_of_stage(stage)[1])
+    assert "ANIMATION_DROPPED" not in before
+    bind.Set(Gf.Matrix4d(2), 1)
+    mesh.CreateNormalsAttr().Set([(0, 0, 1)] * 3, 0)
+    mesh.GetNormalsAttr().Set([(0, 1, 0)] * 3, 1)
+    (found,) = [f for f in rig_of_stage(stage)[1] if f.code == "ANIMATION_DROPPED"]
+    assert found.where == "/R/M"
+    assert found.values == {"channels": ["normals", "skel:geomBindTransform"]}
+
+
+@pytest.mark.parametrize("scale", [(1, 1, 1), (3, 3, 3), (4, 1, 0.5), (2, 1, -1)])
+def test_shapes_turn_normals_of_any_length_as_usdskel_does(scale):
+    """UsdSkel adds offsets to the authored normals; only their sum gets unit length."""
+    normals = np.array([(0, 0, 1), (0, 0.125, 0.5), (1, 2, 3)])
+    offsets = np.array([(0.5, 0, 0), (0.25, 0.5, 0), (-1, 2, 0)])
+    stage = sheet(offsets=np.zeros((3, 3)).tolist(), indices=(0, 1, 2))
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    UsdGeom.XformCommonAPI(mesh).SetScale(scale)
+    UsdGeom.XformCommonAPI(mesh).SetRotate((10, 20, 30))
+    mesh.CreateNormalsAttr(normals)
+    mesh.SetNormalsInterpolation(UsdGeom.Tokens.vertex)
+    UsdSkel.BlendShape(stage.GetPrimAtPath("/R/M/up")).CreateNormalOffsetsAttr(offsets)
+    (read,) = rig_of_stage(stage)[0].meshes
+    world = np.array(UsdGeom.Xformable(mesh).ComputeLocalToWorldTransform(0))[:3, :3]
+    for weight in (0, 1, 0.3):
+        expected = unit_or_zero((normals + weight * offsets) @ np.linalg.inv(world).T)
+        posed = unit_or_zero(read.normals + weight * read.shapes[0].normal_offsets)
+        np.testing.assert_allclose(posed, expected, atol=1e-6)
 
 
 @pytest.mark.parametrize("indices", [[0, 1], [0, 1, 3], [0, -1, 2]])

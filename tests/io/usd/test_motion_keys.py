@@ -5,7 +5,7 @@ import pytest
 from pxr import Gf, Usd, UsdGeom
 from sheets import sheet
 
-from usdface.io.transforms import compose
+from usdface.io.transforms import along, compose
 from usdface.io.usd.motion_keys import continuous_parts, motion_keys
 from usdface.pipeline import export_scene
 
@@ -38,6 +38,24 @@ def test_arcs_need_no_more_keys_and_curves_do() -> None:
     assert motion_keys(turned, ends).tolist() == [0, 2]
     keys = motion_keys(about_a_pivot, ends)
     assert 10 < len(keys) < 600 and keys[0] == 0 and keys[-1] == 2
+
+
+@pytest.mark.parametrize("angle", [45, 90, 100, 180, 200, 360, 720])
+@pytest.mark.parametrize("scale", [1.0, -1.0])
+def test_a_turn_by_any_angle_between_two_samples_is_one(angle: float, scale: float) -> None:
+    """And no mirroring of two axes, which shows a half turn alike."""
+
+    def turned(code: float) -> np.ndarray:
+        return spun(np.radians([angle * code]), np.array([[scale, 1.0, 1.0]]))[0]
+
+    codes = motion_keys(turned, np.array([0.0, 1.0]))
+    moves, turns, sizes = continuous_parts(np.array([turned(code) for code in codes]))
+    for code in np.linspace(0, 0.999, 50):
+        k = int(np.searchsorted(codes, code, side="right")) - 1
+        share = (code - codes[k]) / (codes[k + 1] - codes[k])
+        arc = along(turns, np.array([k]), np.array([share]))
+        size = (1 - share) * sizes[[k]] + share * sizes[[k + 1]]
+        np.testing.assert_allclose(compose(moves[[k]], arc, size)[0], turned(code), atol=1e-5)
 
 
 @pytest.mark.slow

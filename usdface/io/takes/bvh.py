@@ -59,6 +59,7 @@ def read_bvh(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         positions=_forward_kinematics(joints, motion),
         rate=nominal_rate(np.array([0.0, step])) if step else 0.0,
         assumed_unit="cm",
+        computed=True,
     )
     take, take_findings = finish_take(raw, options)
     return take, findings + take_findings

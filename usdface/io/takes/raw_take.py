@@ -15,6 +15,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
+from usdface.io.takes.origin_markers import find_unseen
 from usdface.io.takes.take_size import report_take_size
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
@@ -60,6 +61,8 @@ class RawTake:
         Of painted dots in an image.
     deviation : float [px]
         Standard deviation of a coordinate in an image; 0 = unknown.
+    computed : bool
+        Joints of a skeleton, of which none can be lost.
 
     Examples
     --------
@@ -86,6 +89,7 @@ class RawTake:
     first_frame: int = 0
     diameters: FloatArray | None = None
     deviation: float = 0.0
+    computed: bool = False
 
 
 def check_size(path: Path, frame_count: int, marker_count: int) -> None:
@@ -171,15 +175,17 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     findings += new_findings
     far = np.any(np.isfinite(positions) & (np.abs(positions) > FARTHEST), axis=2)
     if far.any():
-        message = "{place_count} places beyond {limit_km:g} km are taken as occluded"
-        limit = FARTHEST / 1000
-        if positions.shape[2] == 2:
-            message = "{place_count} places beyond {limit_px:g} px are taken as occluded"
-            limit = FARTHEST
+        space = "{place_count} places beyond {limit_km:g} km are taken as occluded", FARTHEST / 1000
+        image = "{place_count} places beyond {limit_px:g} px are taken as occluded", FARTHEST
+        message, limit = image if positions.shape[2] == 2 else space
         findings.append(finding("MARKER_SPIKE", str(path), message, far.sum(), limit))
     hidden = far | np.any(~np.isfinite(positions), axis=2)
     positions[hidden] = np.nan
     if positions.shape[2] == 3:
+        if not raw.computed:
+            unseen, new_findings = find_unseen(path, labels, positions)
+            hidden[unseen], positions[unseen] = True, np.nan
+            findings += new_findings
         findings += report_take_size(path, positions, unit)
     seen, occlusion = find_occlusion(path, labels, hidden)
     findings += occlusion
@@ -272,9 +278,8 @@ def find_occlusion(
     if hidden.all():
         raise InputError(f"{path}: no marker is visible in any frame", "TAKE_EMPTY")
     frame_count = len(hidden)
-    counts = hidden.sum(axis=0)
     findings = []
-    for label, count in zip(labels, counts.tolist(), strict=True):
+    for label, count in zip(labels, hidden.sum(axis=0).tolist(), strict=True):
         where = f"{path}: {label}"
         if count == frame_count:
             findings.append(finding("MARKER_NEVER_SEEN", where))

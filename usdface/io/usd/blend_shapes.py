@@ -22,9 +22,9 @@ _Columns = NDArray[np.float64]
 
 
 def read_shapes(
-    prim: Usd.Prim, count: int, vectors: FloatArray, normals: FloatArray
+    prim: Usd.Prim, vectors: FloatArray, normals: FloatArray, lengths: FloatArray
 ) -> tuple[tuple[BlendShape, ...], list[Finding]]:
-    """Return the blend shapes bound to the mesh `prim` with `count` points.
+    """Return the blend shapes bound to the mesh `prim`.
 
     The names are the tokens of `skel:blendShapes`. As UsdSkel evaluates them (measured on
     26.11): offsets at a repeated point index add up; of two targets with one token the
@@ -34,10 +34,11 @@ def read_shapes(
     ----------
     prim : Usd.Prim
         A mesh with SkelBindingAPI properties.
-    count : int
-        Its number of points.
     vectors, normals : (3, 3) float64
         Matrices of offsets and of normal offsets (row vectors).
+    lengths : (V,) float64
+        Lengths of the mesh's normals under that matrix: USD adds offsets to them before they get
+        unit length, so offsets of unit normals are divided by them.
 
     Raises
     ------
@@ -65,7 +66,7 @@ def read_shapes(
             message = "a second target for {shape!r} on {mesh} is left out"
             findings.append(finding("SHAPE_SKIPPED", where, message, token, prim.GetPath()))
         else:
-            found, new_findings = _read_shape(shape, token, count)
+            found, new_findings = _read_shape(shape, token, len(lengths))
             findings += new_findings
             if found is not None:
                 label = shape.GetPrim().GetCustomDataByKey(LABEL)
@@ -74,7 +75,7 @@ def read_shapes(
                 found = replace(
                     found, label=label if isinstance(label, str) else "", combination=combination
                 )
-                shapes[token] = _in_rig_space(found, vectors, normals)
+                shapes[token] = _in_rig_space(found, vectors, normals, lengths)
     return tuple(shapes.values()), findings
 
 
@@ -178,11 +179,13 @@ def _sorted(
     return unique, table, findings
 
 
-def _in_rig_space(shape: BlendShape, vectors: FloatArray, normals: FloatArray) -> BlendShape:
+def _in_rig_space(
+    shape: BlendShape, vectors: FloatArray, normals: FloatArray, lengths: FloatArray
+) -> BlendShape:
     """Return the shape in rig space: offsets are vectors, they do not move with an origin."""
 
     def bent(values: FloatArray | None) -> FloatArray | None:
-        return None if values is None else values @ normals
+        return None if values is None else values @ normals / lengths[shape.indices, None]
 
     return BlendShape(
         shape.name,

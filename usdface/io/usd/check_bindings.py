@@ -13,6 +13,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 from usdface.errors import did_you_mean
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
+from usdface.io.usd.instances import shown_path
 
 __all__ = ["check_bindings"]
 
@@ -69,19 +70,22 @@ def _names_are_those_of_meshes(stage: Usd.Stage) -> Findings:
     """Compare the shapes that an animation names with those of the meshes that it moves."""
     cache = UsdSkel.Cache()
     moved: dict[Usd.Prim, dict[str, None]] = {}
+    places: dict[Usd.Prim, str] = {}
     for root in filter(None, map(UsdSkel.Root, Usd.PrimRange(stage.GetPseudoRoot(), _ALL))):
         cache.Populate(root, _ALL)
         for binding in cache.ComputeSkelBindings(root, _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
             if query:
                 names = moved.setdefault(query.GetPrim(), {})
+                place = shown_path(query.GetPrim(), binding.GetSkeleton().GetPrim())
+                places.setdefault(query.GetPrim(), str(place))
                 for target in binding.GetSkinningTargets():
                     shapes = UsdSkel.BindingAPI(target.GetPrim()).GetBlendShapesAttr().Get() or ()
                     names |= dict.fromkeys(map(str, shapes))
     for animation, known in moved.items():
         given = list(map(str, UsdSkel.Animation(animation).GetBlendShapesAttr().Get() or ()))
         unknown = [name for name in given if name not in known]
-        where = str(animation.GetPath())
+        where = places[animation]
         if unknown and known and len(unknown) == len(given):
             message = "names no blend shape of the meshes that it moves: {shapes}{hint}"
             hint = Prose(did_you_mean(unknown[0], known))

@@ -3,10 +3,13 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import numpy as np
 from pxr import Sdf, Usd, UsdSkel
 
+from usdface.content_digest import content_digest
 from usdface.findings import Finding, finding
 from usdface.io.usd.held_layers import hold_layers
+from usdface.io.usd.instances import shown_path
 from usdface.io.usd.rig import skel_roots
 from usdface.io.usd.stage import check_clocks
 
@@ -14,53 +17,106 @@ __all__ = [
     "BoundAnimation",
     "bound_animations",
     "clip_stages",
+    "clips_and_losses",
     "playing_animations",
     "report_unbound",
 ]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+_NAMES = ("joints", "blendShapes")
+_SAMPLED = ("translations", "rotations", "scales", "blendShapeWeights")
 
 
 @dataclass(frozen=True, slots=True)
 class BoundAnimation:
-    """A skeleton and the SkelAnimation that moves it."""
+    """A skeleton and the SkelAnimation that moves it.
 
+    The prim of the queries is one that all instances share; `prim` is where the skeleton stands.
+    """
+
+    prim: Usd.Prim
     skeleton: UsdSkel.SkeletonQuery
     animation: UsdSkel.AnimQuery
 
+    @property
+    def path(self) -> Sdf.Path:
+        """The path of the SkelAnimation on the stage."""
+        return shown_path(self.animation.GetPrim(), self.prim)
 
-def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
-    """Yield the stage with each of its clips bound; the authored selection comes first.
+
+def clip_stages(stage: Usd.Stage, root: str = "") -> list[Usd.Stage]:
+    """Return the stage with each of its clips bound; the authored selection comes first.
 
     A variant set of a SkelRoot, or of a prim above it, whose variants bind different SkelAnimations
     chooses between clips; where there is none the stage itself is all. The stage is not changed.
     """
-    yield stage
-    seen = {playing_animations(stage)}
+    return clips_and_losses(stage, root)[0]
+
+
+def clips_and_losses(stage: Usd.Stage, root: str = "") -> tuple[list[Usd.Stage], list[Finding]]:
+    """Return `clip_stages`, and ANIMATION_DROPPED for variants with another clip at one path."""
+    roots = skel_roots(stage, root)
+    choosing = dict.fromkeys([*roots, *(above for each in roots for above in _above(each))])
+    choices = [(prim, *each) for prim in choosing for each in _unselected(prim)]
+    if not choices:
+        return [stage], []
+    known = {playing_animations(stage): (stage, _content(stage, root))}
     skeletons = _skeletons(stage)
     places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
-    others: dict[tuple[Sdf.Path, ...], Usd.Stage] = {}
-    roots = skel_roots(stage, root)
-    for prim in dict.fromkeys([*roots, *(above for each in roots for above in _above(each))]):
-        if prim.IsInstanceProxy():
+    lost: dict[tuple[Sdf.Path, ...], list[str]] = {}
+    for prim, name, variant in choices:
+        other = _with_variant(stage, prim.GetPath(), name, variant)
+        # Above a SkelRoot a set may choose between characters, which are no clips of one.
+        if prim not in roots and not _skeletons(other) <= skeletons:
             continue
-        sets = prim.GetVariantSets()
-        for name in sets.GetNames():
-            for variant in sets.GetVariantSet(name).GetVariantNames():
-                session = Sdf.Layer.CreateAnonymous(".usda")
-                session.TransferContent(stage.GetSessionLayer())
-                spec = Sdf.CreatePrimInLayer(session, prim.GetPath())
-                spec.variantSelections[name] = variant
-                other = Usd.Stage.Open(stage.GetRootLayer(), session)
-                hold_layers(other)
-                check_clocks(other)
-                # Above a SkelRoot a set may choose between characters, which are no clips of one.
-                if prim in roots or _skeletons(other) <= skeletons:
-                    others.setdefault(playing_animations(other), other)
-    order = sorted(others, key=lambda paths: [places.get(path, len(places)) for path in paths])
-    for paths in order:
-        if paths and paths not in seen:
-            yield others[paths]
+        paths, digest = playing_animations(other), _content(other, root)
+        if known.setdefault(paths, (other, digest))[1] != digest:
+            lost.setdefault(paths, []).append(f"{name}={variant}")
+    order = sorted(known, key=lambda paths: [places.get(path, len(places)) for path in paths])
+    clips = [known[paths][0] for paths in order if paths and known[paths][0] is not stage]
+    message = (
+        "it is another one in the variants {variants}, of the same path; converted is the one that "
+        "the stage shows"
+    )
+    findings = [
+        finding("ANIMATION_DROPPED", str(paths[0]), message, names) for paths, names in lost.items()
+    ]
+    return [stage, *clips], findings
+
+
+def _unselected(prim: Usd.Prim) -> list[tuple[str, str]]:
+    """Return the variant sets of a prim with each variant that is not selected."""
+    if prim.IsInstanceProxy():
+        return []
+    sets = prim.GetVariantSets()
+    return [
+        (name, variant)
+        for name in sets.GetNames()
+        for variant in sets.GetVariantSet(name).GetVariantNames()
+        if variant != sets.GetVariantSelection(name)
+    ]
+
+
+def _with_variant(stage: Usd.Stage, path: Sdf.Path, name: str, variant: str) -> Usd.Stage:
+    session = Sdf.Layer.CreateAnonymous(".usda")
+    session.TransferContent(stage.GetSessionLayer())
+    Sdf.CreatePrimInLayer(session, path).variantSelections[name] = variant
+    other = Usd.Stage.Open(stage.GetRootLayer(), session)
+    hold_layers(other)
+    check_clocks(other)
+    return other
+
+
+def _content(stage: Usd.Stage, root: str) -> str:
+    """Return a digest of the samples of the bound SkelAnimations."""
+    parts: list[object] = []
+    for bound in bound_animations(stage, root):
+        prim = bound.animation.GetPrim()
+        parts += [[*map(str, prim.GetAttribute(name).Get() or ())] for name in _NAMES]
+        for attribute in map(prim.GetAttribute, _SAMPLED):
+            codes = attribute.GetTimeSamples()
+            parts += [codes, [np.array(attribute.Get(code)) for code in codes]]
+    return content_digest(parts)
 
 
 def _above(prim: Usd.Prim) -> Iterator[Usd.Prim]:
@@ -83,14 +139,15 @@ def bound_animations(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
         for binding in cache.ComputeSkelBindings(skel_root, _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton())
             if query.GetAnimQuery():
-                path = binding.GetSkeleton().GetPath()
-                found.setdefault(path, BoundAnimation(query, query.GetAnimQuery()))
+                prim = binding.GetSkeleton().GetPrim()
+                bound = BoundAnimation(prim, query, query.GetAnimQuery())
+                found.setdefault(prim.GetPath(), bound)
     return list(found.values())
 
 
 def playing_animations(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
     """Return the paths of the bound SkelAnimations."""
-    return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in bound_animations(stage)))
+    return tuple(dict.fromkeys(bound.path for bound in bound_animations(stage)))
 
 
 def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[Finding]:
@@ -101,11 +158,6 @@ def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[F
         finding("ANIMATION_DROPPED", str(prim.GetPath()), message)
         for prim in prims
         if prim.IsA(UsdSkel.Animation)
-        and not {prim.GetPath(), _shared_path(prim)} & played
+        and prim.GetPath() not in played
         and any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAttributes())
     ]
-
-
-def _shared_path(prim: Usd.Prim) -> Sdf.Path:
-    """Return the path of the prim that all instances share, where it is one of an instance."""
-    return (prim.GetPrimInPrototype() if prim.IsInstanceProxy() else prim).GetPath()

@@ -15,7 +15,7 @@ from usdface.io.usd.animated_joints import animated_joints
 from usdface.io.usd.clip_variants import (
     BoundAnimation,
     bound_animations,
-    clip_stages,
+    clips_and_losses,
     playing_animations,
     report_unbound,
 )
@@ -116,7 +116,8 @@ def clips_of_stage(
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         played: set[Sdf.Path] = set()
         scene = _Scene(root, staged_skeletons(stage, root), motions, names, caches)
-        for variation in clip_stages(stage, root):
+        variations, found = clips_and_losses(stage, root)
+        for variation in variations:
             clip, new_findings = _clip(variation, scene)
             found += new_findings
             played |= {*playing_animations(variation)}
@@ -147,13 +148,14 @@ class _Scene:
     caches: Sequence[VertexCache]
 
     def skeleton(self, bound: BoundAnimation) -> StagedSkeleton | None:
-        path = bound.skeleton.GetPrim().GetPath()
+        path = bound.prim.GetPath()
         return next((one for one in self.skeletons if one.path == path), None)
 
 
 def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
     playing_now = bound_animations(stage, scene.root)
-    animations = {b.animation.GetPrim(): b for b in playing_now}
+    # One may move several skeletons, whose shapes the rig may name otherwise.
+    animations = {(b.animation.GetPrim(), _names(b, scene.names)): b for b in playing_now}
     weighted = [b for b in animations.values() if b.animation.GetBlendShapeWeightTimeSamples()]
     jointed = [
         (b, skeleton)
@@ -220,7 +222,7 @@ class _Clock:
 
 
 def _names(bound: BoundAnimation, names: ShapeNames) -> tuple[str, ...]:
-    own = names.get(bound.skeleton.GetPrim().GetPath(), {})
+    own = names.get(bound.prim.GetPath(), {})
     tokens = map(str, bound.animation.GetBlendShapeOrder())
     return tuple(own.get(token, token) for token in tokens)
 
@@ -254,10 +256,11 @@ def _weights(bound: BoundAnimation, names: ShapeNames, clock: _Clock) -> Weights
     values = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr()
     rows = []
     for code in codes:
-        row = np.asarray(values.Get(float(code)), np.float64)
+        given = values.Get(float(code))  # None where the sample is blocked
+        row = np.asarray([] if given is None else given, np.float64)
         if row.shape != (len(own),):
             raise InputError(
-                f"{query.GetPrim().GetPath()} has {row.size} blendShapeWeights for {len(own)} "
+                f"{bound.path} has {row.size} blendShapeWeights for {len(own)} "
                 f"blendShapes at time code {code:g}",
                 "WEIGHTS_LENGTH_WRONG",
             )
@@ -281,8 +284,7 @@ def _merged_weights(
             own = np.interp(times, take.times, curve)
             if not np.allclose(columns.setdefault(name, own), own, rtol=0, atol=_SAME_WEIGHT):
                 message = "{joint!r} moves otherwise in another SkelAnimation, which comes first"
-                where = str(bound.animation.GetPrim().GetPath())
-                found.append(finding("ANIMATION_DROPPED", where, message, name))
+                found.append(finding("ANIMATION_DROPPED", str(bound.path), message, name))
     weights = np.stack([*columns.values()], 1)
     return WeightsTake(tuple(columns), times, weights, max(t.rate for t in takes)), found
 
@@ -304,7 +306,7 @@ def _joints(
 ) -> tuple[JointsTake | None, list[Finding]]:
     """Return the animated joints in the rig's frames (`usdface.io.usd.skeleton`)."""
     skeleton, renamed = staged.skeleton, staged.renamed
-    where = str(binding.animation.GetPrim().GetPath())
+    where = str(binding.path)
     order = tuple(map(str, binding.animation.GetJointOrder()))
     known = [k for k, joint in enumerate(order) if joint in skeleton.joints]
     found = []
@@ -313,7 +315,7 @@ def _joints(
         found.append(finding("ANIMATION_DROPPED", where, message, len(order) - len(known)))
     codes = np.array(binding.animation.GetJointTransformTimeSamples() or [clock.start])
     xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
-    world = np.array(xforms.GetLocalToWorldTransform(binding.skeleton.GetPrim()), np.float64)
+    world = np.array(xforms.GetLocalToWorldTransform(binding.prim), np.float64)
     moved = animated_joints(binding.animation, skeleton, world @ si, codes.tolist())
     if moved is None:
         message = "translations, rotations and scales do not fit the joints"

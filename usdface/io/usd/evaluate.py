@@ -1,7 +1,7 @@
 """Deformed meshes of a stage, computed by UsdSkel itself."""
 
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel, Vt
@@ -55,6 +55,13 @@ class UsdMesh:
         """Whether its points change over time."""
         return points_move(self._mesh)
 
+    def held_by(self, most: int) -> "UsdMesh | None":
+        """Return it with the `most` strongest joints at each point; None if none has more."""
+        bound = self._bound
+        if bound is None or not 0 < most < bound.skinning.GetNumInfluencesPerComponent():
+            return None
+        return replace(self, _bound=replace(bound, most=most))
+
     def weights_at(self, codes: FloatArray) -> FloatArray:
         """Return the weights (F, S) of the shapes at time codes (F,)."""
         return np.array([self._weights(c) for c in codes], float).reshape(len(codes), -1)
@@ -89,7 +96,7 @@ class UsdMesh:
 
         def shown(points: Vt.Vec3fArray) -> FloatArray:
             if self._bound is not None and moves is not None:
-                self._bound.skinning.ComputeSkinnedPoints(moves, points, float(codes[0]))
+                self._bound.skin_points(points, moves, float(codes[0]))
             return np.array(points, np.float64)[self.used] @ space[:3, :3]
 
         nowhere = shown(Vt.Vec3fArray.FromNumpy(still))
@@ -113,11 +120,7 @@ class UsdMesh:
     def _motion(self, codes: FloatArray) -> JointMotion | None:
         """Return the motion of the used points by joints, or by one transform."""
         bound = self._bound
-        if (
-            bound is not None
-            and bound.moves(float(codes[0])) is not None
-            and not bound.skinning.IsRigidlyDeformed()
-        ):
+        if bound is not None and not bound.rigid and bound.moves(float(codes[0])) is not None:
             count = len(self._mesh.GetPointsAttr().Get(_START))
             return bound.joint_motion(codes, self._si, count, self.used)
         spaces = np.stack([self._space(float(code))[0] for code in codes])
@@ -141,7 +144,7 @@ class UsdMesh:
         prims = [mesh.GetPrim(), *_ancestors(mesh.GetPrim())]
         joints = False
         if bound is not None:
-            prims += [bound.skeleton.GetPrim(), *_ancestors(bound.skeleton.GetPrim())]
+            prims += [bound.prim, *_ancestors(bound.prim)]
             animation = bound.skeleton.GetAnimQuery()
             joints = (
                 bool(animation)
@@ -158,13 +161,11 @@ class UsdMesh:
     def _space(self, code: float) -> tuple[FloatArray, Vt.Matrix4dArray | None]:
         """Return the space (4, 4) of the points, and the transforms of joints that skin them."""
         moves = self._bound.moves(code) if self._bound else None
-        stands = self._mesh if self._bound is None or moves is None else self._bound.skeleton
-        space = world_transform(stands.GetPrim(), code) @ self._si
-        if (
-            self._bound is not None
-            and moves is not None
-            and self._bound.skinning.IsRigidlyDeformed()
-        ):
+        stands = self._mesh.GetPrim()
+        if self._bound is not None and moves is not None:
+            stands = self._bound.prim
+        space = world_transform(stands, code) @ self._si
+        if self._bound is not None and moves is not None and self._bound.rigid:
             return np.array(self._bound.skinning.ComputeSkinnedTransform(moves, code)) @ space, None
         return space, moves
 
@@ -176,7 +177,7 @@ class UsdMesh:
             self._deformer.move(points, self._weights(code))
         space, moves = self._space(code)
         if self._bound is not None and moves is not None:
-            self._bound.skinning.ComputeSkinnedPoints(moves, points, code)
+            self._bound.skin_points(points, moves, code)
         return np.asarray(np.array(points)[self.used] @ space[:3, :3] + space[3, :3], np.float64)
 
     def _normals(self, code: float) -> FloatArray:
@@ -211,7 +212,9 @@ def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdM
             prims |= dict.fromkeys(placed_meshes(root))
             for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
                 query = cache.GetSkelQuery(binding.GetSkeleton())
-                bound |= {t.GetPrim(): UsdSkin(t, query) for t in binding.GetSkinningTargets()}
+                prim = binding.GetSkeleton().GetPrim()
+                for target in binding.GetSkinningTargets():
+                    bound[target.GetPrim()] = UsdSkin(target, query, prim)
         prims |= dict.fromkeys(outside_meshes(stage))
         si = to_si(metrics_of(stage))
         meshes = []

@@ -10,12 +10,15 @@ from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.blend_shapes import read_shapes
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.face_varying_primvars import read_face_varying, to_face_varying
+from usdface.io.usd.vertex_cache import points_move
 from usdface.rigs import CORNER_NORMALS, CornerValues, MaterialSubset, Mesh, Skin
 
 __all__ = ["bound_material", "read_mesh"]
 
 _START = Usd.TimeCode.EarliestTime()
 _KEPT_PRIMVARS = {"normals", "displayColor", "displayOpacity"}
+_SKIN = "skel:"  # primvars of UsdSkel
+_READ_ONCE = ("normals", "faceVertexCounts", "faceVertexIndices")
 # Corner normals further than this from their mean are a hard edge: about 0.6 degrees.
 _HARD_EDGE = 0.01
 
@@ -61,6 +64,7 @@ def read_mesh(
     turn = np.linalg.inv(linear).T * np.cbrt(abs(determinant))
     counts, indices = _faces(mesh, len(points))
     normals, hard, findings = _normals(mesh, counts, indices, len(points))
+    turned = None if normals is None else normals @ turn
     uv_name, uvs, others, new_findings = read_face_varying(
         mesh, counts, indices, len(points), linear
     )
@@ -72,7 +76,7 @@ def read_mesh(
         order = _reversed_winding(counts)
         indices, uvs = indices[order], None if uvs is None else uvs[order]
         others = tuple(CornerValues(c.name, c.values[order]) for c in others)
-    shapes, new_findings = read_shapes(prim, len(points), linear, turn)
+    shapes, new_findings = read_shapes(prim, linear, turn, _lengths(turned, len(points)))
     findings += new_findings
     subsets, new_findings = _material_subsets(prim, len(counts))
     findings += new_findings + _dropped_features(mesh, {uv_name, *(c.name for c in others)})
@@ -83,7 +87,7 @@ def read_mesh(
         points @ linear + space[3, :3],
         counts,
         indices,
-        None if normals is None else unit_or_up(normals @ turn),
+        None if turned is None else unit_or_up(turned),
         uvs,
         shapes,
         skin,
@@ -98,6 +102,12 @@ def read_mesh(
     if result.flat:
         findings.append(finding("NORMALS_FLAT", path))
     return result, findings
+
+
+def _lengths(normals: FloatArray | None, count: int) -> FloatArray:
+    """Return the lengths (count,) of normals, 1 where there are none; offsets shrink with them."""
+    lengths = np.ones(count) if normals is None else np.linalg.norm(normals, axis=1)
+    return np.where(lengths > 0, lengths, 1.0)
 
 
 def _faces(mesh: UsdGeom.Mesh, count: int) -> tuple[IntArray, IntArray]:
@@ -192,16 +202,29 @@ def _material_subsets(
     return tuple(subsets), findings
 
 
+def _changes(attribute: Usd.Attribute) -> bool:
+    """Whether samples differ; exporters of caches repeat the same ones for each frame."""
+    codes = attribute.GetTimeSamples()
+    return any(attribute.Get(code) != attribute.Get(codes[0]) for code in codes[1:])
+
+
 def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
     path = str(mesh.GetPath())
     scheme = mesh.GetSubdivisionSchemeAttr()
     kept = _KEPT_PRIMVARS | read
-    others = [
-        primvar.GetPrimvarName()
+    primvars = {
+        str(primvar.GetPrimvarName()): primvar.GetAttr()
         for primvar in UsdGeom.PrimvarsAPI(mesh).GetPrimvarsWithAuthoredValues()
-        if primvar.GetPrimvarName() not in kept and not primvar.GetPrimvarName().startswith("skel:")
-    ]
+    }
+    others = [name for name in primvars if name not in kept and not name.startswith(_SKIN)]
+    once = {name: mesh.GetPrim().GetAttribute(name) for name in _READ_ONCE}
+    once |= {name: primvars[name] for name in primvars if name not in others}
+    moving = sorted(name for name, attribute in once.items() if _changes(attribute))
     findings = []
+    # Points that move have normals that do; a vertex cache gets those of its shapes.
+    if moving and not (moving == ["normals"] and points_move(mesh)):
+        message = "they change over time, and stay as at the first: {channels}"
+        findings.append(finding("ANIMATION_DROPPED", path, message, moving))
     if others:
         message = "primvars that usdface does not keep: {channels}"
         findings.append(finding("CHANNEL_IGNORED", path, message, sorted(others)))

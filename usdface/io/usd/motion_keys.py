@@ -98,12 +98,14 @@ def motion_keys(matrix_at: Callable[[float], FloatArray], codes: FloatArray) -> 
 
 def _off(shown: FloatArray, parts: FloatArray) -> float:
     """Return the error of linear interpolation from first to last, shear ignored."""
-    moves, turns, sizes = continuous_parts(shown)
+    # The two alone, as they will follow each other as keys: a turn by more than a right angle
+    # between them is taken for a mirroring of two axes.
+    moves, turns, sizes = continuous_parts(shown[[0, -1]])
     share = parts[:, None]
     between = compose(
-        (1 - share) * moves[0] + share * moves[-1],
-        along(turns[[0, -1]], np.zeros(len(parts), np.int64), parts),
-        (1 - share) * sizes[0] + share * sizes[-1],
+        (1 - share) * moves[0] + share * moves[1],
+        along(turns, np.zeros(len(parts), np.int64), parts),
+        (1 - share) * sizes[0] + share * sizes[1],
     )
-    meant = compose(moves[1:-1], turns[1:-1], sizes[1:-1])
+    meant = compose(*decompose(shown[1:-1]))
     return float(np.abs(between - meant).max() / max(1.0, np.abs(moves).max()))

@@ -81,7 +81,7 @@ def _curves(stage: Usd.Stage) -> dict[Sdf.Path, dict[str, _Curve]]:
             values = np.array(rows, np.float64).reshape(len(rows), len(names))
             clock = np.array(codes or [0.0])
             curves = (_Curve(clock, column) for column in values.T)
-            found[bound.skeleton.GetPrim().GetPath()] = dict(zip(names, curves, strict=True))
+            found[bound.prim.GetPath()] = dict(zip(names, curves, strict=True))
     return found
 
 

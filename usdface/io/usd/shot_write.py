@@ -81,6 +81,9 @@ def write_shot(
         prim = Sdf.CreatePrimInLayer(layer, place)
         prim.specifier = Sdf.SpecifierDef
         prim.referenceList.prependedItems = [Sdf.Reference(relative_asset(asset, path), root)]
+    for place in _instances(rig_stage, mesh) if mesh else ():
+        # No layer can animate what instances share.
+        Sdf.CreatePrimInLayer(layer, _referenced(place, character, rig)).instanceable = False
     write_fallback_types(layer)
     new, findings = share(layer, path, shared or SharedLayers())
     sign(layer)
@@ -177,6 +180,12 @@ def _referenced(prim: str, character: str, rig: Path) -> str:
             f"{rig}: <{prim}> is not under the defaultPrim <{character}>, which the shot references"
         )
     return str(Sdf.Path(prim).ReplacePrefix(Sdf.Path(character), Sdf.Path(_CHARACTER)))
+
+
+def _instances(stage: Usd.Stage, mesh: str) -> list[str]:
+    """Return the paths of the prims, of a mesh or above it, that are instances."""
+    above = (stage.GetPrimAtPath(place) for place in Sdf.Path(mesh).GetPrefixes())
+    return [str(prim.GetPath()) for prim in above if prim.IsInstanceable()]
 
 
 def _root_of(stage: Usd.Stage, path: Path) -> str:
