@@ -168,7 +168,11 @@ def _joined(
             "MARKER_UNKNOWN",
         )
     if len(takes) * len(every) * len(names) > _MOST_POSITIONS:
-        raise InputError(f"{paths[0]}: {len(every)} frames are too many", "TOO_LARGE")
+        raise InputError(
+            f"{paths[0]}: {len(every)} frames are too many; "
+            "cut the takes to the part that is needed",
+            "TOO_LARGE",
+        )
     pixels = np.full((len(takes), len(every), len(names), 2), np.nan)
     for view, take, camera, frames in zip(pixels, takes, cameras, numbers, strict=True):
         known = [n for n, name in enumerate(names) if name in take.names]

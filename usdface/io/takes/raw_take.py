@@ -270,7 +270,11 @@ def find_occlusion(
         If nothing is ever visible.
     """
     if hidden.all():
-        raise InputError(f"{path}: no marker is visible in any frame", "TAKE_EMPTY")
+        raise InputError(
+            f"{path}: no marker is visible in any frame; "
+            "expected a position at least once: are the labels right?",
+            "TAKE_EMPTY",
+        )
     frame_count = len(hidden)
     counts = hidden.sum(axis=0)
     findings = []
