@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
@@ -206,6 +205,8 @@ def _rotation(name: str, numbers: FloatArray) -> FloatArray:
             "VALUES_WRONG",
         )
     if numbers.size == 3:
+        from scipy.spatial.transform import Rotation  # costs more to import than most takes need
+
         return np.asarray(Rotation.from_rotvec(numbers.copy()).as_matrix())
     if numbers.size != 9:
         raise InputError(

@@ -29,7 +29,7 @@ class BoundAnimation:
     animation: UsdSkel.AnimQuery
 
 
-def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
+def clip_stages(stage: Usd.Stage) -> Iterator[Usd.Stage]:
     """Yield the stage with each of its clips bound; the authored selection comes first.
 
     A variant set of a SkelRoot, or of a prim above it, whose variants bind different SkelAnimations
@@ -40,7 +40,7 @@ def clip_stages(stage: Usd.Stage, root: str = "") -> Iterator[Usd.Stage]:
     skeletons = _skeletons(stage)
     places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
     others: dict[tuple[Sdf.Path, ...], Usd.Stage] = {}
-    roots = skel_roots(stage, root)
+    roots = skel_roots(stage)
     for prim in dict.fromkeys([*roots, *(above for each in roots for above in _above(each))]):
         if prim.IsInstanceProxy():
             continue
@@ -74,11 +74,11 @@ def _skeletons(stage: Usd.Stage) -> set[Sdf.Path]:
     return {prim.GetPath() for prim in stage.Traverse(_ALL) if prim.IsA(UsdSkel.Skeleton)}
 
 
-def bound_animations(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
+def bound_animations(stage: Usd.Stage) -> list[BoundAnimation]:
     """Return the skeletons with a SkelAnimation, in the order of the stage."""
     cache = UsdSkel.Cache()
     found: dict[Sdf.Path, BoundAnimation] = {}
-    for skel_root in map(UsdSkel.Root, skel_roots(stage, root)):
+    for skel_root in map(UsdSkel.Root, skel_roots(stage)):
         cache.Populate(skel_root, _ALL)
         for binding in cache.ComputeSkelBindings(skel_root, _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton())
@@ -93,9 +93,9 @@ def playing_animations(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
     return tuple(dict.fromkeys(b.animation.GetPrim().GetPath() for b in bound_animations(stage)))
 
 
-def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[Finding]:
+def report_unbound(stage: Usd.Stage, played: set[Sdf.Path]) -> list[Finding]:
     """Return ANIMATION_DROPPED for each animation that no variant binds."""
-    prims = dict.fromkeys(p for r in skel_roots(stage, root) for p in Usd.PrimRange(r, _ALL))
+    prims = dict.fromkeys(p for r in skel_roots(stage) for p in Usd.PrimRange(r, _ALL))
     message = "nothing on the stage binds it, in no variant"
     return [
         finding("ANIMATION_DROPPED", str(prim.GetPath()), message)
