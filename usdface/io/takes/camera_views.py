@@ -15,6 +15,7 @@ from usdface.io.takes.camera_calibration import read_calibration
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.takes.raw_take import RawTake, finish_take
+from usdface.numerics.rms import rms
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -256,11 +257,11 @@ def _trusted_points(
         limit = max(_FAR_PIXELS, _FAR_MEDIANS * float(np.median(found)))
         far |= np.nan_to_num(residuals) > limit
         message = "markers lie {rms_px:.2f} px RMS from the projections of their points"
-        rms = float(np.sqrt(np.mean(found[found <= limit] ** 2)))
-        findings.append(finding("REPROJECTION_ERROR", str(path), message, rms))
-        if rms > _DOUBTFUL:
+        apart = rms(found[found <= limit])
+        findings.append(finding("REPROJECTION_ERROR", str(path), message, apart))
+        if apart > _DOUBTFUL:
             message = "by {rms_px:.1f} px RMS: do calibration, names and frame numbers fit?"
-            findings.append(finding("VIEWS_DISAGREE", str(path), message, rms))
+            findings.append(finding("VIEWS_DISAGREE", str(path), message, apart))
     points = np.where(far[:, None], np.nan, solved.points)
     if far.any():
         marker = np.flatnonzero(far) % len(views.names)
