@@ -10,15 +10,16 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from checkout import CHECKOUT, environment
+
 __all__ = ["StormView", "command"]
 
-_ROOT = Path(__file__).parents[1]
 _GROUND = (0.16, 0.165, 0.18)
 
 
 def command(script: Path, *arguments: object) -> tuple[list[str], dict[str, str]] | str:
     """Return the call of a script and its environment, or why it cannot be made."""
-    places = (_ROOT / ".venv-blender", Path(os.environ.get("USDFACE_BLENDER_ENV", "/nowhere")))
+    places = (CHECKOUT / ".venv-blender", Path(os.environ.get("USDFACE_BLENDER_ENV", "/nowhere")))
     found = [
         path
         for place in places
@@ -31,15 +32,14 @@ def command(script: Path, *arguments: object) -> tuple[list[str], dict[str, str]
         return "no Blender module for this Python in .venv-blender: Storm comes from its pxr"
     if not shutil.which("xvfb-run"):
         return "no xvfb-run: the Debian packages xvfb and xauth"
-    paths = [found[0], _ROOT / "plugins" / "usdview", _ROOT / "tests", _ROOT]
-    environment = os.environ | {
-        "PYTHONPATH": os.pathsep.join(map(str, paths)),
-        "LIBGL_ALWAYS_SOFTWARE": "1",
-        "QT_QPA_PLATFORM": "xcb",
-        "PXR_PLUGINPATH_NAME": "",
-    }
+    own = environment(
+        *(found[0], CHECKOUT / "plugins" / "usdview", CHECKOUT / "tests"),
+        LIBGL_ALWAYS_SOFTWARE="1",
+        QT_QPA_PLATFORM="xcb",
+        PXR_PLUGINPATH_NAME="",
+    )
     screen = ["xvfb-run", "-a", "-s", "-screen 0 1600x1200x24"]
-    return [*screen, sys.executable, str(script), *map(str, arguments)], environment
+    return [*screen, sys.executable, str(script), *map(str, arguments)], own
 
 
 class StormView:

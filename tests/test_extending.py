@@ -1,15 +1,13 @@
 """A new take format from outside the package, as docs/extending.md shows it."""
 
 import json
-import os
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
+from checkout import run_usdface
 from other_packages import Install, install
 from pxr import Usd
 
@@ -86,10 +84,7 @@ def test_from_the_command_line(recording: Path, package: Path, tmp_path: Path) -
     """The documented command, in a process of its own."""
     (words,) = (line.split() for line in block("sh").splitlines())
     assert words[0] == "usdface"
-    command = [sys.executable, "-m", "usdface", *words[1:], "--format", "json"]
-    environment = os.environ | {"PYTHONPATH": str(package)}
-    done = subprocess.run(
-        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
-    )
+    done = run_usdface(*words[1:], "--format", "json", folders=[package], cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["summary"]["markers"] == 2
     assert (tmp_path / "take.usdc").is_file()

@@ -1,7 +1,6 @@
 """Hooks: what they get and return, what becomes of a failing one, and the documented package."""
 
 import json
-import os
 import re
 import subprocess
 import sys
@@ -13,6 +12,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from checkout import run_usdface
 from other_packages import Install, install
 from processed import digests, run, shoot
 from pxr import Usd
@@ -315,13 +315,9 @@ def test_an_export_goes_through_the_hooks(example: Path, shot: Path) -> None:
 @pytest.mark.slow
 def test_the_command_line_names_and_skips_them(example: Path, shot: Path) -> None:
     """In a process of its own, as a user has it."""
-    environment = os.environ | {"PYTHONPATH": str(example)}
 
     def command(*words: object) -> SimpleNamespace:
-        arguments = [sys.executable, "-m", "usdface", *map(str, words), "--format", "json"]
-        done = subprocess.run(
-            arguments, env=environment, capture_output=True, text=True, cwd=shot.parent
-        )
+        done = run_usdface(*words, "--format", "json", folders=[example], cwd=shot.parent)
         return SimpleNamespace(code=done.returncode, **json.loads(done.stdout))
 
     listed = command("plugins")
@@ -377,13 +373,8 @@ def test_the_example_is_installed_by_pip(tmp_path: Path) -> None:
     site = tmp_path / "site"
     pip = ["python3", "-m", "pip", "install", "-q", "--no-deps", "--target", str(site), str(source)]
     subprocess.run(pip, check=True, timeout=300)
-    done = subprocess.run(
-        [sys.executable, "-m", "usdface", "plugins", "--format", "json"],
-        env=os.environ | {"PYTHONPATH": str(site)},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    done = run_usdface("plugins", "--format", "json", folders=[site])
+    assert done.returncode == 0, done.stderr
     plugins = json.loads(done.stdout)["plugins"]
     assert [row["origin"].partition(" (")[0] for row in plugins] == ["studio-hooks 1.0"] * 4
     assert all(row["loads"] for row in plugins)

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -55,6 +56,12 @@ def test_the_middle_loads_no_file_format(module: str) -> None:
 )
 def test_a_job_loads_no_modules_of_others(job: str, others: set[str]) -> None:
     assert not others & loaded_by(f"import usdface.pipeline.{job}")
+
+
+def test_a_take_of_markers_loads_no_scipy(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("frame,a_x,a_y,a_z\n0,1,2,3\n1,1,2,4\n")
+    words = ["take", str(tmp_path / "a.csv"), "--rate", "30", "-o", str(tmp_path / "a.usda")]
+    assert "scipy" not in loaded_by(f"from usdface.cli import main; assert not main({words!r})")
 
 
 def test_help_loads_no_library() -> None:

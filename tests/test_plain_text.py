@@ -2,11 +2,10 @@
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
+from checkout import run_usdface
 
 from usdface.cli import main
 from usdface.errors import InputError
@@ -58,9 +57,8 @@ def test_any_terminal_and_any_file_name(tmp_path: Path, encoding: str) -> None:
     with open(source, "w", encoding="utf-8") as file:  # noqa: PTH123
         file.write("time,顔_x,顔_y,顔_z,b_x,b_y,b_z\n" + rows)
     target, report = os.fsencode(tmp_path) + "/ergebnis_é.usda".encode(), tmp_path / "r.json"
-    command = [sys.executable, "-m", "usdface", "take", source, "-o", target, "--report", report]
-    environment = {**os.environ, "PYTHONIOENCODING": encoding}
-    done = subprocess.run(command, capture_output=True, env=environment)
+    words = ("take", source, "-o", target, "--report", report)
+    done = run_usdface(*words, PYTHONIOENCODING=encoding)
     assert done.returncode == 0, done.stderr
     assert b"Traceback" not in done.stderr and os.path.exists(target)  # noqa: PTH110
     assert json.loads(report.read_text())["written"][-1] == str(report)

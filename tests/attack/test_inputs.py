@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from checkout import environment
 
 PROGRAM = Path(__file__).with_name("inputs.py")
 
@@ -13,5 +14,7 @@ PROGRAM = Path(__file__).with_name("inputs.py")
 def test_spoilt_files() -> None:
     # A process of its own: it forks, before which USD must have no threads.
     options = ["--inputs", "1000", "--share", "0.05", "--seconds", "240"]
-    ended = subprocess.run([sys.executable, PROGRAM, *options], capture_output=True, text=True)
+    ended = subprocess.run(
+        [sys.executable, PROGRAM, *options], env=environment(), capture_output=True, text=True
+    )
     assert ended.returncode == 0, ended.stdout + ended.stderr

@@ -1,9 +1,7 @@
 """How errors leave the program: one line, or all of it with --debug."""
 
-import subprocess
-import sys
-
 import pytest
+from checkout import run_usdface
 from spoilt import Place, listing
 
 from usdface.cli import main
@@ -61,10 +59,9 @@ def test_an_interrupted_run_says_so(
 @pytest.mark.slow
 def test_no_traceback_without_it(place: Place) -> None:
     given = ["take", str(place / "none.trc"), "-o", str(place / "new.usda")]
-    command = [sys.executable, "-m", "usdface", *given]
-    plain = subprocess.run(command, capture_output=True, text=True)
+    plain = run_usdface(*given)
     assert plain.returncode == 1
-    assert plain.stderr.startswith("usdface: ") and plain.stderr.count("\n") == 1
-    debug = subprocess.run([*command, "--debug"], capture_output=True, text=True)
+    assert plain.stderr.startswith(b"usdface: ") and plain.stderr.count(b"\n") == 1
+    debug = run_usdface(*given, "--debug")
     assert debug.returncode == 1
-    assert "Traceback" in debug.stderr and "none.trc" in debug.stderr
+    assert b"Traceback" in debug.stderr and b"none.trc" in debug.stderr

@@ -116,6 +116,7 @@ def test_a_shot_that_takes_too_long_fails_and_one_that_is_kept_does_not(folder: 
         (["--gather", "--overwrite"], "--gather takes no --overwrite"),
         (["--openjd", "job", "--overwrite"], "--openjd takes no --overwrite"),
         (["--chunk", "2"], "--openjd DIR"),
+        (["--skip-hook", "acme"], "--skip-hook acme: there is no such hook"),
     ],
 )
 def test_wrong_settings_are_refused(

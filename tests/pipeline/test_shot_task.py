@@ -4,24 +4,28 @@ import errno
 import json
 import os
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from composed import image
+from other_packages import Install, install
 from pxr import Sdf
 from worlds import make_world
 
-from usdface.errors import OutputError, UsdFaceError
+from usdface.errors import InputError, OutputError, PluginError, UsdFaceError
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.file_kind import kind_of_usd
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
 from usdface.pipeline import process_sequence
+from usdface.pipeline.sequence import plans_of
 from usdface.pipeline.shot_task import is_shot, run_shot
 from usdface.show import keys
 from usdface.show.plan import Making, ShotPlan
+
+__all__ = ["install"]
 
 
 def plan_in(folder: Path) -> ShotPlan:
@@ -190,6 +194,35 @@ def test_the_program_counts(
         monkeypatch.undo()
         keys.program.cache_clear()
     assert state(place) == "kept"
+
+
+@pytest.fixture
+def failing_hook(install: Install) -> Iterator[None]:
+    """A package whose hook stops every shot."""
+    entries = {"usdface.hooks": {"take_read": "acme_half:fail"}}
+    install("acme_half", "def fail(*given):\n    raise RuntimeError('no licence')\n", entries)
+    keys.program.cache_clear()
+    yield
+    keys.program.cache_clear()
+
+
+def test_hooks_that_are_skipped_do_not_run_and_count(place: Path, failing_hook: None) -> None:
+    (plain,) = plans_of([show(place)])
+    with pytest.raises(PluginError, match="--skip-hook acme_half:take_read"):
+        run_shot({"plan": plain.as_dict()})
+    (plan,) = plans_of([show(place)], skip_hooks=["acme_half"])
+    run_shot({"plan": plan.as_dict()})
+    assert state(place, "process = {skip_hooks = ['acme_half']}") == "kept"
+    (row,) = process_sequence(show(place), skip_hooks=["acme_half"], gather=True).value
+    assert row.state == "kept"
+    assert state(place) == "missing"
+
+
+def test_a_hook_to_skip_that_is_not_installed_is_an_error_before_any_work(place: Path) -> None:
+    with pytest.raises(InputError, match="--skip-hook acme: there is no such hook"):
+        process_sequence(show(place, "process = {skip_hooks = ['acme']}"))
+    with pytest.raises(InputError, match="--skip-hook acme: there is no such hook"):
+        process_sequence(show(place), skip_hooks=["acme"])
 
 
 class Plugged:

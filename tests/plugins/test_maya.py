@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from checkout import CHECKOUT, environment
 from maya_stand_in import Maya, stand_in
 from processed import shoot
 from pxr import Usd
@@ -16,8 +17,6 @@ from worlds import make_world
 
 import usdface
 from usdface.pipeline import process
-
-ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -168,11 +167,9 @@ stage.SetEditTarget(stage.GetSessionLayer())
 result = apply(stage, {options(folder)!r})
 print(result.summary["frames"], np.round(result.value.weights.weights.sum(), 6))
 """
-    paths = [str(ROOT / "plugins" / "maya"), str(ROOT)]
-    environment = {k: v for k, v in os.environ.items() if k != "PXR_PLUGINPATH_NAME"}
     done = subprocess.run(
         [sys.executable, "-c", script],
-        env=environment | {"PYTHONPATH": os.pathsep.join(paths)},
+        env=environment(CHECKOUT / "plugins" / "maya", PXR_PLUGINPATH_NAME=""),
         capture_output=True,
         text=True,
     )

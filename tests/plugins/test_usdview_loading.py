@@ -3,15 +3,15 @@
 import ast
 import importlib.util
 import json
-import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
+from checkout import CHECKOUT, environment
 from usdview_stand_in import USED
 
-PLUGIN = Path(__file__).parents[2] / "plugins" / "usdview" / "usdface_usdview"
+PLUGIN = CHECKOUT / "plugins" / "usdview" / "usdface_usdview"
+FOLDERS = (PLUGIN.parent, CHECKOUT / "tests")
 # Names of usdview's objects in the plug-in
 _OWNERS = (
     "usdview",
@@ -35,15 +35,10 @@ print(json.dumps({
 """
 
 
-def environment(**changes: str) -> dict[str, str]:
-    paths = [str(PLUGIN.parent), str(Path(__file__).parents[1])]
-    return os.environ | {"PYTHONPATH": os.pathsep.join(paths)} | changes
-
-
 def test_plug_finds_the_container_and_its_menu() -> None:
     done = subprocess.run(
         [sys.executable, "-c", LOAD],
-        env=environment(PXR_PLUGINPATH_NAME=str(PLUGIN)),
+        env=environment(*FOLDERS, PXR_PLUGINPATH_NAME=str(PLUGIN)),
         capture_output=True,
         text=True,
         check=True,
@@ -63,7 +58,7 @@ def test_the_plug_in_says_what_it_lacks() -> None:
     for path, count in (("", 2), (str(PLUGIN), 1)):
         done = subprocess.run(
             [sys.executable, "-c", script],
-            env=environment(PXR_PLUGINPATH_NAME=path),
+            env=environment(*FOLDERS, PXR_PLUGINPATH_NAME=path),
             capture_output=True,
             text=True,
             check=True,

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from checkout import CHECKOUT, environment
 from processed import shoot
 from pxr import Sdf, Usd, UsdGeom, UsdShade
 from usdface_usdview.preview import Preview, shot_file
@@ -159,10 +160,9 @@ assert not Usd.SchemaRegistry().FindConcretePrimDefinition("UsdFaceRetarget")
 from usdface_usdview.preview import shot_file
 print(shot_file(Usd.Stage.Open({os.fspath(shot)!r}))[0])
 """
-    environment = {k: v for k, v in os.environ.items() if k != "PXR_PLUGINPATH_NAME"}
-    environment["PYTHONPATH"] = str(Path(__file__).parents[2] / "plugins" / "usdview")
+    own = environment(CHECKOUT / "plugins" / "usdview", PXR_PLUGINPATH_NAME="")
     answer = subprocess.run(
-        [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", script], env=own, capture_output=True, text=True, check=True
     )
     assert answer.stdout.strip() == str(shot)
 

@@ -33,7 +33,7 @@ def show(tmp_path: Path) -> Path:
 
 
 def test_the_bundle_names_all_that_a_farm_must_know(show: Path, tmp_path: Path) -> None:
-    result = write_sequence_job(show, tmp_path / "job", chunk=3)
+    result = write_sequence_job(show, tmp_path / "job", chunk=3, skip_hooks=["studio-hooks"])
     assert result.summary["tasks"] == 2 and result.summary["shots"] == 4
     bundle = {path.stem: json.loads(path.read_text()) for path in result.written}
     process, table = bundle["template"]["steps"]
@@ -47,7 +47,9 @@ def test_the_bundle_names_all_that_a_farm_must_know(show: Path, tmp_path: Path) 
     names = {Path(name).name for name in assets["inputs"]["filenames"]}
     assert names == {"rig.usda", "take.usda", "bind.json"}
     assert assets["outputs"]["directories"] == [str(show.parent / "shots")]
-    assert [shot["name"] for shot in bundle["shots"]["shots"]] == ["a", "b", "c", "d"]
+    listed = bundle["shots"]["shots"]
+    assert [shot["name"] for shot in listed] == ["a", "b", "c", "d"]
+    assert all(shot["process"]["skip_hooks"] == ["studio-hooks"] for shot in listed)
 
 
 @pytest.mark.slow

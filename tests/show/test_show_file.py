@@ -6,12 +6,14 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.show.plan import plan_of, same_outputs
-from usdface.show.show_file import read_show_file, show_json
+from usdface.show.show_file import read_show_file
+from usdface.show.show_json import show_json
 
 SHOW = """
 folder = "shots"
 [process]
 gltf = true
+skip_hooks = ["studio-hooks"]
 exaggeration = {brows = 1.2}
 [characters.mia]
 rig = "mia.usdc"
@@ -35,7 +37,10 @@ character = "mia"
 performer = "anna"
 gain = 0.5
 neutral = [3, 20]
-process = {gltf = false, deliver = {start = 1001, end = 1096, handles = 8, rate = 24.0}}
+[shots.process]
+gltf = false
+skip_hooks = []
+deliver = {start = 1001, end = 1096, handles = 8, rate = 24.0}
 """
 
 
@@ -63,6 +68,7 @@ def test_a_shot_goes_before_its_performer_and_that_before_its_character(tmp_path
     assert third.making.neutral == (3, 20)
     assert [plan.gltf for plan in plans] == [True, True, False]
     assert (first.deliver, third.deliver and third.deliver["handles"]) == (None, 8)
+    assert [plan.skip_hooks for plan in plans] == [("studio-hooks",), ("studio-hooks",), ()]
     assert dict(third.process) == {"exaggeration": {"brows": 1.2}}
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from usdface import pipeline
-from usdface.cli.command import EDITED_RESULT, add_command, add_overwrite, report
+from usdface.cli.command import EDITED_RESULT, add_command, add_overwrite, add_skip_hook, report
 from usdface.cli.option_rules import check_together
 from usdface.cli.progress import progress
 from usdface.errors import InputError, UsdFaceError
@@ -53,6 +53,7 @@ def add_sequence(commands: Any, summary: str) -> None:
         "--table", default="", metavar="FILE.html", help="also write the table as a page"
     )
     add_overwrite(command, f"{EDITED_RESULT}; an edited shot of a show file is kept")
+    add_skip_hook(command)
     _add_cache(command.add_argument_group("cache").add_mutually_exclusive_group())
     _add_farm(command.add_argument_group("farms"))
 
@@ -151,6 +152,7 @@ def _run(parsed: argparse.Namespace, limits: dict[str, float]) -> int:
             gather=parsed.gather,
             cache=parsed.cache or not parsed.no_cache,
             overwrite=parsed.overwrite,
+            skip_hooks=parsed.skip_hooks,
             on_progress=step,
             **limits,
         )
@@ -168,6 +170,7 @@ def _openjd(parsed: argparse.Namespace) -> int:
             parsed.openjd,
             chunk=1 if parsed.chunk is None else parsed.chunk,
             pages=parsed.pages,
+            skip_hooks=parsed.skip_hooks,
             root=parsed.root or None,
             on_progress=step,
         )

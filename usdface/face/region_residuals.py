@@ -8,6 +8,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import regions_of
+from usdface.numerics.rms import rms
 
 __all__ = ["region_errors", "region_residuals"]
 
@@ -31,7 +32,7 @@ def region_residuals(
         0 in frames in which all markers of a region are occluded.
     """
     own = _by_region(face, markers, distances)
-    return {region: _rms(values) for region, values in own.items()}
+    return {region: rms(values, axis=1) for region, values in own.items()}
 
 
 def region_errors(
@@ -43,10 +44,10 @@ def region_errors(
     """
     result = {}
     for region, own in _by_region(face, markers, distances).items():
-        curve = _rms(own)
+        curve = rms(own, axis=1)
         result[region] = {
             "markers": own.shape[1],
-            "rms": round(1000.0 * float(np.sqrt(np.nanmean(own**2))), 3),
+            "rms": round(1000.0 * rms(own, empty=np.nan), 3),
             "worst": round(1000.0 * float(curve.max()), 3),
             "worst_frame": int(curve.argmax()),
             "frames": np.round(1000.0 * curve, 3).tolist(),
@@ -60,10 +61,3 @@ def _by_region(
     """Return the distances of the markers of each region: (F, m) each."""
     regions = np.array(regions_of(face.mesh, face.vertices_of(markers)))
     return {str(region): distances[:, regions == region] for region in np.unique(regions)}
-
-
-def _rms(distances: FloatArray) -> FloatArray:
-    """Return the RMS over each frame's visible markers, 0 without one: (F,)."""
-    visible = ~np.isnan(distances)
-    squares = np.where(visible, distances, 0.0) ** 2
-    return np.asarray(np.sqrt(squares.sum(axis=1) / np.maximum(visible.sum(axis=1), 1)))

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
+from usdface.numerics.rms import rms
 
 __all__ = ["Doubt", "Tracks"]
 
@@ -62,7 +63,7 @@ class Tracks:
     @property
     def deviation(self) -> float:
         """Of all places [px]: root mean square."""
-        return float(np.sqrt(np.nanmean(self.deviations**2)))
+        return rms(self.deviations)
 
     @property
     def diameter(self) -> float:

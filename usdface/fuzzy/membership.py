@@ -143,35 +143,37 @@ def check_parameters(kind: str, parameters: tuple[float, ...]) -> None:
     """
     wanted = _names(kind, len(parameters))
     found = f"{kind} ({', '.join(f'{p:g}' for p in parameters)})"
+    names = ", ".join(dict.fromkeys(wanted))
     if len(parameters) != len(wanted):
         raise InputError(f"{found}: expected {len(wanted)} parameters, {', '.join(wanted)}")
     if any(map(isnan, parameters)):
-        raise InputError(f"{found}: parameters must be numbers")
+        raise InputError(f"{found}: a parameter is not a number; expected {names}")
     finite = parameters[1:-1] if kind in _LINEAR else parameters
     if kind == "ramp" and (parameters[0] == parameters[1] or not all(map(isfinite, finite))):
-        raise InputError(f"{found}: foot and top of a ramp must be finite and differ")
+        raise InputError(f"{found}: expected foot and top of a ramp finite and apart")
     if kind in _LINEAR | _SMOOTH_STEPS and any(a > b for a, b in pairwise(parameters)):
-        raise InputError(f"{found}: parameters must ascend from left to right")
+        raise InputError(f"{found}: expected {names} from left to right")
     if kind in _LINEAR and not (
         all(map(isfinite, finite)) and parameters[0] < inf and parameters[-1] > -inf
     ):
-        raise InputError(f"{found}: only the outer feet may be infinite")
+        raise InputError(f"{found}: expected finite parameters but for the outer feet")
     if not all(map(isfinite, finite)):
-        raise InputError(f"{found}: parameters must be finite")
+        raise InputError(f"{found}: expected finite {names}")
     if kind == "points":
         _check_points(found, parameters)
     for name, value in zip(wanted, parameters, strict=True):
         if (name in _POSITIVE and value <= 0) or (name == "slope" and value == 0):
-            raise InputError(f"{found}: {name} must be {'over' if name in _POSITIVE else 'not'} 0")
+            allowed = "above 0" if name in _POSITIVE else "other than 0"
+            raise InputError(f"{found}: {name} is {value:g}; expected a number {allowed}")
     if kind == "bell" and parameters[2] < 0:
-        raise InputError(f"{found}: slope must be over 0")
+        raise InputError(f"{found}: slope is {parameters[2]:g}; expected a number above 0")
 
 
 def _check_points(found: str, parameters: tuple[float, ...]) -> None:
     if any(a >= b for a, b in pairwise(parameters[::2])):
-        raise InputError(f"{found}: points must follow one another from left to right")
+        raise InputError(f"{found}: expected points with ascending x, from left to right")
     if not all(0 <= height <= 1 for height in parameters[1::2]):
-        raise InputError(f"{found}: heights of points must be 0 to 1")
+        raise InputError(f"{found}: expected heights of points from 0 to 1")
 
 
 def places(kind: str, parameters: tuple[float, ...]) -> tuple[float, ...]:

@@ -3,7 +3,7 @@
 Entry points are looked up only by jobs that call hooks, and to list them.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
@@ -16,6 +16,7 @@ __all__ = [
     "HOOKS",
     "HOSTS",
     "Plugin",
+    "check_skipped",
     "hook_report",
     "host_plugins",
     "installed_hooks",
@@ -104,24 +105,33 @@ def installed_hooks(skip: Sequence[str] = ()) -> tuple[tuple[Hook, ...], list[Fi
     >>> usdface.installed_hooks()
     ((), [])
     """
-    plugins = plugins_of(HOOKS)
-    known = {name for each in plugins for name in (each.name, each.distribution)}
-    for name in skip:
-        if name not in known:
-            there = ", ".join(sorted(known)) or "none"
-            raise InputError(
-                f"--skip-hook {name}: there is no such hook; installed: {there}"
-                f"{did_you_mean(name, known)}",
-                "SETTING_WRONG",
-            )
+    check_skipped(skip)
     hooks, found = [], []
-    for plugin in plugins:
+    for plugin in plugins_of(HOOKS):
         if plugin.name in skip or plugin.distribution in skip:
             message = "{origin} is left out, as requested"
             found.append(finding("HOOK_SKIPPED", plugin.name, message, plugin.origin))
             continue
         hooks.append(hook_of(plugin))
     return tuple(hooks), found
+
+
+def check_skipped(names: Iterable[str]) -> None:
+    """Refuse names of hooks that are not installed.
+
+    Raises
+    ------
+    InputError
+        If a name is neither a distribution with hooks nor a single hook.
+    """
+    known = {name for each in plugins_of(HOOKS) for name in (each.name, each.distribution)}
+    for name in sorted(set(names) - known):
+        there = ", ".join(sorted(known)) or "none"
+        raise InputError(
+            f"--skip-hook {name}: there is no such hook; installed: {there}"
+            f"{did_you_mean(name, known)}",
+            "SETTING_WRONG",
+        )
 
 
 def hook_report(hooks: Sequence[Hook]) -> dict[str, Any]:

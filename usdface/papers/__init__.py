@@ -17,6 +17,7 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.system import FuzzySystem
+from usdface.numerics.rms import rms
 from usdface.retarget.rbf import fit_paper_map
 from usdface.rule_design.paper_system import EMOTIONS, paper_system, published_cases
 
@@ -64,7 +65,7 @@ class PaperTable:
     @property
     def rms(self) -> float:
         """Root mean square of the differences."""
-        return float(np.sqrt(np.nanmean((self.computed - self.published) ** 2)))
+        return rms(self.computed - self.published)
 
     @property
     def largest(self) -> float:

@@ -15,6 +15,7 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.curve_mapping import rename_weights
 from usdface.findings import Finding
+from usdface.numerics.rms import rms
 from usdface.numerics.solve_errors import solve_errors
 from usdface.options import MapOptions
 from usdface.retarget.neutral import neutral_markers
@@ -237,9 +238,6 @@ def _score(
     if weights is not None:
         shared = [shape for shape in reference.names if shape in weights.names]
         own, true = weights.reordered(tuple(shared)), reference.reordered(tuple(shared))
-        off = _rms(own.weights - true.weights)
-    return WayScore(name, _rms(away[frame]), float(np.nanmax(away[frame])), _rms(away), off)
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.nanmean(values**2)))
+        off = rms(own.weights - true.weights)
+    shown = rms(away[frame], empty=np.nan)
+    return WayScore(name, shown, float(np.nanmax(away[frame])), rms(away, empty=np.nan), off)

@@ -27,7 +27,7 @@ from usdface.pipeline.viewing import images_of
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.rigs import Mesh, Rig
-from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
+from usdface.setup.assumed_mesh import assumed_mesh_findings
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.setup.setup_summary import bound_count
@@ -177,17 +177,16 @@ def _bound(
     except UnsureBindingError as error:
         message = "more places are unsure than sure; look at each"
         unsure = finding("BIND_UNSURE", take.source, message)
-        return error.mesh, error.setup, [*_assumed(rig, error.mesh, given, source), unsure]
+        return error.mesh, error.setup, [*_assumed(rig, given, source), unsure]
     except InputError as error:
         if error.code not in _UNPROPOSED:
             raise
         mesh = rig.mesh(given.binding.mesh) if given else rig.face()
         message = "place them by hand: {error}"
         by_hand = finding("PLACES_NOT_PROPOSED", take.source, message, error)
-        return mesh, given or _NOTHING, [*_assumed(rig, mesh, given, source), by_hand]
+        return mesh, given or _NOTHING, [*_assumed(rig, given, source), by_hand]
     return resolved.mesh, resolved.setup, binding_findings(resolved, take, source)
 
 
-def _assumed(rig: Rig, mesh: Mesh, given: RetargetSetup | None, source: str) -> list[Finding]:
-    assumed = given is not None and is_mesh_assumed(rig, given.binding)
-    return [assumed_mesh(mesh, source)] if assumed else []
+def _assumed(rig: Rig, given: RetargetSetup | None, source: str) -> list[Finding]:
+    return assumed_mesh_findings(rig, given.binding, source) if given is not None else []

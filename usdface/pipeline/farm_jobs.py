@@ -2,7 +2,6 @@
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from pathlib import Path
 
 from usdface.errors import InputError
@@ -28,6 +27,7 @@ def write_sequence_job(
     *,
     chunk: int = 1,
     pages: bool = False,
+    skip_hooks: Sequence[str] = (),
     root: StrPath | None = None,
     on_progress: OnProgress | None = None,
 ) -> Result[None]:
@@ -45,6 +45,8 @@ def write_sequence_job(
         Shots in a task.
     pages : bool
         Also write a page for each shot.
+    skip_hooks : sequence of str, optional
+        Hooks of other packages that do not run; they need to be installed on the workers alone.
     root : path, optional
         The folder that holds all files of the show; the deepest that does, if left out.
     on_progress : callable, optional
@@ -65,7 +67,7 @@ def write_sequence_job(
     progress = Progress.of(on_progress)
     given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
     with progress.step("find shots"):
-        plans = [replace(plan, page=plan.page or pages) for plan in plans_of(given)]
+        plans = plans_of(given, pages=pages, skip_hooks=skip_hooks)
         inputs = _inputs(plans)
     with progress.step("write"):
         base = Path(root) if root else common_folder([*inputs, *(plan.file for plan in plans)])

@@ -26,7 +26,7 @@ from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.rule_learning.fitting import Fitted, fit_labelled, fit_rig
 from usdface.rule_learning.labelled_takes import examples_of
-from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
+from usdface.setup.assumed_mesh import assumed_mesh_findings
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
 
@@ -133,9 +133,8 @@ def _face(
         setup, new_findings = read_bind(bind)
         expressions, pose_findings = expressions_for(rig.shape_names)
         findings += new_findings + pose_findings
+        findings += assumed_mesh_findings(rig, setup.binding, str(bind))
     mesh = rig.mesh(setup.binding.mesh)
-    if bind is not None and is_mesh_assumed(rig, setup.binding):
-        findings = [*findings, assumed_mesh(mesh, str(bind))]
     setup, new_findings = fit_setup(setup, mesh)
     face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
     return face, setup, expressions, findings + new_findings

@@ -17,7 +17,7 @@ from usdface.io.usd.stage import open_stage
 from usdface.options import MarkerOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
+from usdface.setup.assumed_mesh import assumed_mesh_findings
 from usdface.setup.binding import Binding
 
 __all__ = ["make_markers"]
@@ -80,9 +80,8 @@ def make_markers(
         if bind:
             setup, new_findings = read_bind(bind)
             findings += new_findings
+            findings += assumed_mesh_findings(character, setup.binding, str(bind))
             mesh = character.mesh(setup.binding.mesh)
-            if is_mesh_assumed(character, setup.binding):
-                findings = [*findings, assumed_mesh(mesh, str(bind))]
         else:
             mesh = character.face()
             setup = setup_of_json({"markers": {}, "mesh": mesh.path}, str(rig))

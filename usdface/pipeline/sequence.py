@@ -2,17 +2,15 @@
 
 import os
 import time
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from usdface.blas_threads import one_blas_thread
-from usdface.findings import finding
-from usdface.findings.values import Prose
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.plugins import check_skipped
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
 from usdface.show.discovery import find_shots
@@ -21,7 +19,7 @@ from usdface.show.page import table_page
 from usdface.show.places import places
 from usdface.show.plan import ShotPlan, same_outputs
 from usdface.show.record import note_failure, read_failure, read_record, record_path
-from usdface.show.table import Row, by_trouble, row_from
+from usdface.show.table import Row, by_trouble, findings_of, row_from, summary_of
 from usdface.show.watch import files_of
 from usdface.show.workers import Outcome, cores, run_in_workers
 
@@ -43,6 +41,7 @@ def process_sequence(
     gather: bool = False,
     cache: StrPath | bool = True,
     overwrite: bool = False,
+    skip_hooks: Sequence[str] = (),
     on_progress: OnProgress | None = None,
 ) -> Result[tuple[Row, ...]]:
     """Make the shots of a sequence that are missing, and process those that are out of date.
@@ -74,6 +73,9 @@ def process_sequence(
         nowhere.
     overwrite : bool
         Replace results as `process` does with it. A shot that was edited is kept all the same.
+    skip_hooks : sequence of str, optional
+        Hooks of other packages that do not run, as of `process`, beside those that a show file
+        names. A result with other hooks skipped is out of date.
     on_progress : callable, optional
         Called with a `Step` for each shot; an exception from it ends the workers.
 
@@ -87,7 +89,8 @@ def process_sequence(
     Raises
     ------
     InputError
-        If a source cannot be read, there are no shots, or the index is outside of them.
+        If a source cannot be read, there are no shots, the index is outside of them, or a hook that
+        is to be skipped is not installed.
 
     Examples
     --------
@@ -101,8 +104,8 @@ def process_sequence(
     progress = Progress.of(on_progress)
     given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
     with progress.step("find shots"):
-        plans = plans_of(given, root)
-        plans = [replace(plan, page=plan.page or pages) for plan in plans]
+        plans = plans_of(given, root, pages=pages, skip_hooks=skip_hooks)
+        check_skipped({name for plan in plans for name in plan.skip_hooks})
         clashing = same_outputs(plans)
         check_unread([place], given, plans)
         numbers = places(index, len(plans), "--index", "shots")
@@ -131,16 +134,26 @@ def process_sequence(
     return Result(
         tuple(table_rows),
         tuple(written),
-        tuple(_findings(table_rows)),
-        _summary(table_rows, team),
+        tuple(findings_of(table_rows)),
+        summary_of(table_rows, team),
         {"shots": [row.as_dict() for row in table_rows]},
         progress.seconds,
     )
 
 
-def plans_of(sources: Iterable[StrPath], root: StrPath | None = None) -> list[ShotPlan]:
-    """Return the plans of the shots of a sequence."""
-    return find_shots((Path(source) for source in sources), _is_shot, Path(root) if root else None)
+def plans_of(
+    sources: Iterable[StrPath],
+    root: StrPath | None = None,
+    *,
+    pages: bool = False,
+    skip_hooks: Sequence[str] = (),
+) -> list[ShotPlan]:
+    """Return the plans of the shots of a sequence, with the settings that all of them get."""
+    plans = find_shots(map(Path, sources), _is_shot, Path(root) if root else None)
+    return [
+        replace(plan, page=plan.page or pages, skip_hooks=(*plan.skip_hooks, *skip_hooks))
+        for plan in plans
+    ]
 
 
 def check_unread(
@@ -263,25 +276,3 @@ def _lacking(plan: ShotPlan) -> Row:
 def _clash(plan: ShotPlan, path: Path, other: str) -> Row:
     error = f"{path} would be written by {other}, too; give each shot a file of its own"
     return Row(name=plan.name, state="failed", error=error, code="OUTPUT_UNWRITABLE")
-
-
-def _findings(rows: Iterable[Row]) -> Iterable[Any]:
-    for row in rows:
-        if row.state == "failed":
-            yield finding(
-                "SHOT_FAILED", row.name, "{message} [{error}]", Prose(row.error), row.code
-            )
-        elif row.state == "missing":
-            yield finding("SHOT_MISSING", row.name, row.error)
-
-
-def _summary(rows: Sequence[Row], team: int) -> dict[str, Any]:
-    states = Counter(row.state for row in rows)
-    verdicts = Counter(row.verdict for row in rows if row.verdict)
-    return {
-        "shots": len(rows),
-        **{state: states[state] for state in ("processed", "kept", "failed", "missing")},
-        "verdicts": {name: verdicts[name] for name in ("good", "look_at", "not_usable")},
-        "workers": team,
-        "peak_memory_mb": max((row.peak_memory_mb for row in rows), default=0.0),
-    }

@@ -67,6 +67,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
         delivery=DeliverOptions(**(plan.deliver or {})),
         overwrite=bool(task.get("overwrite")) or _are_recorded(plan),
         cache=task.get("cache") or None,
+        skip_hooks=plan.skip_hooks,
         options=ProcessOptions(**plan.process),
     )
     written = [*result.written]

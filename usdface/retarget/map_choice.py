@@ -21,6 +21,7 @@ from typing import Any, get_args
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.numerics.rms import rms
 from usdface.options import Kernel, MapOptions
 from usdface.retarget.rbf import SpaceMap, carry, distances, fit_map, kernel_values, spacing
 
@@ -155,12 +156,13 @@ class _Candidate:
 def _candidates(source: FloatArray, target: FloatArray, options: MapOptions) -> list[_Candidate]:
     """Return the similarity, and of each kernel the map that best predicts left-out markers."""
     rest = _rest_without(source, target)
-    result = [_Candidate(_rms(np.einsum("iid->id", rest)[..., None])[0], 0.0, None)]
+    result = [_Candidate(rms(np.linalg.norm(np.einsum("iid->id", rest), axis=1)), 0.0, None)]
     for kernel in get_args(Kernel):
         of_kernel = []
         for radius in RADII:
             errors, freedom = left_out_errors(source, rest, kernel, radius, SMOOTHINGS)
-            for error, free, smoothing in zip(_rms(errors), freedom, SMOOTHINGS, strict=True):
+            away = rms(np.linalg.norm(errors, axis=1), axis=0).tolist()
+            for error, free, smoothing in zip(away, freedom, SMOOTHINGS, strict=True):
                 settings = replace(options, kernel=kernel, radius=radius, smoothing=smoothing)
                 of_kernel.append(_Candidate(error, float(free), settings))
         least = min(candidate.error for candidate in of_kernel)
@@ -216,11 +218,6 @@ def _rest_without(source: FloatArray, target: FloatArray) -> FloatArray:
         linear, offset = carry(np.delete(source, i, axis=0), np.delete(target, i, axis=0))
         rest[i] = target - (source @ linear + offset)
     return rest
-
-
-def _rms(errors: FloatArray) -> list[float]:
-    """Return the RMS length of errors (M, 3, N): N numbers."""
-    return [float(v) for v in np.sqrt((errors**2).sum(axis=1).mean(axis=0))]
 
 
 def _name(options: MapOptions) -> str:

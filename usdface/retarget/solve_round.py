@@ -13,6 +13,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.gap_interpolation import interpolate_gaps
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit
+from usdface.numerics.rms import rms
 from usdface.retarget.occluded_residual import occluded_residual
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solver.noise import ResidualSpace
@@ -159,7 +160,7 @@ def next_round(take: ObservedTake, before: Round) -> Round:
     iterate = rows.solve(observed, take.times, regularisation, before.iterate)
     residual = observed - rows.displacements(iterate.weights)
     # Over all coordinates, as the error is: what fills few markers changes few.
-    moved = _rms(np.where(take.hidden, residual - before.occluded, 0.0))
+    moved = rms(np.where(take.hidden, residual - before.occluded, 0.0))
     found = replace(begun, iterate=iterate, residual=residual, moved=moved)
     if take.hidden.any():
         noise, misfit = regularisation.noise, regularisation.misfit
@@ -184,9 +185,5 @@ def _posed(take: ObservedTake, found: Round, linear: FloatArray) -> Round:
     rested = there - found.residual.reshape(shape) @ back
     pose = rigid_fit(rested, np.where(seen, take.markers, kept), take.rows.marker_weights)[0]
     now = pose.to_head(take.markers)
-    moved = max(found.moved, _rms((now - here)[take.seen] @ linear))
+    moved = max(found.moved, rms((now - here)[take.seen] @ linear))
     return replace(found, pose=pose, here=now, moved=moved)
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else 0.0

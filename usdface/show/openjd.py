@@ -19,7 +19,7 @@ from usdface.show.openjd_bundle import (
     write_documents,
 )
 from usdface.show.plan import ShotPlan
-from usdface.show.show_file import show_json
+from usdface.show.show_json import show_json
 
 __all__ = ["common_folder", "write_bundle"]
 

@@ -82,6 +82,8 @@ class ShotPlan:
         Also write a deliverable: fields of `DeliverOptions`.
     process : mapping
         Fields of `ProcessOptions`.
+    skip_hooks : tuple of str
+        Hooks of other packages that do not run, as of `installed_hooks`.
     """
 
     name: str
@@ -91,6 +93,7 @@ class ShotPlan:
     page: bool = False
     deliver: Mapping[str, Any] | None = None
     process: Mapping[str, Any] = field(default_factory=dict)
+    skip_hooks: tuple[str, ...] = ()
 
     @property
     def paths(self) -> LayerPaths:
@@ -124,7 +127,8 @@ class ShotPlan:
         """The options of its result, as plain values."""
         deliver = None if self.deliver is None else dict(self.deliver)
         wanted = {"gltf": self.gltf, "page": self.page, "deliver": deliver}
-        return {**wanted, "process": dict(self.process)}
+        skipped = sorted(set(self.skip_hooks))  # their order changes no result
+        return {**wanted, "process": dict(self.process), "skip_hooks": skipped}
 
     def as_dict(self) -> dict[str, Any]:
         """Return the plan as plain values, which `plan_of` reads."""
@@ -150,7 +154,7 @@ def plan_of(plain: Mapping[str, Any]) -> ShotPlan:
         paths = {name: Path(value) for name, value in making.items() if name in known}
         making = Making(**{**making, **paths})
     values = {**plain, "file": Path(plain["file"]), "making": making}
-    return ShotPlan(**values)
+    return ShotPlan(**{**values, "skip_hooks": tuple(plain["skip_hooks"])})
 
 
 def same_outputs(plans: Sequence[ShotPlan]) -> dict[int, tuple[Path, str]]:

@@ -32,7 +32,7 @@ files are relative to the show file.
 import json
 import tomllib
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
@@ -40,8 +40,16 @@ from typing import Any
 from usdface.errors import InputError, did_you_mean
 from usdface.options import CorrectionOptions, DeliverOptions, ProcessOptions
 from usdface.show.plan import Making, ShotPlan
+from usdface.show.show_values import (
+    as_list,
+    as_switch,
+    as_table,
+    as_text,
+    check_keys,
+    check_number,
+)
 
-__all__ = ["read_show_file", "show_json"]
+__all__ = ["read_show_file"]
 
 _LARGEST = 64_000_000  # bytes
 _FILES = ("rig", "take", "bind", "calibration", "expressions", "fuzzy")
@@ -50,9 +58,10 @@ _CORRECTION = tuple(part.name for part in fields(CorrectionOptions))
 _SETUP = (*_FILES, *_LAYERS, "neutral", *_CORRECTION)
 _TOP = ("folder", "files", "process", "characters", "performers", "shots")
 _SHOT = (*_SETUP, "name", "file", "performer", "character", "characters", "process")
+_BESIDE = ("gltf", "page", "deliver", "skip_hooks")  # of [process], not of `ProcessOptions`
 _PROCESS = (
     *(part.name for part in fields(ProcessOptions) if part.name != "trace"),
-    *("gltf", "page", "deliver"),
+    *_BESIDE,
 )
 
 
@@ -72,18 +81,18 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
         If it cannot be read, or names an unknown key, character or performer.
     """
     document = _document(path)
-    _check_keys(document, _TOP, str(path))
+    check_keys(document, _TOP, str(path))
     base = root or path.parent
-    folder = base / _text(document.get("folder", "."), f"{path}: folder")
-    common = _table(document.get("process", {}), f"{path}: process")
+    folder = base / as_text(document.get("folder", "."), f"{path}: folder")
+    common = as_table(document.get("process", {}), f"{path}: process")
     plans = [
         _present(file, common, f"{path}: process")
-        for pattern in _list(document.get("files", []), f"{path}: files")
-        for file in _matching(base, _text(pattern, f"{path}: files"), str(path))
+        for pattern in as_list(document.get("files", []), f"{path}: files")
+        for file in _matching(base, as_text(pattern, f"{path}: files"), str(path))
     ]
-    for number, entry in enumerate(_list(document.get("shots", []), f"{path}: shots")):
+    for number, entry in enumerate(as_list(document.get("shots", []), f"{path}: shots")):
         where = f"{path}: shot {number + 1}"
-        _check_keys(_table(entry, where), _SHOT, where)
+        check_keys(as_table(entry, where), _SHOT, where)
         plans += _shots(entry, document, common, base, folder, where)
     (name, count), *_ = Counter(plan.name for plan in plans).most_common(1) or [("", 0)]
     if count > 1:
@@ -105,7 +114,7 @@ def _document(path: Path) -> dict[str, Any]:
         raise InputError(
             f"the show file {path} cannot be read: {error}", "FILE_UNREADABLE"
         ) from error
-    return _table(document, str(path))
+    return as_table(document, str(path))
 
 
 def _shots(
@@ -118,14 +127,14 @@ def _shots(
 ) -> Iterator[ShotPlan]:
     """Yield the shots of one entry: one for each of its characters."""
     characters = entry.get("characters", [entry.get("character", "")])
-    performer = _text(entry.get("performer", ""), f"{where}: performer")
-    for character in _list(characters, f"{where}: characters"):
+    performer = as_text(entry.get("performer", ""), f"{where}: performer")
+    for character in as_list(characters, f"{where}: characters"):
         name = _name(entry, where) + (f"_{character}" if "characters" in entry else "")
-        process = {**common, **_table(entry.get("process", {}), f"{where}: process")}
+        process = {**common, **as_table(entry.get("process", {}), f"{where}: process")}
         file = entry.get("file")
-        place = base / _text(file, f"{where}: file") if file else folder / f"{name}.usda"
+        place = base / as_text(file, f"{where}: file") if file else folder / f"{name}.usda"
         setup = {
-            **_of(document, "characters", _text(character, where), performer, where),
+            **_of(document, "characters", as_text(character, where), performer, where),
             **_of(document, "performers", performer, character, where),
             **{key: value for key, value in entry.items() if key in _SETUP},
         }
@@ -135,7 +144,7 @@ def _shots(
 
 def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) -> dict[str, Any]:
     """Return the table of a character or a performer, its `bind` for the `other` of the two."""
-    tables = _table(document.get(kind, {}), f"{kind}")
+    tables = as_table(document.get(kind, {}), f"{kind}")
     if not name:
         return {}
     if name not in tables:
@@ -143,8 +152,8 @@ def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) 
             f"{where}: there is no {kind[:-1]} {name!r}{did_you_mean(name, tables)}",
             "SETTING_WRONG",
         )
-    table = dict(_table(tables[name], f"{kind}.{name}"))
-    _check_keys(table, (*_SETUP, "layer"), f"{where}: {kind}.{name}")
+    table = dict(as_table(tables[name], f"{kind}.{name}"))
+    check_keys(table, (*_SETUP, "layer"), f"{where}: {kind}.{name}")
     if "layer" in table:
         table[f"{kind[:-1]}_layer"] = table.pop("layer")
     if isinstance(bind := table.get("bind"), dict):
@@ -161,7 +170,7 @@ def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) 
 def _others(document: dict[str, Any], kind: str) -> dict[str, Any]:
     """Return the performers, of characters, and the characters, of performers."""
     other = "performers" if kind == "characters" else "characters"
-    return _table(document.get(other, {}), other)
+    return as_table(document.get(other, {}), other)
 
 
 def _making(setup: dict[str, Any], performer: str, base: Path, where: str) -> Making:
@@ -169,7 +178,7 @@ def _making(setup: dict[str, Any], performer: str, base: Path, where: str) -> Ma
         if needed not in setup:
             raise InputError(f"{where} has no {needed}", "SHOT_INCOMPLETE")
     files = {
-        name: base / _text(setup[name], f"{where}: {name}")
+        name: base / as_text(setup[name], f"{where}: {name}")
         for name in (*_FILES, *_LAYERS)
         if name in setup
     }
@@ -199,20 +208,27 @@ def _present(file: Path, process: dict[str, Any], where: str) -> ShotPlan:
 def _plan(
     name: str, file: Path, making: Making | None, process: dict[str, Any], where: str
 ) -> ShotPlan:
-    _check_keys(process, _PROCESS, f"{where}: process")
-    others = ("gltf", "page", "deliver")
-    options = {key: value for key, value in process.items() if key not in others}
+    check_keys(process, _PROCESS, f"{where}: process")
+    options = {key: value for key, value in process.items() if key not in _BESIDE}
     _check_options(options, where)
-    wanted = {key: _switch(process.get(key, False), f"{where}: {key}") for key in ("gltf", "page")}
-    deliver = _delivery(process.get("deliver", False), f"{where}: deliver")
-    return ShotPlan(name=name, file=file, making=making, process=options, deliver=deliver, **wanted)
+    skipped = as_list(process.get("skip_hooks", []), f"{where}: skip_hooks")
+    return ShotPlan(
+        name=name,
+        file=file,
+        making=making,
+        process=options,
+        gltf=as_switch(process.get("gltf", False), f"{where}: gltf"),
+        page=as_switch(process.get("page", False), f"{where}: page"),
+        deliver=_delivery(process.get("deliver", False), f"{where}: deliver"),
+        skip_hooks=tuple(as_text(hook, f"{where}: skip_hooks") for hook in skipped),
+    )
 
 
 def _check_correction(correction: dict[str, Any], where: str) -> None:
     """Fail before the work where `CorrectionOptions` would not take the settings."""
     for name, value in correction.items():
         if name != "mode":
-            _number(value, f"{where}: {name}")
+            check_number(value, f"{where}: {name}")
     try:
         CorrectionOptions(**correction)
     except InputError as error:
@@ -222,11 +238,11 @@ def _check_correction(correction: dict[str, Any], where: str) -> None:
 def _check_options(options: dict[str, Any], where: str) -> None:
     """Fail before the work where `ProcessOptions` would not take the options."""
     for name in ("exaggeration", "gains"):
-        for which, factor in _table(options.get(name, {}), f"{where}: {name}").items():
-            _number(factor, f"{where}: {name} of {which}")
+        for which, factor in as_table(options.get(name, {}), f"{where}: {name}").items():
+            check_number(factor, f"{where}: {name} of {which}")
     for part in fields(ProcessOptions):
         if part.type is bool and part.name in options:
-            _switch(options[part.name], f"{where}: {part.name}")
+            as_switch(options[part.name], f"{where}: {part.name}")
     try:
         ProcessOptions(**options)
     except (InputError, AttributeError, TypeError) as error:
@@ -237,8 +253,8 @@ def _delivery(value: object, where: str) -> dict[str, Any] | None:
     """Return the fields of `DeliverOptions`; None where nothing is to be delivered."""
     if isinstance(value, bool):
         return {} if value else None
-    table = _table(value, where)
-    _check_keys(table, tuple(part.name for part in fields(DeliverOptions)), where)
+    table = as_table(value, where)
+    check_keys(table, tuple(part.name for part in fields(DeliverOptions)), where)
     for key, number in table.items():
         good = type(number) is int or (key == "rate" and isinstance(number, float))
         if not good:
@@ -250,21 +266,10 @@ def _delivery(value: object, where: str) -> dict[str, Any] | None:
     return table
 
 
-def _switch(value: object, where: str) -> bool:
-    if not isinstance(value, bool):
-        raise InputError(f"{where} is {value!r}; expected true or false", "SETTING_WRONG")
-    return value
-
-
-def _number(value: object, where: str) -> None:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"{where} is {value!r}; expected a number", "SETTING_WRONG")
-
-
 def _name(entry: dict[str, Any], where: str) -> str:
     """Return the name of a shot, which is that of its file in the folder of the show."""
     stem = Path(str(entry.get("file", entry.get("take", "")))).stem
-    name = _text(entry.get("name", stem), f"{where}: name")
+    name = as_text(entry.get("name", stem), f"{where}: name")
     if not name or name.startswith((".", "/")) or ".." in Path(name).parts or "\\" in name:
         raise InputError(f"{where}: {name!r} cannot be the name of a shot", "SETTING_WRONG")
     return name
@@ -279,68 +284,3 @@ def _matching(base: Path, pattern: str, where: str) -> list[Path]:
     if not found:
         raise InputError(f"{where}: no file matches {pattern!r}", "FILE_UNREADABLE")
     return [file for file in found if file.is_file() and not file.stem.endswith(".usdface")]
-
-
-def show_json(plans: list[ShotPlan], root: Path) -> str:
-    """Return the shots as a show file, JSON, each with all that it needs; names relative to `root`.
-
-    Raises
-    ------
-    InputError
-        If a file lies outside of `root`.
-    """
-    shots = []
-    for plan in plans:
-        entry: dict[str, Any] = {"name": plan.name, "file": _relative(plan.file, root)}
-        if made := plan.making:
-            named = {name: getattr(made, name) for name in (*_FILES, *_LAYERS)}
-            entry |= {name: _relative(path, root) for name, path in named.items() if path}
-            entry |= dict(made.correction)
-            entry |= {"neutral": made.neutral} if made.neutral else {}
-            entry |= {"performer": made.performer} if made.performer else {}
-        wanted = {"gltf": plan.gltf, "page": plan.page}
-        entry["process"] = {**plan.process, **{k: True for k, wants in wanted.items() if wants}}
-        if plan.deliver is not None:
-            entry["process"]["deliver"] = dict(plan.deliver) or True
-        shots.append(entry)
-    performers: dict[str, Any] = {
-        str(shot["performer"]): {} for shot in shots if "performer" in shot
-    }
-    document = {"performers": performers, "shots": shots}
-    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
-
-
-def _relative(path: Path, root: Path) -> str:
-    try:
-        return path.resolve().relative_to(root.resolve()).as_posix()
-    except ValueError as error:
-        raise InputError(
-            f"{path} is not in {root}, which holds the show; name a folder that holds both",
-            "SETTING_WRONG",
-        ) from error
-
-
-def _check_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> None:
-    for key in table:
-        if key not in known:
-            raise InputError(
-                f"{where}: unknown key {key!r}{did_you_mean(key, known)}", "SCHEMA_BROKEN"
-            )
-
-
-def _table(value: object, where: str) -> dict[str, Any]:
-    if not isinstance(value, dict):
-        raise InputError(f"{where} is {value!r}; expected a table", "SCHEMA_BROKEN")
-    return value
-
-
-def _list(value: object, where: str) -> list[Any]:
-    if not isinstance(value, list):
-        raise InputError(f"{where} is {value!r}; expected a list", "SCHEMA_BROKEN")
-    return value
-
-
-def _text(value: object, where: str) -> str:
-    if not isinstance(value, str) or "\0" in value:
-        raise InputError(f"{where} is {value!r}; expected text", "SCHEMA_BROKEN")
-    return value

@@ -1,10 +1,14 @@
 """The table of a sequence: a row for each shot, the ones in most trouble first."""
 
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, fields
 from typing import Any, Literal
 
-__all__ = ["Row", "State", "by_trouble", "row_from"]
+from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
+
+__all__ = ["Row", "State", "by_trouble", "findings_of", "row_from", "summary_of"]
 
 State = Literal["processed", "kept", "failed", "missing"]
 _TROUBLE = {"good": 1, "look_at": 2, "not_usable": 3}
@@ -107,3 +111,27 @@ def _trouble(row: Row) -> tuple[Any, ...]:
         -(row.correction_max or 0.0),
         row.name,
     )
+
+
+def findings_of(rows: Iterable[Row]) -> Iterator[Finding]:
+    """Yield a finding for each row of a shot that failed, or whose result is missing."""
+    for row in rows:
+        if row.state == "failed":
+            yield finding(
+                "SHOT_FAILED", row.name, "{message} [{error}]", Prose(row.error), row.code
+            )
+        elif row.state == "missing":
+            yield finding("SHOT_MISSING", row.name, row.error)
+
+
+def summary_of(rows: Sequence[Row], workers: int) -> dict[str, Any]:
+    """Return the summary of a sequence that some worker processes ran."""
+    states = Counter(row.state for row in rows)
+    verdicts = Counter(row.verdict for row in rows if row.verdict)
+    return {
+        "shots": len(rows),
+        **{state: states[state] for state in ("processed", "kept", "failed", "missing")},
+        "verdicts": {name: verdicts[name] for name in ("good", "look_at", "not_usable")},
+        "workers": workers,
+        "peak_memory_mb": max((row.peak_memory_mb for row in rows), default=0.0),
+    }

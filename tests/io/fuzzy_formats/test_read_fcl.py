@@ -121,11 +121,11 @@ def test_either_norm_stands_for_both(file):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("(27, 0);\n", "(27, 1.5);\n", "line 11: term 'cold': .* heights of points must be 0 to 1"),
+        ("(27, 0);\n", "(27, 1.5);\n", "line 11: term 'cold': .* expected heights of points"),
         (
             "(27, 0);\n",
             "(5, 0.5) (4, 0);\n",
-            "line 11: .* points must follow one another",
+            "line 11: .* expected points with ascending x",
         ),
         ("(3, 1) (27, 0)", "(3 1) (27, 0)", "line 11: expected points"),
         ("(3, 1) (27, 0)", "(3, @) (27, 0)", "line 11: '@\\)' is no FCL"),

@@ -115,7 +115,11 @@ def test_negative_indices_say_not(file):
         ("1 1, 1 (1) : 2", "one rule", "line 39: expected indices"),
         ("'gaussmf',[1.5 0]", "'dsigmf',[1 2 3 4]", "line 19: the term 'dsigmf' .* no counterpart"),
         ("'gaussmf',[1.5 0]", "'gaussmf',[1.5]", "line 19: gaussmf has 1 parameters; expected 2"),
-        ("'gaussmf',[1.5 0]", "'gaussmf',[0 0]", "line 19: .* deviation must be over 0"),
+        (
+            "'gaussmf',[1.5 0]",
+            "'gaussmf',[0 0]",
+            "line 19: .* deviation is 0; expected a number above 0",
+        ),
         ("'gaussmf',[1.5 0]", "gaussmf 1.5 0", "line 19: expected 'name':'kind',"),
         ("AndMethod='min'", "AndMethod='myand'", "line 9: AndMethod 'myand' has no counterpart"),
         ("Type='mamdani'", "Type='type2'", "line 4: Type 'type2' has no counterpart"),

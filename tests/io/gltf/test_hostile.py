@@ -2,7 +2,6 @@
 
 import copy
 import json
-import os
 import resource
 import struct
 import subprocess
@@ -13,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from checkout import CHECKOUT, environment
 
 from usdface.clips import Clip
 from usdface.errors import ERROR_CODES, InputError, UsdFaceError
@@ -139,9 +139,8 @@ def test_damaged_files_are_refused_with_a_code_or_converted_whole(tmp_path: Path
 def test_they_take_little_memory(tmp_path: Path, seed: int) -> None:
     """In a process of its own, whose peak is no other test's."""
     command = [sys.executable, __file__, str(tmp_path), str(seed), "800"]
-    tests = Path(__file__).parents[2]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tests.parent), str(tests)])}
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    own = environment(CHECKOUT / "tests")
+    done = subprocess.run(command, capture_output=True, text=True, env=own, check=False)
     assert done.returncode == 0, done.stderr[-2000:]
     refused, took = map(int, done.stdout.split()[-2:])
     assert refused > 300

@@ -94,11 +94,14 @@ def test_usdskel_indeed_moves_nothing_then() -> None:
         assert moved == (code == "SHAPE_UNKNOWN"), name
 
 
-def test_the_nearest_name_is_proposed() -> None:
+@pytest.mark.parametrize(
+    ("names", "others"), [(["smiel"], ""), (["smiel", "x", "y"], ", and 2 others")]
+)
+def test_the_nearest_name_is_proposed_at_the_end(names: list[str], others: str) -> None:
     stage = sound()
-    anim(["jawOpen", "smiel"])(stage)
-    (found,) = check_stage(stage)
-    assert found.message == "'smiel' is on no mesh that it moves; did you mean smile?"
+    anim(["jawOpen", *names])(stage)
+    (found,) = [each for each in check_stage(stage) if each.code == "SHAPE_UNKNOWN"]
+    assert found.message == f"'smiel' is on no mesh that it moves{others}; did you mean smile?"
 
 
 def test_an_animation_may_name_shapes_of_several_meshes() -> None:

@@ -140,7 +140,7 @@ def test_missing_attributes_have_their_defaults(stage):
         ("/mouth_y", tokens.TERMS_COUNTS, "IntArray", [2, 3, 2**30], "parameters of terms"),
         ("/mouth_y", tokens.TERMS_COUNTS, "IntArray", [2, -3, 10], "parameters of terms"),
         ("/mouth_y", tokens.TERMS_COUNTS, "IntArray", [3, 2, 4], "expected 2 parameters"),
-        ("/mouth_y", tokens.TERMS_PARAMETERS, "DoubleArray", [float("nan")] * 9, "numbers"),
+        ("/mouth_y", tokens.TERMS_PARAMETERS, "DoubleArray", [float("nan")] * 9, "not a number"),
         ("/mouth_y", tokens.TERMS_NAMES, "TokenArray", ["a", "b", "c"], "no term 'raised'"),
         ("/rule_02", tokens.RULE_TEXT, "String", "IF x", "line 1, column 5: expected IS"),
         ("/rule_02", tokens.RULE_TEXT, "String", "IF x IS y THEN joy IS 1", "no input .* 'x'"),

@@ -185,4 +185,6 @@ def open_film(path: Path) -> Film:
         ignored = parts - header.subimages
         exposure = _exposure(files[index:] if header.subimages == 1 else (file,))
         return Film(path, header, files, exposure, ignored_parts=ignored, header_frame=index)
-    raise reason or InputError(f"{path} has no image", "FILE_UNREADABLE")
+    raise reason or InputError(
+        f"{path} has no image; expected PNG, JPEG, EXR, TIFF or DPX files", "FILE_UNREADABLE"
+    )

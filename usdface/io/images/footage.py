@@ -23,7 +23,7 @@ from usdface.io.images.footage_files import read_fixes, read_named_places
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.raw_take import RawTake, finish_take
 from usdface.options import TakeOptions
-from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
+from usdface.setup.assumed_mesh import assumed_mesh_findings
 from usdface.takes import MarkerTake
 
 __all__ = ["Footage", "read_footage", "read_image_take"]
@@ -136,8 +136,7 @@ def _bound_vertices(options: TakeOptions) -> tuple[BoundVertices | None, list[Fi
     setup, _ = fit_setup(given, mesh)
     neutral = None if setup.neutral_assumed else setup.neutral
     face = BoundVertices(setup.binding.markers, mesh.points[setup.binding.points], neutral)
-    unnamed = is_mesh_assumed(character, given.binding)
-    return face, [assumed_mesh(mesh, str(options.bind))] if unnamed else []
+    return face, assumed_mesh_findings(character, given.binding, str(options.bind))
 
 
 def _named(film: Film, tracks: Tracks, face: BoundVertices | None) -> list[Finding]:

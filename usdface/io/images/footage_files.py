@@ -62,7 +62,10 @@ def read_confidence(path: Path, count: int) -> dict[str, list[float]]:
     try:
         data = json.loads(read_file(path, _MOST_BYTES * 16))
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path} is no JSON: {error}", "SCHEMA_BROKEN") from error
+        raise InputError(
+            f"{path} is no JSON: {error}; expected the report of a take of images (take --report)",
+            "SCHEMA_BROKEN",
+        ) from error
     details = data.get("details", data) if isinstance(data, dict) else None
     dots = details.get("dots") if isinstance(details, dict) else None
     if not isinstance(dots, dict):
@@ -74,10 +77,16 @@ def read_confidence(path: Path, count: int) -> dict[str, list[float]]:
     for name, each in dots.items():
         values = each.get("confidence") if isinstance(each, dict) else None
         if not (isinstance(values, list) and all(_is_share(value) for value in values)):
-            raise InputError(f"{path}: the confidence of {name!r} is wrong", "SCHEMA_BROKEN")
+            raise InputError(
+                f"{path}: the confidence of {name!r} is wrong; "
+                "expected numbers from 0 to 1, one a frame",
+                "SCHEMA_BROKEN",
+            )
         if len(values) != count:
             raise InputError(
-                f"{path} is of {len(values)} frames, the take has {count}", "FRAMES_OUTSIDE"
+                f"{path} is of {len(values)} frames, the take has {count}; "
+                "give the report of this take",
+                "FRAMES_OUTSIDE",
             )
         found[name] = [float(value) for value in values]
     return found
@@ -94,7 +103,9 @@ def _rows(path: Path) -> Sequence[dict[str, Any]]:
         try:
             data = json.loads(read_file(path, _MOST_BYTES))
         except (ValueError, RecursionError) as error:
-            raise InputError(f"{path} is no JSON: {error}", "SCHEMA_BROKEN") from error
+            raise InputError(
+                f"{path} is no JSON: {error}; is it cut off, or in another format?", "SCHEMA_BROKEN"
+            ) from error
         if isinstance(data, dict) and len(data) == 1:
             data = next(iter(data.values()))
         if not (isinstance(data, list) and all(isinstance(row, dict) for row in data)):
@@ -104,7 +115,10 @@ def _rows(path: Path) -> Sequence[dict[str, Any]]:
             )
         return data
     if path.is_file() and path.stat().st_size > _MOST_BYTES:
-        raise InputError(f"{path} is larger than any list of dots", "TOO_LARGE")
+        raise InputError(
+            f"{path} is larger than any list of dots; expected at most a few thousand rows",
+            "TOO_LARGE",
+        )
     table = read_table(path)
     header = [cell.strip().lower() for cell in table[0][1]]
     return [dict(zip(header, cells, strict=False)) for _, cells in table[1:]]

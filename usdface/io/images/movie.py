@@ -27,7 +27,7 @@ def read_movie_header(path: Path) -> ImageHeader:
             rate = float(stream.average_rate or 0)
             timecode = str(stream.metadata.get("timecode") or file.metadata.get("timecode") or "")
         return ImageHeader((pixels.shape[1], pixels.shape[0]), 1, rate, timecode)
-    raise InputError(f"{path} has no images", "TAKE_EMPTY")
+    raise InputError(f"{path} has no images; is it cut off? Copy it again", "TAKE_EMPTY")
 
 
 def _open(path: Path) -> Any:
@@ -36,14 +36,23 @@ def _open(path: Path) -> Any:
     try:
         file = av.open(str(path))
     except (av.FFmpegError, ValueError, OSError) as error:
-        raise InputError(f"{path} is not readable: {error}", "FILE_UNREADABLE") from error
+        raise InputError(
+            f"{path} is not readable: {error}; is it cut off, or of a codec that FFmpeg lacks?",
+            "FILE_UNREADABLE",
+        ) from error
     if not file.streams.video:
         file.close()
-        raise InputError(f"{path} has no video", "FILE_KIND_UNKNOWN")
+        raise InputError(
+            f"{path} has no video; expected a movie, or numbered images", "FILE_KIND_UNKNOWN"
+        )
     size = file.streams.video[0].codec_context
     if size.width * size.height > MOST_PIXELS:
         file.close()
-        raise InputError(f"{path} has {size.width} x {size.height} pixels", "TOO_LARGE")
+        raise InputError(
+            f"{path} has {size.width} x {size.height} pixels; "
+            f"expected at most {MOST_PIXELS}: scale it down",
+            "TOO_LARGE",
+        )
     return file
 
 
@@ -66,10 +75,16 @@ def movie_frames(path: Path, size: tuple[int, int] | None) -> Iterator[tuple[flo
                 pixels = frame.to_ndarray(format="rgb24")
                 pixels = np.rot90(pixels, round(getattr(frame, "rotation", 0) / 90) % 4)
                 if size is not None and (pixels.shape[1], pixels.shape[0]) != size:
-                    raise InputError(f"{path}: the size of the images changes", "VALUES_WRONG")
+                    raise InputError(
+                        f"{path}: the size of the images changes; "
+                        "give the parts as separate movies",
+                        "VALUES_WRONG",
+                    )
                 time = float(frame.time) if frame.time is not None else last + 1.0 / 30.0
                 if time > last:
                     last = time
                     yield time, np.ascontiguousarray(pixels)
         except av.FFmpegError as error:
-            raise InputError(f"{path} is not readable: {error}", "FILE_CUT_OFF") from error
+            raise InputError(
+                f"{path} is not readable: {error}; is it cut off? Copy it again", "FILE_CUT_OFF"
+            ) from error

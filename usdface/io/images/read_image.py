@@ -90,7 +90,10 @@ def _open(path: Path) -> Any:
         finally:
             oiio.attribute("limits:imagesize_MB", before)
     if file is None:
-        raise InputError(f"{path} is not readable: {_fault(oiio)}", "FILE_UNREADABLE")
+        raise InputError(
+            f"{path} is not readable: {_fault(oiio)}; is it cut off, or in another format?",
+            "FILE_UNREADABLE",
+        )
     return file
 
 
@@ -102,7 +105,10 @@ def _check_png(path: Path) -> None:
     except OSError as error:
         raise InputError(f"{path} is not readable: {error}", "FILE_UNREADABLE") from error
     if start.startswith(_PNG) and start[12:] != b"IHDR":
-        raise InputError(f"{path} is not readable: its PNG header is damaged", "FILE_UNREADABLE")
+        raise InputError(
+            f"{path} is not readable: its PNG header is damaged; export or copy it again",
+            "FILE_UNREADABLE",
+        )
 
 
 def _checked(path: Path, file: Any) -> None:
@@ -110,7 +116,10 @@ def _checked(path: Path, file: Any) -> None:
     spec = file.spec()
     _, _, across, down = _window(file)
     if spec.depth > 1 or spec.deep or spec.width < 1 or spec.height < 1:
-        raise InputError(f"{path} is no flat image", "FILE_KIND_UNKNOWN")
+        raise InputError(
+            f"{path} is no flat image; expected pixels in one plane: export it without depth",
+            "FILE_KIND_UNKNOWN",
+        )
     count = max(spec.width * spec.height, across * down)
     memory = count * spec.nchannels * max(spec.format.size(), 1)
     most = _HEADROOM + _EXPANSION * path.stat().st_size
@@ -242,7 +251,10 @@ def _read_subimage(
     path: Path, file: Any, subimage: int = 0, exposure: float = 1.0
 ) -> NDArray[np.uint8]:
     if subimage and not file.seek_subimage(subimage, 0):
-        raise InputError(f"{path} has no image {subimage}: {_fault(file)}", "FILE_CUT_OFF")
+        raise InputError(
+            f"{path} has no image {subimage}: {_fault(file)}; export or copy it again",
+            "FILE_CUT_OFF",
+        )
     spec = file.spec()
     _checked(path, file)
     kind = _kind(spec)
@@ -250,7 +262,10 @@ def _read_subimage(
     pixels = file.read_image(subimage, 0, 0, count, kind)
     fault = file.geterror()
     if pixels is None or fault:
-        raise InputError(f"{path} is not readable: {_first_line(fault)}", "FILE_UNREADABLE")
+        raise InputError(
+            f"{path} is not readable: {_first_line(fault)}; export or copy the image again",
+            "FILE_UNREADABLE",
+        )
     transfer = str(spec.getattribute("dpx:Transfer") or "")
     log = transfer in _LOG or file.format_name() == "cineon"
     space = "log" if log else str(spec.getattribute("oiio:ColorSpace") or "")
@@ -342,7 +357,10 @@ def exposure_of(path: Path) -> float:
         _checked(path, file)
         pixels = file.read_image(0, 0, 0, min(spec.nchannels, 3), oiio.FLOAT)
         if pixels is None:
-            raise InputError(f"{path} is not readable: {_fault(file)}", "FILE_UNREADABLE")
+            raise InputError(
+                f"{path} is not readable: {_fault(file)}; export or copy the image again",
+                "FILE_UNREADABLE",
+            )
     finally:
         file.close()
     values = np.nan_to_num(np.asarray(pixels)[::4, ::4], posinf=0.0, neginf=0.0)

@@ -110,7 +110,10 @@ def _of_folder(folder: Path) -> tuple[ImageFile, ...]:
             kind = stem[: match.start()], stem[match.end() :] + suffix
             _add(sequences.setdefault(kind, {}), int(match[1]), folder / name)
     if not sequences:
-        raise InputError(f"{folder} has no numbered images, like face.0001.png", "FILE_UNREADABLE")
+        raise InputError(
+            f"{folder} has no numbered images, like face.0001.png; rename them, or name one file",
+            "FILE_UNREADABLE",
+        )
     if len(sequences) > 1:
         shown = ", ".join(f"{a}####{b}" for a, b in sorted(sequences)[:4])
         raise InputError(
@@ -137,7 +140,11 @@ def _names(folder: Path) -> list[str]:
             for entry in entries:
                 names.append(entry.name)
                 if len(names) > _ENTRIES:
-                    raise InputError(f"{folder} has more than {_ENTRIES} entries", "TOO_LARGE")
+                    raise InputError(
+                        f"{folder} has more than {_ENTRIES} entries; "
+                        "move the images to a folder of their own",
+                        "TOO_LARGE",
+                    )
             return sorted(names)
     except OSError as error:
         raise InputError(f"{folder} cannot be read: {error.strerror}", "FILE_UNREADABLE") from error

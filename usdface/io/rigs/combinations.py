@@ -39,14 +39,19 @@ def read_combinations(folder: Path, rig: Rig) -> tuple[Rig, list[Finding]]:
     if not path.is_file():
         return rig, []
     if path.stat().st_size > _LARGEST:
-        raise InputError(f"{path} is larger than any list of combinations", "TOO_LARGE")
+        raise InputError(
+            f"{path} is larger than any list of combinations; "
+            "give the file of the combinations alone",
+            "TOO_LARGE",
+        )
     try:
         document = json.loads(
             path.read_text(encoding="utf-8-sig"), object_pairs_hook=checked_object
         )
     except (OSError, ValueError, RecursionError) as error:
         raise InputError(
-            f"{path} is no JSON that can be read: {error}", "FILE_UNREADABLE"
+            f"{path} is no JSON that can be read: {error}; is it cut off, or in another format?",
+            "FILE_UNREADABLE",
         ) from error
     if not isinstance(document, dict):
         raise InputError(

@@ -57,7 +57,10 @@ def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Ri
     """
     place, files = target_files(folder)
     if not files:
-        raise InputError(f"{folder} has no MakeHuman .target files", "SHAPES_MISSING")
+        raise InputError(
+            f"{folder} has no MakeHuman .target files; name the folder that has them",
+            "SHAPES_MISSING",
+        )
     base = _chosen_base(folder, len(files), options.neutral)
     unit = _METERS_PER_UNIT if options.meters_per_unit is None else options.meters_per_unit
     obj = read_obj(base)
@@ -157,13 +160,18 @@ def _read_target(path: Path, count: int) -> tuple[IntArray, FloatArray]:
         table = np.array(rows, np.float64).reshape(len(rows), 4)
     except ValueError as error:
         raise InputError(
-            f"{path}: a line does not hold an index and three offsets", "ROW_WRONG"
+            f"{path}: a line does not hold an index and three offsets; "
+            "expected e.g. `12 0.1 0 -0.2`",
+            "ROW_WRONG",
         ) from error
     if not np.isfinite(table).all():
-        raise InputError(f"{path}: an offset is not a finite number", "VALUES_WRONG")
+        raise InputError(
+            f"{path}: an offset is not a finite number; export the target again", "VALUES_WRONG"
+        )
     if len(table) and not 0 <= table[:, 0].min() <= table[:, 0].max() < count:
         raise InputError(
-            f"{path}: a vertex index is outside 0 to {count - 1} of the base mesh",
+            f"{path}: a vertex index is outside 0 to {count - 1} of the base mesh; "
+            "is it a target of another mesh?",
             "POINT_INDICES_OUTSIDE",
         )
     return table[:, 0].astype(np.int64), table[:, 1:]

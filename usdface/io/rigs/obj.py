@@ -118,7 +118,8 @@ def _table(path: Path, lines: list[str], word: str, width: int) -> FloatArray:
         ) from error
     if not np.isfinite(table).all():
         raise InputError(
-            f"{path}: a line `{word}` holds a number that is not finite", "VALUES_WRONG"
+            f"{path}: a line `{word}` holds a number that is not finite; export it again",
+            "VALUES_WRONG",
         )
     return table
 
@@ -133,7 +134,9 @@ def _corner_numbers(path: Path, corners: list[str]) -> IntArray:
         return np.array(text.replace("/", " ").split(), np.int64).reshape(len(corners), width)
     except (ValueError, OverflowError) as error:
         raise InputError(
-            f"{path}: the corners of the faces (lines `f`) are not all written alike", "ROW_WRONG"
+            f"{path}: the corners of the faces (lines `f`) are not all written alike; "
+            "export it with the same p/t/n in all",
+            "ROW_WRONG",
         ) from error
 
 
@@ -143,7 +146,8 @@ def _zero_based(
     indices: IntArray = np.where(numbers < 0, above + numbers, numbers - 1)
     if len(indices) and not 0 <= indices.min() <= indices.max() < count:
         raise InputError(
-            f"{path}: a face names a {element} that is not among the file's {count}",
+            f"{path}: a face names a {element} that is not among the file's {count}; "
+            "is the file cut off, or were points removed?",
             "POINT_INDICES_OUTSIDE",
         )
     return indices

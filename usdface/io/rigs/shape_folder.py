@@ -38,7 +38,11 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     """
     files = mesh_files(folder)
     if not files:
-        raise InputError(f"{folder} has no OBJ or PLY files", "FILE_UNREADABLE")
+        raise InputError(
+            f"{folder} has no OBJ or PLY files; "
+            "expected the neutral mesh and one file for each blend shape",
+            "FILE_UNREADABLE",
+        )
     chosen = _neutral(folder, files, options.neutral)
     unit = _METERS_PER_UNIT if options.meters_per_unit is None else options.meters_per_unit
     space = to_metres(unit, options.up_axis)
@@ -179,6 +183,8 @@ def _read_ply(path: Path) -> tuple[trimesh.Trimesh, int]:
     if not isinstance(found, trimesh.Trimesh) or not len(found.vertices):
         raise InputError(f"{path} holds no mesh; expected PLY points and faces", "FACE_MISSING")
     if not np.isfinite(found.vertices).all():
-        raise InputError(f"{path}: points must be finite numbers", "VALUES_WRONG")
+        raise InputError(
+            f"{path}: points must be finite numbers; export the mesh again", "VALUES_WRONG"
+        )
     raw = found.metadata.get("_ply_raw", {}).get("face", {})
     return found, int(raw.get("length", len(found.faces)))

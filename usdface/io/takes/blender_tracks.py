@@ -40,7 +40,8 @@ def read_blender_tracks(
     files = sorted(file for file in shown if file.suffix.lower() == ".csv")
     if len(files) > _MOST_FILES or sum(file.stat().st_size for file in files) > _LARGEST:
         raise InputError(
-            f"{path}: more than {_MOST_FILES} tracks or {_LARGEST >> 20} MiB", "TOO_LARGE"
+            f"{path}: more than {_MOST_FILES} tracks or {_LARGEST >> 20} MiB; export fewer tracks",
+            "TOO_LARGE",
         )
     table = read_blocks(path, [_block(file) for file in files], 3)
     places = normalised(path, table.numbers[:, 1:], "Blender")

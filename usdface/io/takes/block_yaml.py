@@ -32,7 +32,9 @@ def parse_block_yaml(path: Path, text: str) -> Any:
     """
     lines = _lines(path, text)
     if not lines:
-        raise InputError(f"{path} is empty", "SCHEMA_BROKEN")
+        raise InputError(
+            f"{path} is empty; expected the YAML of a camera calibration", "SCHEMA_BROKEN"
+        )
     value, at = _block(path, lines, 0, 0)
     if at < len(lines):
         raise _wrong(path, lines[at])
@@ -60,14 +62,21 @@ def _lines(path: Path, text: str) -> list[Line]:
         if not opened and len(parts) > 1:
             lines[-1] = (*lines[-1][:2], " ".join(parts))
     if opened:
-        raise InputError(f"{path}, line {lines[-1][0]}: a bracket does not close", "FILE_CUT_OFF")
+        raise InputError(
+            f"{path}, line {lines[-1][0]}: a bracket does not close; export or copy it again",
+            "FILE_CUT_OFF",
+        )
     return lines
 
 
 def _block(path: Path, lines: list[Line], at: int, depth: int) -> tuple[Any, int]:
     """Return the map or list whose first line is `at`, and the line after it."""
     if depth > _DEEPEST:
-        raise InputError(f"{path}: more than {_DEEPEST} levels", "SCHEMA_BROKEN")
+        raise InputError(
+            f"{path}: more than {_DEEPEST} levels; "
+            "expected the few of a calibration, written by its program",
+            "SCHEMA_BROKEN",
+        )
     indent = lines[at][1]
     if lines[at][2].startswith(("[", "{")):
         return _flow(path, lines[at], lines[at][2]), at + 1
@@ -91,7 +100,8 @@ def _block(path: Path, lines: list[Line], at: int, depth: int) -> tuple[Any, int
         key = match[1].strip().strip("\"'")
         if key in found:
             raise InputError(
-                f"{path}, line {lines[at][0]}: {key[:40]!r} occurs twice", "SCHEMA_BROKEN"
+                f"{path}, line {lines[at][0]}: {key[:40]!r} occurs twice; keep one of them",
+                "SCHEMA_BROKEN",
             )
         found[key], at = _value(path, lines, at, match[2], depth)
     return found, at
@@ -122,7 +132,11 @@ def _flow(path: Path, line: Line, text: str) -> Any:
             stack.append([])
             kinds.append(token)
             if len(stack) > _DEEPEST:
-                raise InputError(f"{path}: more than {_DEEPEST} levels", "SCHEMA_BROKEN")
+                raise InputError(
+                    f"{path}: more than {_DEEPEST} levels; "
+                    "expected the few of a calibration, written by its program",
+                    "SCHEMA_BROKEN",
+                )
         elif token in "]}":
             if not kinds or {"[": "]", "{": "}"}[kinds[-1]] != token:
                 raise _wrong(path, line)

@@ -95,10 +95,15 @@ def _hierarchy(path: Path, tokens: list[str]) -> tuple[list[_Joint], int]:
     except (ValueError, IndexError, StopIteration) as error:
         reason = error if isinstance(error, ValueError) else "it breaks off"
         raise InputError(
-            f"{path}: the hierarchy cannot be read: {reason}", "SCHEMA_BROKEN"
+            f"{path}: the hierarchy cannot be read: {reason}; export or copy it again",
+            "SCHEMA_BROKEN",
         ) from error
     if open_joints or not width:
-        raise InputError(f"{path}: the hierarchy has an open joint or no channels", "SCHEMA_BROKEN")
+        raise InputError(
+            f"{path}: the hierarchy has an open joint or no channels; "
+            "expected a closed ROOT with CHANNELS",
+            "SCHEMA_BROKEN",
+        )
     return joints, width
 
 
@@ -109,14 +114,18 @@ def _motion(
     header = _HEADER.match(section)
     if header is None:
         raise InputError(
-            f"{path}: 'Frames:' and 'Frame Time:' are missing below MOTION", "SCHEMA_BROKEN"
+            f"{path}: 'Frames:' and 'Frame Time:' are missing below MOTION; "
+            "expected both in this order; export or copy it again",
+            "SCHEMA_BROKEN",
         )
     words = section[header.end() :].split()
     try:
         numbers = np.fromiter(map(float, words), np.float64, len(words))
     except ValueError as error:
         raise InputError(
-            f"{path}: the motion holds something else than numbers: {error}", "ROW_WRONG"
+            f"{path}: the motion holds something else than numbers: {error}; "
+            "export or copy it again",
+            "ROW_WRONG",
         ) from error
     count, announced = len(words) // width, int(header[1])
     rest = len(words) % width

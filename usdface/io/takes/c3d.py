@@ -76,10 +76,11 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     except OSError as error:
         raise InputError(f"{path} cannot be read: {error.strerror}", "FILE_UNREADABLE") from error
     if not len(data):
-        raise InputError(f"{path} is empty", "FILE_UNREADABLE")
+        raise InputError(f"{path} is empty; export or copy it again", "FILE_UNREADABLE")
     if len(data) < 2 * _BLOCK or data[1] != _KEY:
         raise InputError(
-            f"{path} is not a C3D file, or is cut off within its header", "FILE_UNREADABLE"
+            f"{path} is not a C3D file, or is cut off within its header; export or copy it again",
+            "FILE_UNREADABLE",
         )
     header = _header(path, data)
     parameters = header.parameters
@@ -109,7 +110,10 @@ def _header(path: Path, data: NDArray[np.uint8]) -> _Header:
     start = (int(data[0]) - 1) * _BLOCK
     order = _ORDERS.get(int(data[start + 3])) if 0 < start < len(data) - 3 else None
     if order is None:
-        raise InputError(f"{path}: the C3D parameter section is missing or cut off", "FILE_CUT_OFF")
+        raise InputError(
+            f"{path}: the C3D parameter section is missing or cut off; export or copy it again",
+            "FILE_CUT_OFF",
+        )
     first = data[:_BLOCK].tobytes()
     words = np.frombuffer(first, ">u2" if order == "mips" else "<u2").tolist()
     end = (words[8] - 1) * _BLOCK  # where the points begin
@@ -129,7 +133,9 @@ def _layout(path: Path, size: int, header: _Header) -> tuple[_Layout, list[Findi
     start = int(words[8] or _number(parameters, "POINT:DATA_START", 0)) * _BLOCK - _BLOCK
     if not (np.isfinite(scale) and markers > 0 and 0 < start < size):
         raise InputError(
-            f"{path}: the C3D file has no points, or is cut off before them", "FILE_CUT_OFF"
+            f"{path}: the C3D file has no points, or is cut off before them; "
+            "export it with labelled markers",
+            "FILE_CUT_OFF",
         )
     values = 4 * markers + _analog_count(header, rate)
     frame_bytes = values * (2 if scale > 0 else 4)
@@ -140,7 +146,7 @@ def _layout(path: Path, size: int, header: _Header) -> tuple[_Layout, list[Findi
         if rest or not held:
             raise InputError(
                 f"{path} is cut off: the header announces {announced} frames, the file holds "
-                f"{held} and a part",
+                f"{held} and a part; export or copy it again",
                 "FILE_CUT_OFF",
             )
         message = "the header announces {expected_count} frames, the file holds {frame_count}"

@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
@@ -57,7 +56,10 @@ def read_calibration(path: Path) -> tuple[Camera, ...]:
         If the file is missing or too large, of neither form above, or a camera is none.
     """
     if path.is_file() and path.stat().st_size > _LARGEST:
-        raise InputError(f"{path} is larger than any calibration of cameras", "TOO_LARGE")
+        raise InputError(
+            f"{path} is larger than any calibration of cameras; give the file of the cameras alone",
+            "TOO_LARGE",
+        )
     document = _document(path)
     if isinstance(document, list):
         document = {"cameras": document}
@@ -81,7 +83,10 @@ def read_calibration(path: Path) -> tuple[Camera, ...]:
             "SCHEMA_BROKEN",
         )
     if len(entries) > _MOST_CAMERAS:
-        raise InputError(f"{path}: more than {_MOST_CAMERAS} cameras", "TOO_LARGE")
+        raise InputError(
+            f"{path}: more than {_MOST_CAMERAS} cameras; leave out those that filmed no marker",
+            "TOO_LARGE",
+        )
     return tuple(_camera(path, name, entry) for name, entry in entries)
 
 
@@ -93,7 +98,9 @@ def _document(path: Path) -> Any:
         try:
             return tomllib.loads(text)
         except (ValueError, RecursionError) as error:
-            raise InputError(f"{path} is no TOML: {error}", "SCHEMA_BROKEN") from error
+            raise InputError(
+                f"{path} is no TOML: {error}; is it cut off, or in another format?", "SCHEMA_BROKEN"
+            ) from error
     if path.suffix.lower() in (".yml", ".yaml"):
         return parse_block_yaml(path, text)
     raise InputError(
@@ -142,12 +149,17 @@ def _find(entry: Mapping[str, Any], field: str) -> FloatArray | None:
 def _camera(path: Path, name: str, entry: Mapping[str, Any]) -> Camera:
     if entry.get("fisheye") is True or str(entry.get("distortionmodel", "")) in _OTHER_LENSES:
         raise InputError(
-            f"{path}: {name!r} is a fisheye camera, which is not read", "SCHEMA_BROKEN"
+            f"{path}: {name!r} is a fisheye camera, which is not read; "
+            "calibrate it as a pinhole camera with distortion",
+            "SCHEMA_BROKEN",
         )
     given = {field: _find(entry, field) for field in _NAMES}
     missing = [field for field in ("matrix", "rotation", "translation") if given[field] is None]
     if missing:
-        raise InputError(f"{path}: {name!r} has no {missing[0]}", "SCHEMA_BROKEN")
+        raise InputError(
+            f"{path}: {name!r} has no {missing[0]}; expected matrix, rotation and translation",
+            "SCHEMA_BROKEN",
+        )
     written = any(entry.get(key) is not None for key in _NAMES["distortion"])
     if given["distortion"] is None and written:
         raise InputError(
@@ -187,8 +199,14 @@ _LARGEST_SKEW = 1e-2  # of a rotation that was written with three digits
 def _rotation(name: str, numbers: FloatArray) -> FloatArray:
     """Return the rotation nearest to a matrix, or that of a rotation vector."""
     if not np.isfinite(numbers).all() or np.abs(numbers).max(initial=0.0) > 1e3:
-        raise InputError(f"the rotation matrix of camera {name!r} is no rotation", "VALUES_WRONG")
+        raise InputError(
+            f"the rotation matrix of camera {name!r} is no rotation; "
+            "expected 9 numbers of a rotation, or 3 of a rotation vector",
+            "VALUES_WRONG",
+        )
     if numbers.size == 3:
+        from scipy.spatial.transform import Rotation  # costs more to import than most takes need
+
         return np.asarray(Rotation.from_rotvec(numbers.copy()).as_matrix())
     if numbers.size != 9:
         raise InputError(
@@ -199,7 +217,11 @@ def _rotation(name: str, numbers: FloatArray) -> FloatArray:
     left, _, right = np.linalg.svd(matrix)
     nearest = left @ right
     if np.abs(nearest - matrix).max() > _LARGEST_SKEW or np.linalg.det(nearest) < 0:
-        raise InputError(f"the rotation matrix of camera {name!r} is no rotation", "VALUES_WRONG")
+        raise InputError(
+            f"the rotation matrix of camera {name!r} is no rotation; "
+            "expected orthogonal rows and a determinant of 1",
+            "VALUES_WRONG",
+        )
     return np.asarray(nearest)
 
 

@@ -15,6 +15,7 @@ from usdface.io.takes.camera_calibration import read_calibration
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.takes.raw_take import RawTake, finish_take
+from usdface.numerics.rms import rms
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -168,7 +169,11 @@ def _joined(
             "MARKER_UNKNOWN",
         )
     if len(takes) * len(every) * len(names) > _MOST_POSITIONS:
-        raise InputError(f"{paths[0]}: {len(every)} frames are too many", "TOO_LARGE")
+        raise InputError(
+            f"{paths[0]}: {len(every)} frames are too many; "
+            "cut the takes to the part that is needed",
+            "TOO_LARGE",
+        )
     pixels = np.full((len(takes), len(every), len(names), 2), np.nan)
     for view, take, camera, frames in zip(pixels, takes, cameras, numbers, strict=True):
         known = [n for n, name in enumerate(names) if name in take.names]
@@ -252,11 +257,11 @@ def _trusted_points(
         limit = max(_FAR_PIXELS, _FAR_MEDIANS * float(np.median(found)))
         far |= np.nan_to_num(residuals) > limit
         message = "markers lie {rms_px:.2f} px RMS from the projections of their points"
-        rms = float(np.sqrt(np.mean(found[found <= limit] ** 2)))
-        findings.append(finding("REPROJECTION_ERROR", str(path), message, rms))
-        if rms > _DOUBTFUL:
+        apart = rms(found[found <= limit])
+        findings.append(finding("REPROJECTION_ERROR", str(path), message, apart))
+        if apart > _DOUBTFUL:
             message = "by {rms_px:.1f} px RMS: do calibration, names and frame numbers fit?"
-            findings.append(finding("VIEWS_DISAGREE", str(path), message, rms))
+            findings.append(finding("VIEWS_DISAGREE", str(path), message, apart))
     points = np.where(far[:, None], np.nan, solved.points)
     if far.any():
         marker = np.flatnonzero(far) % len(views.names)

@@ -75,7 +75,9 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     clocks = [c for c in (_column(columns, _FRAME), _column(columns, _TIME)) if c is not None]
     if marker is None or not clocks:
         raise InputError(
-            f"{path}: a table of positions needs a column 'frame' or 'time'", "COLUMNS_WRONG"
+            f"{path}: a table of positions needs a column 'frame' or 'time'; "
+            "name the one that counts frames, or holds seconds",
+            "COLUMNS_WRONG",
         )
     data = [row for row in rows[1:] if len(row[1]) > marker and row[1][marker]]
     if not data:
@@ -85,7 +87,11 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     table = read_numbers(path, data, [*clocks, *(columns[axis] for axis in axes)])
     if not np.isfinite(table[:, 0]).all():
         line = data[int(np.argmin(np.isfinite(table[:, 0])))][0]
-        raise InputError(f"{path}, line {line}: the position has no frame or time", "ROW_WRONG")
+        raise InputError(
+            f"{path}, line {line}: the position has no frame or time; "
+            "fill in the cell, or delete the row",
+            "ROW_WRONG",
+        )
     moments, first, frame = np.unique(table[:, 0], return_index=True, return_inverse=True)
     labels = tuple(dict.fromkeys(cells[marker] for _, cells in data))
     places = {label: i for i, label in enumerate(labels)}
@@ -110,7 +116,10 @@ def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
         if match:
             axes = places.setdefault(match[1], {})
             if match[2].lower() in axes:
-                raise InputError(f"{path}: column {name!r} occurs twice", "COLUMNS_WRONG")
+                raise InputError(
+                    f"{path}: column {name!r} occurs twice; rename or delete one of them",
+                    "COLUMNS_WRONG",
+                )
             axes[match[2].lower()] = column
         elif name and column not in clocks:
             ignored.append(name)
@@ -125,7 +134,9 @@ def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
         missing = [axis for axis in wanted if axis not in axes]
         if missing:
             raise InputError(
-                f"{path}: marker {label!r} has no column for {missing[0]}", "COLUMNS_WRONG"
+                f"{path}: marker {label!r} has no column for {missing[0]}; "
+                "expected A_x, A_y and, in space, A_z",
+                "COLUMNS_WRONG",
             )
     data = rows[1:]
     check_size(path, len(data), len(places))
@@ -164,5 +175,7 @@ def _refuse_repeats(path: Path, data: list[Row], cells: IntArray) -> None:
     if len(repeats):
         line = data[int(order[repeats[0] + 1])][0]
         raise InputError(
-            f"{path}, line {line}: this marker has a second position in one frame", "ROW_WRONG"
+            f"{path}, line {line}: this marker has a second position in one frame; "
+            "delete one of the two",
+            "ROW_WRONG",
         )

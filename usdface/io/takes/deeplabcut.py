@@ -36,11 +36,17 @@ def read_deeplabcut(
     while len(header) < len(rows) and rows[len(header)][1][0].lower() in _HEADER:
         name = rows[len(header)][1][0].lower()
         if name in header:
-            raise InputError(f"{path}: the row {name} occurs twice", "COLUMNS_WRONG")
+            raise InputError(
+                f"{path}: the row {name} occurs twice; expected it once, as DeepLabCut writes it",
+                "COLUMNS_WRONG",
+            )
         header[name] = rows[len(header)][1]
     missing = [name for name in ("scorer", "bodyparts", "coords") if name not in header]
     if missing:
-        raise InputError(f"{path}: the header has no row {missing[0]}", "COLUMNS_WRONG")
+        raise InputError(
+            f"{path}: the header has no row {missing[0]}; expected scorer, bodyparts and coords",
+            "COLUMNS_WRONG",
+        )
     columns: dict[str, dict[str, int]] = {}
     for column, kind in enumerate(header["coords"][1:], 1):
         names = [
@@ -52,12 +58,18 @@ def read_deeplabcut(
         columns.setdefault(label, {})[kind.lower()] = column
     for label, kinds in columns.items():
         if not {"x", "y"} <= kinds.keys():
-            raise InputError(f"{path}: {label[:40]!r} has no column x or y", "COLUMNS_WRONG")
+            raise InputError(
+                f"{path}: {label[:40]!r} has no column x or y; "
+                "expected both, as DeepLabCut writes them",
+                "COLUMNS_WRONG",
+            )
     scored = all("likelihood" in kinds for kinds in columns.values())
     wanted = ("x", "y", "likelihood") if scored else ("x", "y")
     points = [(label, [kinds[kind] for kind in wanted]) for label, kinds in columns.items()]
     if not points:
-        raise InputError(f"{path}: there are no body parts", "TAKE_EMPTY")
+        raise InputError(
+            f"{path}: there are no body parts; expected columns x, y of one at least", "TAKE_EMPTY"
+        )
     table = samples_of_columns(path, rows[len(header) :], 0, points)
     tracks = ImageTracks(
         path=path,

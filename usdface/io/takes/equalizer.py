@@ -60,7 +60,11 @@ def read_3de3(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
         elif blocks:
             blocks[-1][1].append((number, line.split()))
         else:
-            raise InputError(f"{path}, line {number}: a sample before any name", "ROW_WRONG")
+            raise InputError(
+                f"{path}, line {number}: a sample before any name; "
+                "expected the name of its point above it",
+                "ROW_WRONG",
+            )
     width, height = (float(side[:9]) for side in size.groups())
     return _take(path, blocks, image_size(path, options, width, height), (), options)
 

@@ -105,7 +105,11 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
         raise InputError(f"{path}: no track has a sample; expected at least one", "TAKE_EMPTY")
     if not np.isfinite(tracks.frames).all():
         at = int(np.argmin(np.isfinite(tracks.frames)))
-        raise InputError(f"{_place(tracks, at)}: there is no frame number", "ROW_WRONG")
+        raise InputError(
+            f"{_place(tracks, at)}: there is no frame number; "
+            "fill in the number, or delete the row",
+            "ROW_WRONG",
+        )
     frames, row = np.unique(tracks.frames, return_inverse=True)
     check_size(path, len(frames), len(tracks.labels))
     _refuse_repeats(tracks, row * len(tracks.labels) + tracks.tracks)
@@ -250,7 +254,7 @@ def _refuse_repeats(tracks: ImageTracks, cells: IntArray) -> None:
         label = tracks.labels[int(tracks.tracks[at])]
         raise InputError(
             f"{_place(tracks, at)}: track {label[:40]!r} has a second sample in frame "
-            f"{tracks.frames[at]:g}",
+            f"{tracks.frames[at]:g}; delete one of them",
             "ROW_WRONG",
         )
 

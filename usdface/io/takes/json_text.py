@@ -25,7 +25,9 @@ def read_json(path: Path) -> Any:
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:
-        raise InputError(f"{path} is no JSON: {error}", "SCHEMA_BROKEN") from error
+        raise InputError(
+            f"{path} is no JSON: {error}; is it cut off, or in another format?", "SCHEMA_BROKEN"
+        ) from error
 
 
 def number(value: object) -> float:

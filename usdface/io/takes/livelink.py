@@ -67,7 +67,11 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
         )
     columns = [c for c, name in enumerate(header[2:], 2) if name and not name.endswith(_ROTATION)]
     if not columns:
-        raise InputError(f"{path}: there are no blend shape columns", "COLUMNS_WRONG")
+        raise InputError(
+            f"{path}: there are no blend shape columns; "
+            "expected those of ARKit, eyeBlinkLeft and so on, after BlendShapeCount",
+            "COLUMNS_WRONG",
+        )
     if any(rows[-1][1][2:]):  # a row of a lost face has two cells
         refuse_cut_table(path, rows)
     kept, weights, findings = _rows_with_weights(path, rows[1:], columns)
@@ -210,7 +214,8 @@ def _seconds(path: Path, rows: list[Row]) -> tuple[FloatArray, list[Finding]]:
     for match, (line, cells) in zip(matches, rows, strict=True):
         if match is None:
             raise InputError(
-                f"{path}, line {line}: {cells[0][:40]!r} is not a timecode HH:MM:SS:FF.sub",
+                f"{path}, line {line}: {cells[0][:40]!r} is not a timecode HH:MM:SS:FF.sub"
+                ", as Live Link Face writes it; was it edited?",
                 "ROW_WRONG",
             )
     fields = np.array([match.groups() for match in matches if match], dtype=np.float64)
@@ -233,7 +238,9 @@ def _timecode_base(path: Path, clock: IntArray, frames: FloatArray) -> tuple[int
     bases = [base for base in _BASES if base > frames.max()]
     if not bases:
         raise InputError(
-            f"{path}: timecode frame {frames.max():g} is more than a second holds", "TIMES_WRONG"
+            f"{path}: timecode frame {frames.max():g} is more than a second holds; "
+            f"expected fewer than {_BASES[-1]}",
+            "TIMES_WRONG",
         )
     steps = np.diff(frames)
     turns = np.diff(clock) == 1

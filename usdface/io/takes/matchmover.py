@@ -54,7 +54,11 @@ def read_matchmover(
             blocks.append((name[1] if name else "", [_row(line) for line in block]))
     size = _SIZE.match(sequence)
     if not size:
-        raise InputError(f"{path}: the image sequence has no size", "COLUMNS_WRONG")
+        raise InputError(
+            f"{path}: the image sequence has no size; "
+            "expected its width and height in imageSequence",
+            "COLUMNS_WRONG",
+        )
     first = _RANGE.search(sequence)
     table = read_blocks(path, blocks, 4)
     tracks = ImageTracks(
@@ -88,7 +92,11 @@ def _blocks(path: Path, lines: list[Line]) -> Iterator[tuple[str, list[Line]]]:
         else:
             inside.append(line)
     if inside is not None:
-        raise InputError(f"{path}, line {begin[0]}: the block does not end", "FILE_CUT_OFF")
+        raise InputError(
+            f"{path}, line {begin[0]}: the block does not end; "
+            "expected a closing }; export or copy it again",
+            "FILE_CUT_OFF",
+        )
 
 
 def _row(line: Line) -> Row:

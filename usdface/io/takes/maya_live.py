@@ -53,7 +53,11 @@ def read_maya_live(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
         elif blocks:
             blocks[-1][1].append((number, line.split()))
         else:
-            raise InputError(f"{path}, line {number}: a sample before any # Name", "ROW_WRONG")
+            raise InputError(
+                f"{path}, line {number}: a sample before any # Name; "
+                "expected the name of its track above it",
+                "ROW_WRONG",
+            )
     table = read_blocks(path, blocks, 4)
     sides = float(size[1]), float(size[2])
     width, height = needed_image_size(path, options, "relative to the image", *sides)

@@ -96,7 +96,11 @@ def _of_frames(path: Path, frames: Sequence[Any]) -> tuple[TrackTable, FloatArra
     faces = [_face(frame) for frame in frames]
     count = max(map(len, faces), default=0)
     if not count:
-        raise InputError(f"{path}: no frame has landmarks", "TAKE_EMPTY")
+        raise InputError(
+            f"{path}: no frame has landmarks; "
+            "expected a face in one frame at least: is it in the picture?",
+            "TAKE_EMPTY",
+        )
     if count > _MOST:
         raise InputError(f"{path}: {count} landmarks; expected up to {_MOST}", "TOO_LARGE")
     check_size(path, len(frames), count)
@@ -169,10 +173,16 @@ def _long(
     path: Path, rows: Sequence[Row], frame: int, landmark: int, columns: Mapping[str, int]
 ) -> TrackTable:
     if frame < 0:
-        raise InputError(f"{path}: there is no column frame", "COLUMNS_WRONG")
+        raise InputError(
+            f"{path}: there is no column frame; expected frame, landmark, x, y", "COLUMNS_WRONG"
+        )
     for line, cells in rows:
         if len(cells) <= landmark:
-            raise InputError(f"{path}, line {line}: the row is too short", "ROW_WRONG")
+            raise InputError(
+                f"{path}, line {line}: the row is too short; "
+                "expected as many cells as columns; export or copy it again",
+                "ROW_WRONG",
+            )
     names = [cells[landmark] for _, cells in rows]
     index = {name: n for n, name in enumerate(dict.fromkeys(names))}
     labels = tuple(f"landmark_{name}" if name.isdecimal() else name for name in index)

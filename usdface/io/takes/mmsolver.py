@@ -93,7 +93,9 @@ def _of_json(path: Path, document: Any) -> TrackTable:
         for sample in samples if isinstance(samples, list) else ():
             if not isinstance(sample, dict):
                 raise InputError(
-                    f"{path}: point {labels[-1][:40]!r} has no samples", "SCHEMA_BROKEN"
+                    f"{path}: point {labels[-1][:40]!r} has no samples; "
+                    'expected a list of objects "per_frame"',
+                    "SCHEMA_BROKEN",
                 )
             place = sample.get("pos")
             if not isinstance(place, list):

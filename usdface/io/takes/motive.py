@@ -52,7 +52,9 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     top = next((i for i, row in enumerate(rows[:_HEADER_ROWS]) if row[1][0] == "Frame"), None)
     if top is None:
         raise InputError(
-            f"{path}: the row 'Frame, Time (Seconds), X, Y, Z ...' is missing", "COLUMNS_WRONG"
+            f"{path}: the row 'Frame, Time (Seconds), X, Y, Z ...' is missing; "
+            "export it as CSV again",
+            "COLUMNS_WRONG",
         )
     refuse_cut_table(path, rows[top:])
     markers, ignored = _columns(path, rows[1 : top + 1])
@@ -90,7 +92,8 @@ def _columns(path: Path, header: list[Row]) -> tuple[dict[tuple[str, str], list[
     full = [cells + [""] * (width - len(cells)) for _, cells in header]
     if len(full) < 4:
         raise InputError(
-            f"{path}: rows are missing between metadata and data (type, name, quantity)",
+            f"{path}: rows are missing between metadata and data (type, name, quantity); "
+            "export it as CSV again",
             "COLUMNS_WRONG",
         )
     types, names, quantities, axes = full[0], full[1], full[-2], full[-1]
@@ -105,7 +108,8 @@ def _columns(path: Path, header: list[Row]) -> tuple[dict[tuple[str, str], list[
     partial = [name for (name, _), xyz in places.items() if len(xyz) < 3]
     if partial:
         raise InputError(
-            f"{path}: marker {partial[0]!r} lacks one of the columns X, Y, Z", "COLUMNS_WRONG"
+            f"{path}: marker {partial[0]!r} lacks one of the columns X, Y, Z; export all three",
+            "COLUMNS_WRONG",
         )
     if not places:
         raise InputError(

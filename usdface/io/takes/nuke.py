@@ -71,7 +71,9 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
                     skipped.append(label)
     if not blocks:
         raise InputError(
-            f"{path}: there is no animated track in a node Tracker3 or Tracker4", "TAKE_EMPTY"
+            f"{path}: there is no animated track in a node Tracker3 or Tracker4; "
+            "track in one of them and save the script",
+            "TAKE_EMPTY",
         )
     table = read_blocks(path, blocks, 3)
     shown = image_size(path, options, *size)
@@ -102,18 +104,28 @@ def _parsed(path: Path, text: str) -> Words:
         word = match[0]
         if word == "{":
             if len(stack) > _DEEPEST:
-                raise InputError(f"{path}: more than {_DEEPEST} braces in braces", "SCHEMA_BROKEN")
+                raise InputError(
+                    f"{path}: more than {_DEEPEST} braces in braces; "
+                    "expected a script as Nuke saves it",
+                    "SCHEMA_BROKEN",
+                )
             inner: Words = []
             stack[-1].append(inner)
             stack.append(inner)
         elif word == "}":
             if len(stack) == 1:
-                raise InputError(f"{path}: a brace closes that was not opened", "SCHEMA_BROKEN")
+                raise InputError(
+                    f"{path}: a brace closes that was not opened; "
+                    "expected a script as Nuke saves it",
+                    "SCHEMA_BROKEN",
+                )
             stack.pop()
         else:
             stack[-1].append(word[1:-1] if len(word) > 1 and word[0] == word[-1] == '"' else word)
     if len(stack) > 1:
-        raise InputError(f"{path}: {len(stack) - 1} braces do not close", "FILE_CUT_OFF")
+        raise InputError(
+            f"{path}: {len(stack) - 1} braces do not close; export or copy it again", "FILE_CUT_OFF"
+        )
     return top
 
 

@@ -276,7 +276,11 @@ def find_occlusion(
         If nothing is ever visible.
     """
     if hidden.all():
-        raise InputError(f"{path}: no marker is visible in any frame", "TAKE_EMPTY")
+        raise InputError(
+            f"{path}: no marker is visible in any frame; "
+            "expected a position at least once: are the labels right?",
+            "TAKE_EMPTY",
+        )
     frame_count = len(hidden)
     findings = []
     for label, count in zip(labels, hidden.sum(axis=0).tolist(), strict=True):

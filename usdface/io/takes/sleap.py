@@ -40,7 +40,11 @@ def read_sleap(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
     kinds = ("x", "y", "score") if scored else ("x", "y")
     absent = [f"{part}.y" for part in parts if f"{part}.y" not in columns]
     if absent or not parts:
-        raise InputError(f"{path}: there is no column {(absent or ['.x'])[0]}", "COLUMNS_WRONG")
+        raise InputError(
+            f"{path}: there is no column {(absent or ['.x'])[0]}; "
+            "expected x and y of each part, as sleap-convert writes them",
+            "COLUMNS_WRONG",
+        )
     points = [(part, [columns[f"{part}.{kind}"] for kind in kinds]) for part in parts]
     table = samples_of_columns(path, rows, 1, points)
     instances = {name: n for n, name in enumerate(dict.fromkeys(cells[0] for _, cells in rows))}

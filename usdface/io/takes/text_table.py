@@ -39,7 +39,10 @@ def read_text(path: Path) -> str:
     if not path.is_file():
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
     if path.stat().st_size > _LARGEST:
-        raise InputError(f"{path} is larger than {_LARGEST >> 30} GiB", "TOO_LARGE")
+        raise InputError(
+            f"{path} is larger than {_LARGEST >> 30} GiB; expected a take: cut it into parts",
+            "TOO_LARGE",
+        )
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -51,7 +54,7 @@ def read_text(path: Path) -> str:
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     if not text.strip():
-        raise InputError(f"{path} is empty", "FILE_UNREADABLE")
+        raise InputError(f"{path} is empty; export or copy it again", "FILE_UNREADABLE")
     return text
 
 
@@ -67,7 +70,11 @@ def read_rows(path: Path, text: str, delimiter: str) -> list[Row]:
     try:
         rows = [(reader.line_num, [cell.strip() for cell in cells]) for cells in reader]
     except csv.Error as error:
-        raise InputError(f"{path}, line {reader.line_num}: {error}", "ROW_WRONG") from error
+        raise InputError(
+            f"{path}, line {reader.line_num}: {error}; "
+            "expected a table with cells in quotes closed",
+            "ROW_WRONG",
+        ) from error
     written = [row for row in rows if any(row[1])]
     if not written:
         raise InputError(f"{path}: all cells are empty; expected a table", "ROW_WRONG")

@@ -141,13 +141,16 @@ def _is_regular(seconds: FloatArray, own: float) -> bool:
 def _from_zero(path: Path, values: FloatArray, subject: str) -> FloatArray:
     if not np.isfinite(values).all():
         at = int(np.argmin(np.isfinite(values)))
-        raise InputError(f"{path}: frame {at} of the data has no {subject}", "TIMES_WRONG")
+        raise InputError(
+            f"{path}: frame {at} of the data has no {subject}; fill in the cell, or delete the row",
+            "TIMES_WRONG",
+        )
     later = values[1:] > values[:-1]
     if not later.all():
         at = int(np.argmin(later)) + 1
         raise InputError(
             f"{path}: the {subject} does not increase at frame {at} of the data "
-            f"({values[at - 1]:g}, then {values[at]:g})",
+            f"({values[at - 1]:g}, then {values[at]:g}); delete or sort the rows",
             "TIMES_WRONG",
         )
     if values[-1] / 2 - values[0] / 2 > _LONGEST / 2:

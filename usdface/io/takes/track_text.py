@@ -143,7 +143,8 @@ def announced_blocks(path: Path, also: Sequence[str] = ()) -> list[Block]:
         at += head + length
     if at < len(lines):
         raise InputError(
-            f"{path}, line {lines[at][0]}: text after the {count} points that are announced",
+            f"{path}, line {lines[at][0]}: text after the {count} points that are announced; "
+            "correct the number or delete the rest",
             "ROW_WRONG",
         )
     return blocks

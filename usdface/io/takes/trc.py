@@ -53,7 +53,7 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     if announced and announced != len(labels):
         raise InputError(
             f"{path}: the header announces {announced:g} markers, "
-            f"line {rows[3][0]} names {len(labels)}",
+            f"line {rows[3][0]} names {len(labels)}; correct NumMarkers, or export it again",
             "COLUMNS_WRONG",
         )
     check_size(path, len(rows) - 4, len(labels))

@@ -91,10 +91,10 @@ def _names_are_those_of_meshes(stage: Usd.Stage) -> Findings:
             hint = Prose(did_you_mean(unknown[0], known))
             yield finding("ANIMATION_UNMATCHED", where, message, unknown, hint)
         elif unknown and known:
-            message = "{shape!r} is on no mesh that it moves{hint}{more}"
+            message = "{shape!r} is on no mesh that it moves{more}{hint}"
             hint = Prose(did_you_mean(unknown[0], known))
             more = Prose(f", and {len(unknown) - 1} others" if unknown[1:] else "")
             count = len(unknown)
             yield finding(
-                "SHAPE_UNKNOWN", where, message, unknown[0], hint, more, shape_count=count
+                "SHAPE_UNKNOWN", where, message, unknown[0], more, hint, shape_count=count
             )

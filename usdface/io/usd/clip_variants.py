@@ -44,23 +44,23 @@ class BoundAnimation:
         return shown_path(self.animation.GetPrim(), self.prim)
 
 
-def clip_stages(stage: Usd.Stage, root: str = "") -> list[Usd.Stage]:
+def clip_stages(stage: Usd.Stage) -> list[Usd.Stage]:
     """Return the stage with each of its clips bound; the authored selection comes first.
 
     A variant set of a SkelRoot, or of a prim above it, whose variants bind different SkelAnimations
     chooses between clips; where there is none the stage itself is all. The stage is not changed.
     """
-    return clips_and_losses(stage, root)[0]
+    return clips_and_losses(stage)[0]
 
 
-def clips_and_losses(stage: Usd.Stage, root: str = "") -> tuple[list[Usd.Stage], list[Finding]]:
+def clips_and_losses(stage: Usd.Stage) -> tuple[list[Usd.Stage], list[Finding]]:
     """Return `clip_stages`, and ANIMATION_DROPPED for variants with another clip at one path."""
-    roots = skel_roots(stage, root)
+    roots = skel_roots(stage)
     choosing = dict.fromkeys([*roots, *(above for each in roots for above in _above(each))])
     choices = [(prim, *each) for prim in choosing for each in _unselected(prim)]
     if not choices:
         return [stage], []
-    known = {playing_animations(stage): (stage, _content(stage, root))}
+    known = {playing_animations(stage): (stage, _content(stage))}
     skeletons = _skeletons(stage)
     places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
     lost: dict[tuple[Sdf.Path, ...], list[str]] = {}
@@ -69,7 +69,7 @@ def clips_and_losses(stage: Usd.Stage, root: str = "") -> tuple[list[Usd.Stage],
         # Above a SkelRoot a set may choose between characters, which are no clips of one.
         if prim not in roots and not _skeletons(other) <= skeletons:
             continue
-        paths, digest = playing_animations(other), _content(other, root)
+        paths, digest = playing_animations(other), _content(other)
         if known.setdefault(paths, (other, digest))[1] != digest:
             lost.setdefault(paths, []).append(f"{name}={variant}")
     order = sorted(known, key=lambda paths: [places.get(path, len(places)) for path in paths])
@@ -107,10 +107,10 @@ def _with_variant(stage: Usd.Stage, path: Sdf.Path, name: str, variant: str) -> 
     return other
 
 
-def _content(stage: Usd.Stage, root: str) -> str:
+def _content(stage: Usd.Stage) -> str:
     """Return a digest of the samples of the bound SkelAnimations."""
     parts: list[object] = []
-    for bound in bound_animations(stage, root):
+    for bound in bound_animations(stage):
         prim = bound.animation.GetPrim()
         parts += [[*map(str, prim.GetAttribute(name).Get() or ())] for name in _NAMES]
         for attribute in map(prim.GetAttribute, _SAMPLED):
@@ -130,11 +130,11 @@ def _skeletons(stage: Usd.Stage) -> set[Sdf.Path]:
     return {prim.GetPath() for prim in stage.Traverse(_ALL) if prim.IsA(UsdSkel.Skeleton)}
 
 
-def bound_animations(stage: Usd.Stage, root: str = "") -> list[BoundAnimation]:
+def bound_animations(stage: Usd.Stage) -> list[BoundAnimation]:
     """Return the skeletons with a SkelAnimation, in the order of the stage."""
     cache = UsdSkel.Cache()
     found: dict[Sdf.Path, BoundAnimation] = {}
-    for skel_root in map(UsdSkel.Root, skel_roots(stage, root)):
+    for skel_root in map(UsdSkel.Root, skel_roots(stage)):
         cache.Populate(skel_root, _ALL)
         for binding in cache.ComputeSkelBindings(skel_root, _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton())
@@ -150,9 +150,9 @@ def playing_animations(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
     return tuple(dict.fromkeys(bound.path for bound in bound_animations(stage)))
 
 
-def report_unbound(stage: Usd.Stage, root: str, played: set[Sdf.Path]) -> list[Finding]:
+def report_unbound(stage: Usd.Stage, played: set[Sdf.Path]) -> list[Finding]:
     """Return ANIMATION_DROPPED for each animation that no variant binds."""
-    prims = dict.fromkeys(p for r in skel_roots(stage, root) for p in Usd.PrimRange(r, _ALL))
+    prims = dict.fromkeys(p for r in skel_roots(stage) for p in Usd.PrimRange(r, _ALL))
     message = "nothing on the stage binds it, in no variant"
     return [
         finding("ANIMATION_DROPPED", str(prim.GetPath()), message)

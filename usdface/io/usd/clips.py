@@ -82,7 +82,7 @@ def _report_skinning_method(stage: Usd.Stage, rig: Rig) -> list[Finding]:
 
 def clips_of_stage(
     stage: Usd.Stage,
-    root: str = "",
+    *,
     motions: Sequence[RigidMotion] = (),
     names: ShapeNames = _OWN_NAMES,
     caches: Sequence[VertexCache] = (),
@@ -96,8 +96,6 @@ def clips_of_stage(
     Parameters
     ----------
     stage : Usd.Stage
-    root : str
-        Path of a prim that the SkelRoots are under; "" = the whole stage.
     motions : sequence of RigidMotion
         Rigid motions, which become joints (`usdface.io.usd.rigid_animation`).
     names : mapping
@@ -115,33 +113,32 @@ def clips_of_stage(
     found: list[Finding] = []
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         played: set[Sdf.Path] = set()
-        scene = _Scene(root, staged_skeletons(stage, root), motions, names, caches)
-        variations, found = clips_and_losses(stage, root)
+        scene = _Scene(staged_skeletons(stage), motions, names, caches)
+        variations, found = clips_and_losses(stage)
         for variation in variations:
             clip, new_findings = _clip(variation, scene)
             found += new_findings
             played |= {*playing_animations(variation)}
             if clip is not None:
                 clips.append(clip)
-        found += report_unbound(stage, root, played)
+        found += report_unbound(stage, played)
     moving = [clip for clip in clips if not clip.still]
     still = [clip for clip in clips if clip.still]
     if moving:  # one of several variants may stand still: its weights, but no pose of joints
-        weights = next((c.weights for c in still if c.weights), _defaults(stage, root, names))
+        weights = next((c.weights for c in still if c.weights), _defaults(stage, names))
         still = [Clip("", weights)] if weights else []
     return (*moving, *still[:1]), list(dict.fromkeys(found))
 
 
-def _defaults(stage: Usd.Stage, root: str, names: ShapeNames) -> WeightsTake | None:
+def _defaults(stage: Usd.Stage, names: ShapeNames) -> WeightsTake | None:
     """Return the weights that SkelAnimations with samples have without time, if not all are 0."""
-    return _merged_defaults(bound_animations(stage, root), names)
+    return _merged_defaults(bound_animations(stage), names)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Scene:
     """Parts of a stage that all of its clips share."""
 
-    root: str
     skeletons: tuple[StagedSkeleton, ...]
     motions: Sequence[RigidMotion]
     names: ShapeNames
@@ -153,7 +150,7 @@ class _Scene:
 
 
 def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
-    playing_now = bound_animations(stage, scene.root)
+    playing_now = bound_animations(stage)
     # One may move several skeletons, whose shapes the rig may name otherwise.
     animations = {(b.animation.GetPrim(), _names(b, scene.names)): b for b in playing_now}
     weighted = [b for b in animations.values() if b.animation.GetBlendShapeWeightTimeSamples()]

@@ -241,11 +241,11 @@ def _bindings(
     return bound, list(skeletons)
 
 
-def staged_skeletons(stage: Usd.Stage, root: str = "") -> tuple[StagedSkeleton, ...]:
+def staged_skeletons(stage: Usd.Stage) -> tuple[StagedSkeleton, ...]:
     """Return the skeletons that `rig_of_stage` joins, and the new names of their joints."""
-    _, skeletons = _bindings(skel_roots(stage, root))
+    _, skeletons = _bindings(skel_roots(stage))
     xforms, si = UsdGeom.XformCache(_START), to_si(metrics_of(stage))
-    given, _ = _read_skeletons(skeletons, xforms, si, joints=False, single=bool(root))
+    given, _ = _read_skeletons(skeletons, xforms, si, joints=False, single=False)
     return join_skeletons(given)[1]
 
 

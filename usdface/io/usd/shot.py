@@ -28,7 +28,7 @@ from usdface.io.usd.stage import (
 from usdface.io.usd.take import count_frames, read_take_prim
 from usdface.rigs import Rig
 from usdface.schemas import tokens
-from usdface.setup.assumed_mesh import assumed_mesh, is_mesh_assumed
+from usdface.setup.assumed_mesh import assumed_mesh_findings
 from usdface.setup.binding_origin import check_mesh
 from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
@@ -172,8 +172,8 @@ def _read(
     layout = read_layout(prim, metrics.meters_per_unit)
     gains = read_gains(stage.GetPrimAtPath(fuzzy[0]) if fuzzy else None, posed, codes)
     mesh = rig.mesh(setup.binding.mesh)
-    if is_mesh_assumed(rig, setup.binding):
-        findings.append(assumed_mesh(mesh, str(prim.GetPath()), shot=True))
+    if assumed := assumed_mesh_findings(rig, setup.binding, str(prim.GetPath()), shot=True):
+        findings += assumed
         setup = replace(setup, binding=replace(setup.binding, mesh=mesh.path))
     if setup.origin is not None:
         check_mesh(setup.origin, mesh)

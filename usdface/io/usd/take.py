@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdSkel, Vt
-from scipy.spatial.transform import Rotation
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
@@ -168,6 +167,8 @@ def _define_weights(stage: Usd.Stage, path: str, take: WeightsTake, codes: Float
         weights.Set(Vt.FloatArray.FromNumpy(row), code)
     prim = animation.GetPrim()
     if take.head is not None:
+        from scipy.spatial.transform import Rotation  # costs more to import than most takes need
+
         head = prim.CreateAttribute(tokens.HEAD_ROTATION, Sdf.ValueTypeNames.Quatf, False)
         turns = Rotation.from_rotvec(take.head.copy()).as_quat()  # x, y, z, w
         for (*axis, real), code in zip(turns.tolist(), codes.tolist(), strict=True):
@@ -394,5 +395,7 @@ def _head(prim: Usd.Prim, codes: FloatArray) -> FloatArray | None:
             f"{_where(prim)}: {tokens.HEAD_ROTATION} must be quaternions of a length above 0",
             "VALUES_WRONG",
         )
+    from scipy.spatial.transform import Rotation  # as above
+
     turns = np.array([[*value.GetImaginary(), value.GetReal()] for value in values])
     return np.asarray(Rotation.from_quat(turns).as_rotvec())

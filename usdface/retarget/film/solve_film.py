@@ -11,6 +11,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.geometry.rigid_fit import Pose
+from usdface.numerics.rms import rms
 from usdface.retarget.film.dot_centres import dot_centre_offsets, foreshortening
 from usdface.retarget.film.filmed_depths import refined_depths
 from usdface.retarget.film.filmed_head import FilmedHead, certainty
@@ -111,15 +112,11 @@ def solve_film(
             rest = camera.at_depths(film.rest[None], look, deep)[0]
             pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
         head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing, errors)
-        left = _rms((film.image - camera.image(pose.to_take(rest + moved))) / errors[:, None])
+        left = rms((film.image - camera.image(pose.to_take(rest + moved))) / errors[:, None])
         still = head.still(filmed.take).positions
-        if done > 1 and _rms(still - before) < _SETTLED * left / head.metre:
+        if done > 1 and rms(still - before) < _SETTLED * left / head.metre:
             break
         before = still
         if done < rounds - 1:
             weights = solve(*head.projected(filmed.take), film.neutral)
     return SolvedFilm(filmed, head, weights, left)
-
-
-def _rms(values: FloatArray) -> float:
-    return float(np.sqrt(np.nanmean(values**2)))
