@@ -14,6 +14,7 @@ from other_packages import Install, install
 from pxr import Sdf
 from worlds import make_world
 
+from usdface.cli import main
 from usdface.errors import InputError, OutputError, PluginError, UsdFaceError
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.file_kind import kind_of_usd
@@ -216,6 +217,14 @@ def test_hooks_that_are_skipped_do_not_run_and_count(place: Path, failing_hook: 
     (row,) = process_sequence(show(place), skip_hooks=["acme_half"], gather=True).value
     assert row.state == "kept"
     assert state(place) == "missing"
+
+
+def test_results_with_pages_are_gathered_with_them(place: Path) -> None:
+    (plan,) = plans_of([show(place)], pages=True)
+    run_shot({"plan": plan.as_dict()})
+    gather = ["sequence", str(show(place)), "--gather", "--format", "json"]
+    assert main([*gather, "--pages"]) == 0
+    assert main(gather) == 1
 
 
 def test_a_hook_to_skip_that_is_not_installed_is_an_error_before_any_work(place: Path) -> None:

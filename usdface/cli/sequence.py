@@ -25,7 +25,7 @@ _EXCLUDES = {
         *("index", "workers", "time_limit", "table", "watch", "cache", "no_cache"),
         *("gather", "overwrite"),
     ),
-    "gather": ("watch", "cache", "no_cache", "workers", "time_limit", "pages", "overwrite"),
+    "gather": ("watch", "cache", "no_cache", "workers", "time_limit", "overwrite"),
 }
 
 
