@@ -131,7 +131,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.closure.lid_pulses", "_SMOOTHING _ABOVE_NOISE APART", CLOSED),
         *rows("usdface.closure.lid_pulses", "LEAST_HEIGHT", CLOSED),
         *rows("usdface.closure.closings", "_BETTER_SEEN _OWN _MEASURED _BEYOND", CLOSED),
-        *rows("usdface.closure.closings", "_UNSOLVED _TOP", CLOSED),
+        *rows("usdface.closure.closings", "_UNSURE _TOP", CLOSED),
         *rows("usdface.closure.blinks", "_DOUBTED _SURE _ALONE _SHARED _SLOW _WIDEST", CLOSED),
         *rows("usdface.closure.held_eyes", "_CLOSED _OPEN _HALF_OPEN _HELD", CLOSED),
         *rows("usdface.closure.held_eyes", "_STILL_CLOSED _CLOSED_ALONE _CONTRADICTED", CLOSED),

@@ -385,12 +385,15 @@ def test_the_level_of_a_closed_eye_is_that_of_a_blink_before_it_is_smoothed(rate
         assert [each.kind for each in found].count("held") == held
 
 
-def test_an_eye_that_is_not_solved_must_be_shut_further() -> None:
+def test_an_eye_that_is_not_solved_must_be_shut_further_the_less_sure_that_is() -> None:
     times, eyes = world()
     shut = 0.86 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
     seen = eyes + shut
-    for solved, held in ((SolvedLids(seen, seen), 2), (SolvedLids(*(np.nan * seen,) * 2), 0)):
-        found = closings_in(times, seen, lids=seen, solved=solved)
+    unknown = np.full_like(seen, np.nan)
+    for curve, unsure, held in ((seen, 0.5, 2), (unknown, 0.5, 0), (unknown, 0.1, 2)):
+        found = closings_in(
+            times, seen, lids=seen, unsure=np.full(2, unsure), solved=SolvedLids(curve, curve)
+        )
         assert [each.kind for each in found].count("held") == held
 
 

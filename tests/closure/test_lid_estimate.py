@@ -19,7 +19,7 @@ NAMES = MESH.shape_names
 def estimate_of(shot: ShotResult) -> np.ndarray:
     face = shot.shot.face
     assert shot.solution is not None
-    return lid_estimate(face, lid_apertures_of(face, NAMES), NAMES, shot.solution)
+    return lid_estimate(face, lid_apertures_of(face, NAMES), NAMES, shot.solution).gone
 
 
 def test_all_of_the_opening_is_gone_in_a_blink_and_nothing_at_rest() -> None:
@@ -57,7 +57,21 @@ def test_eyes_that_may_look_down_need_not_be_closed() -> None:
         positions[120:240] += 1.5 * glance[own]
     shot = result(replace(take, positions=positions))
     assert shot.solution is not None
-    looks = lid_estimate(face, apertures, NAMES, shot.solution)
+    looks = lid_estimate(face, apertures, NAMES, shot.solution).gone
     assert np.abs(looks[:100]).max() < 0.05
     # Not all of a glance is told from a blink by three markers beside an eye.
     assert looks[150:200].mean() == pytest.approx(1.5 * 0.47, abs=0.15)
+
+
+def test_it_is_surer_the_more_markers_show_the_lids() -> None:
+    """Never less sure than without any, and surest of an eye whose markers all are there."""
+    deviations = []
+    for without in ((), ("eye_left_in",), ("eye_left_in", "eye_left_down")):
+        shot = result(markers(MESH, performance(NAMES), without=without))
+        face = shot.shot.face
+        assert shot.solution is not None
+        apertures = lid_apertures_of(face, NAMES)
+        deviations.append(lid_estimate(face, apertures, NAMES, shot.solution).deviation)
+    left, right = np.array(deviations).T
+    assert (np.diff(left) > 0.0).all() and left[-1] < 1.0
+    assert (right < left)[1:].all()

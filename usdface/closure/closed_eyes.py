@@ -97,11 +97,14 @@ def close_eyes(
     lids = lid_markers(face, apertures, solved.names, solution) if solution else []
     alone = lid_motion(lids, solution) if solution else None
     least = least_pulses(face, apertures, solved.names, solution) if solution else None
-    gone = lid_estimate(face, apertures, solved.names, solution) if solution else None
+    lids_gone = lid_estimate(face, apertures, solved.names, solution) if solution else None
     as_solved = solved_lids(face, apertures, solved) if solution else None
     closings, left_open = find_closings(
-        solved.times, signal, own=alone, least=least, lids=gone, solved=as_solved
-    )
+        solved.times, signal, own=alone, least=least,
+        lids=lids_gone.gone if lids_gone else None,
+        unsure=lids_gone.deviation if lids_gone else None,
+        solved=as_solved,
+    )  # fmt: skip
     recorded = [] if blink is None else recorded_blinks(solved.times, blink)
     unseen = unseen_blinks(recorded, closings)
     closings = sorted([*closings, *unseen], key=lambda each: each.closed)

@@ -43,10 +43,11 @@ _MEASURED = 0.1
 # as the take's blinks. Of recorded eyes that are pressed shut 2.1 at most, of AnimFace's frown on
 # the example 2.75.
 _BEYOND = 2.3
-# Of an eye whose lids are not solved, where the estimate decides alone: the level of a closed eye,
-# by that of its blinks. MakeHuman and the example, 32 closed eyes each, 41 markers: with 1 all are
-# found, and 3.3 and 7.1 % of the take shut wrongly; with this 30 and 32, and 0.3 and 2.9 %.
-_UNSOLVED = 1.125
+# Of an eye whose lids are not solved, where the estimate decides alone: by how much the level of a
+# closed eye rises with each standard deviation of the estimate, which is 0.5 to 0.6 with 41 markers
+# and 0.17 with 68. MakeHuman and the example with 41, 32 closed eyes each: with 0 all are found, and
+# 3.3 and 7.1 % of the take shut wrongly; with this 30 and 32, and 0.4 and 3.4 %.
+_UNSURE = 0.2
 # A blink is closed for so long before and after its peak at least [s]: a frame of 30 Hz. Set by
 # hand: of the 0.15 s that pulses of 33 recorded blinks have at half their height.
 _TOP = 1.0 / 30.0
@@ -59,6 +60,7 @@ def find_closings(
     own: FloatArray | None = None,
     least: FloatArray | None = None,
     lids: FloatArray | None = None,
+    unsure: FloatArray | None = None,
     solved: SolvedLids | None = None,
 ) -> tuple[list[EyeClosing], IntArray]:
     """Find blinks and closed eyes, and the pulses like blinks that leave the eyes open.
@@ -78,6 +80,9 @@ def find_closings(
         Estimate of how much of the opening between the lids is gone (`lid_estimate`); NaN in all
         frames of an eye that is not measured. Pulses that do not end at closed lids are dropped
         (`pulses_that_close`).
+    unsure : (2,) float64, optional
+        Standard deviation of that estimate, for eyes whose lids are not solved: they have to be
+        closed by so much more.
     solved : SolvedLids, optional
         Pulses that are solved less deep than the take's other blinks are dropped
         (`as_deep_as_others`); those solved as squints or glances give no level of a closed eye
@@ -102,6 +107,7 @@ def find_closings(
         own=own,
         least=np.zeros(2) if least is None else least,
         lids=lids,
+        unsure=np.zeros(2) if unsure is None else unsure,
         solved=solved,
     )
     return [in_frames(each, even) for each in found], even.frames(peaks)
@@ -114,6 +120,7 @@ def _find_evenly(
     own: FloatArray | None,
     least: FloatArray,
     lids: FloatArray | None,
+    unsure: FloatArray,
     solved: SolvedLids | None,
 ) -> tuple[list[EyeClosing], IntArray]:
     """Return closings, and pulses that leave the eyes open, at even times: see `find_closings`."""
@@ -145,7 +152,8 @@ def _find_evenly(
     lid_level, solved_level = (
         _level(_at_top(curve, peaks, step), own_peaks) for curve in (lids, solved.closed)
     )
-    level, lid_level = (np.where(unsolved, _UNSOLVED * each, each) for each in (level, lid_level))
+    surely = np.where(unsolved & np.isfinite(unsure), 1.0 + _UNSURE * unsure, 1.0)
+    level, lid_level = surely * level, surely * lid_level
     # Closed by the markers, by the lids' estimate and as solved: the least of the three.
     smooth = _no_further_than(depth, smooth, level, lid_level)
     smooth = _no_further_than(as_solved, smooth, level, solved_level)

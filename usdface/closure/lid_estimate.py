@@ -7,6 +7,7 @@ markers so that each blend shape counts by the share of the opening that it clos
 """
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.solution import Solution
 
-__all__ = ["lid_estimate"]
+__all__ = ["LidEstimate", "lid_estimate"]
 
 # Standard deviations of the weights around rest: of the shapes that close an eye, and all others.
 _CLOSER, _OTHERS = 1.0, 0.3
@@ -33,13 +34,23 @@ _GLANCE = 0.47
 _MISFIT = 3e-4
 
 
+class LidEstimate(NamedTuple):
+    """How much of each eye's opening is gone: (F, 2), 1 closed; NaN without markers there.
+
+    And the standard deviation of each that the markers leave: (2,).
+    """
+
+    gone: FloatArray
+    deviation: FloatArray
+
+
 def lid_estimate(
     face: BoundFace,
     apertures: Mapping[Eye, LidApertures],
     names: tuple[str, ...],
     solution: Solution,
-) -> FloatArray:
-    """Return how much of each eye's opening is gone: (F, 2), 1 closed; NaN without markers there.
+) -> LidEstimate:
+    """Return how much of each eye's opening is gone.
 
     A glance down lowers the lids, too: as on a scanned face, if not on the rig.
 
@@ -52,7 +63,7 @@ def lid_estimate(
     solution : Solution
     """
     frames = len(solution.feature_points)
-    estimate = np.full((frames, 2), np.nan)
+    estimate = LidEstimate(np.full((frames, 2), np.nan), np.full(2, np.nan))
     near = {
         eye: near_lids(
             closing_displacements(face, own, names, solution.markers),
@@ -84,11 +95,14 @@ def lid_estimate(
     lids = np.any([near[eye] for eye in measured], axis=0)
     unexplained = _unexplained(solution, face.size, lids)
     normal = moved @ moved.T + unexplained * np.eye(len(moved))
-    closed = taken @ (deviations[:, None] * np.linalg.solve(normal, moved))
+    by_weight = taken * deviations
+    closed = by_weight @ np.linalg.solve(normal, moved)
     columns = [EYES.index(eye) for eye in measured]
+    left = np.linalg.solve(normal, by_weight.T)
+    estimate.deviation[columns] = np.sqrt(unexplained * np.einsum("et,te->e", by_weight, left))
     for block in frame_blocks(frames):
         at = solution.displaced(block)
-        estimate[block, columns] = at.reshape(len(at), -1) @ closed.T
+        estimate.gone[block, columns] = at.reshape(len(at), -1) @ closed.T
     return estimate
 
 
