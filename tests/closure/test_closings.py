@@ -390,7 +390,7 @@ def test_an_eye_that_is_not_solved_must_be_shut_further_the_less_sure_that_is() 
     shut = 0.86 * np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
     seen = eyes + shut
     unknown = np.full_like(seen, np.nan)
-    for curve, unsure, held in ((seen, 0.5, 2), (unknown, 0.5, 0), (unknown, 0.1, 2)):
+    for curve, unsure, held in ((seen, 0.6, 2), (unknown, 0.6, 0), (unknown, 0.1, 2)):
         found = closings_in(
             times, seen, lids=seen, unsure=np.full(2, unsure), solved=SolvedLids(curve, curve)
         )

@@ -45,7 +45,7 @@ _MEASURED = 0.1
 _BEYOND = 2.3
 # Of an eye whose lids are not solved, where the estimate decides alone: by how much the level of a
 # closed eye rises with each standard deviation of the estimate, which is 0.5 to 0.6 with 41 markers
-# and 0.17 with 68. MakeHuman and the example with 41, 32 closed eyes each: with 0 all are found, and
+# and 0.17 with 68. MakeHuman and the example with 41, 32 closed eyes each: with 0 all are found and
 # 3.3 and 7.1 % of the take shut wrongly; with this 30 and 32, and 0.4 and 3.4 %.
 _UNSURE = 0.2
 # A blink is closed for so long before and after its peak at least [s]: a frame of 30 Hz. Set by
