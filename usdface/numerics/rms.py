@@ -32,7 +32,7 @@ def rms(values: FloatArray, axis: int | None = None, *, empty: float = 0.0) -> f
 
     Examples
     --------
-    >>> rms(np.array([3.0, np.nan, -4.0])) == np.sqrt(12.5)
+    >>> bool(rms(np.array([3.0, np.nan, -4.0])) == np.sqrt(12.5))
     True
     """
     there = ~np.isnan(values)
