@@ -83,6 +83,17 @@ def with_human_lids(mesh: Mesh, share: float = 1.0, looks: bool = False) -> Mesh
     return replace(mesh, shapes=tuple(shapes))
 
 
+def with_one_blink(mesh: Mesh) -> Mesh:
+    """Return the mesh with one shape, eyeBlink, that closes both eyes."""
+    shapes = {shape.name: shape for shape in mesh.shapes}
+    dense = np.zeros_like(mesh.points)
+    for side in ("Left", "Right"):
+        one = shapes.pop(f"eyeBlink{side}")
+        dense[one.indices] += one.offsets
+    both = BlendShape.from_dense("eyeBlink", dense)
+    return replace(mesh, shapes=(*shapes.values(), both))
+
+
 def performance(names: Sequence[str], **curves: FloatArray) -> FloatArray:
     """Return the weights (F, S) of a performer who blinks; other curves by name."""
     weights = np.zeros((len(TIMES), len(names)))

@@ -13,6 +13,7 @@ from closing_world import (
     slit_bound,
     slit_markers,
     with_human_lids,
+    with_one_blink,
 )
 from slits import slit_face
 
@@ -59,6 +60,13 @@ def test_lids_that_move_markers_like_people_speak_for_themselves(share: float, o
         np.testing.assert_allclose(found, (rig if own else rig / share)[::-1], atol=1e-12)
         of_rig = closing_displacements(face, apertures, NAMES, face.markers, of_rig=True)
         np.testing.assert_array_equal(of_rig, rig)
+
+
+@pytest.mark.parametrize(("share", "own"), [(1.0, True), (2.0, False)])
+def test_one_shape_may_close_both_eyes(share: float, own: bool) -> None:
+    face = slit_bound(with_one_blink(with_human_lids(MESH, share)))
+    for apertures in lid_apertures_of(face, face.shape_names).values():
+        assert bool(scanned_lid_displacements(face, apertures, face.shape_names)) is not own
 
 
 def test_beside_lids_whose_rim_alone_moves_markers_move_as_on_another_face() -> None:

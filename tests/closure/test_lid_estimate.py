@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from closing_world import BLINKS, TIMES, markers, performance, result
+from closing_world import BLINKS, TIMES, markers, performance, result, with_one_blink
 from slits import slit_face
 
 from usdface.closure.closing_displacements import scanned_glance_displacements
@@ -75,3 +75,15 @@ def test_it_is_surer_the_more_markers_show_the_lids() -> None:
     left, right = np.array(deviations).T
     assert (np.diff(left) > 0.0).all() and left[-1] < 1.0
     assert (right < left)[1:].all()
+
+
+def test_one_shape_closes_both_eyes() -> None:
+    """Of a rig whose lids move unlike people's: each eye's markers count for it."""
+    take = markers(MESH, performance(NAMES), as_people=True)
+    shot = result(take, mesh=with_one_blink(MESH))
+    face = shot.shot.face
+    assert shot.solution is not None
+    apertures = lid_apertures_of(face, face.shape_names)
+    gone = lid_estimate(face, apertures, face.shape_names, shot.solution).gone
+    peaks = [int((start + 0.09) * 60) for start in BLINKS]
+    np.testing.assert_allclose(gone[peaks], 1.0, atol=0.15)

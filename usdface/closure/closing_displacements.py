@@ -100,8 +100,9 @@ def scanned_lid_displacements(
     moved = _as_scanned(face, apertures)
     if not moved or not near_lids(moved[_CLOSED], performed_opening(face, apertures)).any():
         return {}
-    apart = np.linalg.norm(_own_closing(face, apertures, names) - moved[_CLOSED])
-    if apart <= _UNLIKE * np.linalg.norm(moved[_CLOSED]):
+    # One shape may close both eyes.
+    own = _of_eye(face, apertures)[:, None] * _own_closing(face, apertures, names)
+    if np.linalg.norm(own - moved[_CLOSED]) <= _UNLIKE * np.linalg.norm(moved[_CLOSED]):
         return {}
     return {
         apertures.closer: moved[_CLOSED],
@@ -140,10 +141,15 @@ def scanned_glance_displacements(
 def _as_scanned(face: BoundFace, apertures: LidApertures) -> dict[int, FloatArray]:
     """Return the displacements of an eye's side's markers by each action unit of a scanned face."""
     known = (motion_at(face, (_SCANNED,)) or {}).get(_SCANNED, {})
-    # Markers on the midline belong to neither eye: a mirrored face has the mirrored result.
+    own = _of_eye(face, apertures)[:, None]
+    return {unit: own * by_unit for unit, by_unit in known.items()}
+
+
+def _of_eye(face: BoundFace, apertures: LidApertures) -> BoolArray:
+    """Return which markers are on an eye's side: (M,)."""
+    # Those on the midline belong to neither eye: a mirrored face has the mirrored result.
     to_left = face.neutral[:, 0] - face.midline
-    own = to_left > 0.0 if apertures.eye == "left" else to_left < 0.0
-    return {unit: own[:, None] * by_unit for unit, by_unit in known.items()}
+    return np.asarray(to_left > 0.0 if apertures.eye == "left" else to_left < 0.0)
 
 
 def _lids_move_markers(face: BoundFace, apertures: LidApertures, names: tuple[str, ...]) -> bool:

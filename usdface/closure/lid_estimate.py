@@ -79,9 +79,10 @@ def lid_estimate(
     known = np.array([name in column for name in names])
     offsets = np.zeros((len(names), len(face.markers), 3))
     offsets[known] = face.offsets[[column[name] for name in names if name in column]]
-    for eye in measured:
-        for shape, elsewhere in scanned_lid_displacements(face, apertures[eye], names).items():
-            offsets[shape] = elsewhere
+    scanned = [scanned_lid_displacements(face, apertures[eye], names) for eye in measured]
+    offsets[[shape for lids in scanned for shape in lids]] = 0.0
+    for shape, moved_by_lid in (each for lids in scanned for each in lids.items()):
+        offsets[shape] += moved_by_lid  # of both eyes, if one shape closes them
     deviations = np.full(len(names), _OTHERS)
     deviations[[apertures[eye].closer for eye in measured]] = _CLOSER
     taken = np.array([_closed_by(apertures[eye], len(names)) for eye in measured])
