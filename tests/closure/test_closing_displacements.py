@@ -20,7 +20,6 @@ from slits import slit_face
 from usdface.closure.closing_displacements import (
     closing_displacements,
     near_lids,
-    performed_opening,
     scanned_glance_displacements,
     scanned_lid_displacements,
 )
@@ -82,7 +81,7 @@ def test_beside_lids_whose_rim_alone_moves_markers_move_as_on_another_face() -> 
         assert known[apertures.raisers[0]][upper, 1] > 0
         (other,) = set(EYES) - {apertures.eye}
         assert not closing[face.markers.index(f"eye_{other}_up")].any()
-        assert near_lids(closing, performed_opening(face, apertures))[upper]
+        assert near_lids(face, apertures, closing)[upper]
 
 
 def test_without_markers_near_the_eyes_nothing_is_known() -> None:
@@ -93,7 +92,7 @@ def test_without_markers_near_the_eyes_nothing_is_known() -> None:
     for apertures in both_eyes(face):
         assert not scanned_lid_displacements(face, apertures, NAMES)
         closing = closing_displacements(face, apertures, NAMES, face.markers)
-        assert not near_lids(closing, performed_opening(face, apertures)).any()
+        assert not near_lids(face, apertures, closing).any()
 
 
 @pytest.mark.parametrize(
@@ -115,11 +114,14 @@ def test_lids_follow_eyes_that_look_down_unless_the_rig_says_how(
             assert not glance[face.markers.index(f"eye_{other}_up")].any()
 
 
-def test_no_performer_opens_the_eyes_further_than_people() -> None:
+def test_a_marker_that_a_performer_moves_is_near_the_lids_of_eyes_of_any_size() -> None:
     face = slit_bound(MESH)
     left, _ = both_eyes(face)
-    for opening, expected in ((0.004, 0.004), (0.02, 0.0075 * face.size)):
-        assert performed_opening(face, replace(left, opening=opening)) == expected
+    closing, person = np.zeros((len(face.markers), 3)), 0.0075 * face.size
+    for opening, performed in ((0.004, 0.004), (0.02, person)):
+        for share, near in ((0.09, False), (0.11, True)):
+            closing[2, 1] = -share * performed
+            assert near_lids(face, replace(left, opening=opening), closing)[2] == near
 
 
 def test_a_performer_blinks_on_a_rig_whose_lids_move_no_marker() -> None:

@@ -16,7 +16,6 @@ from usdface.face.face_motion import motion_at
 __all__ = [
     "closing_displacements",
     "near_lids",
-    "performed_opening",
     "scanned_glance_displacements",
     "scanned_lid_displacements",
 ]
@@ -58,23 +57,12 @@ def closing_displacements(
     return another.get(apertures.closer, _own_closing(face, apertures, names))[order]
 
 
-def performed_opening(face: BoundFace, apertures: LidApertures) -> float:
-    """Return the opening of an eye, at most a person's [m]: no performer's lids move further."""
-    return min(apertures.opening, _HUMAN_OPENING * face.size)
-
-
-def near_lids(closing: FloatArray, opening: float) -> BoolArray:
-    """Return which markers the lids of an eye move: (M,).
-
-    Parameters
-    ----------
-    closing : (M, 3) float64 [m]
-        Displacements by the shape that closes the eye.
-    opening : float [m]
-        Of the eye: `performed_opening`.
-    """
+def near_lids(face: BoundFace, apertures: LidApertures, closing: FloatArray) -> BoolArray:
+    """Return which markers the lids of an eye move: (M,), by their closing displacements (M, 3)."""
     size = np.linalg.norm(closing, axis=1)
     farthest = size.max(initial=0.0)
+    # No performer's lids move further than a person's, however large the character's eyes are.
+    opening = min(apertures.opening, _HUMAN_OPENING * face.size)
     return np.asarray((farthest >= _NEAR * opening) & (size >= _MOVED * farthest))
 
 
@@ -98,7 +86,7 @@ def scanned_lid_displacements(
         is near the lids.
     """
     moved = _as_scanned(face, apertures)
-    if not moved or not near_lids(moved[_CLOSED], performed_opening(face, apertures)).any():
+    if not moved or not near_lids(face, apertures, moved[_CLOSED]).any():
         return {}
     # One shape may close both eyes.
     own = _of_eye(face, apertures)[:, None] * _own_closing(face, apertures, names)
@@ -127,15 +115,14 @@ def scanned_glance_displacements(
         Of the blend shapes `names`.
     names : tuple of str, length T
     """
-    opening = performed_opening(face, apertures)
     moved = _as_scanned(face, apertures).get(_GLANCED)
-    if moved is None or not near_lids(moved, opening).any():
+    if moved is None or not near_lids(face, apertures, moved).any():
         return None
     if scanned_lid_displacements(face, apertures, names):
         return moved
     own = [name for name, units in units_of(names).items() if _GLANCED in units]
     glances = [face.offsets[face.shape_names.index(name)] for name in own]
-    return None if any(near_lids(glance, opening).any() for glance in glances) else moved
+    return None if any(near_lids(face, apertures, glance).any() for glance in glances) else moved
 
 
 def _as_scanned(face: BoundFace, apertures: LidApertures) -> dict[int, FloatArray]:
@@ -155,7 +142,7 @@ def _of_eye(face: BoundFace, apertures: LidApertures) -> BoolArray:
 def _lids_move_markers(face: BoundFace, apertures: LidApertures, names: tuple[str, ...]) -> bool:
     """Whether the rig's own lids move markers, so that a solve determines them."""
     own = _own_closing(face, apertures, names)
-    return bool(near_lids(own, performed_opening(face, apertures)).any())
+    return bool(near_lids(face, apertures, own).any())
 
 
 def _own_closing(face: BoundFace, apertures: LidApertures, names: tuple[str, ...]) -> FloatArray:

@@ -15,7 +15,6 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.closing_displacements import (
     closing_displacements,
     near_lids,
-    performed_opening,
     scanned_glance_displacements,
     scanned_lid_displacements,
 )
@@ -65,10 +64,7 @@ def lid_estimate(
     frames = len(solution.feature_points)
     estimate = LidEstimate(np.full((frames, 2), np.nan), np.full(2, np.nan))
     near = {
-        eye: near_lids(
-            closing_displacements(face, own, names, solution.markers),
-            performed_opening(face, own),
-        )
+        eye: near_lids(face, own, closing_displacements(face, own, names, solution.markers))
         for eye, own in apertures.items()
     }
     measured = [eye for eye in apertures if near[eye].any()]

@@ -11,11 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.closure.closing_displacements import (
-    closing_displacements,
-    near_lids,
-    performed_opening,
-)
+from usdface.closure.closing_displacements import closing_displacements, near_lids
 from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.numerics.frame_blocks import frame_blocks
@@ -87,17 +83,17 @@ def lid_markers(
         eye: closing_displacements(face, own, names, solution.markers, of_rig=of_rig)
         for eye, own in apertures.items()
     }
-    opening = {eye: performed_opening(face, own) for eye, own in apertures.items()}
     moved = np.zeros(len(solution.markers), dtype=bool)
     for eye, each in closing.items():
-        moved |= near_lids(each, opening[eye])
+        moved |= near_lids(face, apertures[eye], each)
     still = np.flatnonzero(~moved)
     found: list[LidMarker] = []
     if len(still) < _FEWEST:
         return found
     for eye in (eye for eye in EYES if eye in closing):
         size = np.linalg.norm(closing[eye], axis=1)
-        on_lid = near_lids(closing[eye], opening[eye]) & (size > _ON_LID * size.max(initial=0.0))
+        near = near_lids(face, apertures[eye], closing[eye])
+        on_lid = near & (size > _ON_LID * size.max(initial=0.0))
         for marker in np.flatnonzero(on_lid).tolist():
             apart = np.linalg.norm(solution.rest[still] - solution.rest[marker], axis=1)
             nearest = np.argsort(apart, kind="stable")[:_AROUND]

@@ -11,11 +11,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.closure.closing_displacements import (
-    closing_displacements,
-    near_lids,
-    performed_opening,
-)
+from usdface.closure.closing_displacements import closing_displacements, near_lids
 from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.face.bound_face import BoundFace
 from usdface.retarget.solution import Solution
@@ -54,7 +50,7 @@ def lid_signal(
             signal[:, column] = weights.weights[:, apertures[eye].closer]
             continue
         closing = closing_displacements(face, apertures[eye], weights.names, solution.markers)
-        used = near_lids(closing, performed_opening(face, apertures[eye]))
+        used = near_lids(face, apertures[eye], closing)
         if not used.any():
             continue
         moved = solution.feature_points[:, used] - solution.rest[used]
@@ -77,7 +73,7 @@ def least_pulses(
     for column, eye in enumerate(EYES):
         if eye in apertures:
             closing = closing_displacements(face, apertures[eye], names, solution.markers)
-            used = near_lids(closing, performed_opening(face, apertures[eye]))
+            used = near_lids(face, apertures[eye], closing)
             if used.any():
                 least[column] = _LEAST * apertures[eye].opening / np.linalg.norm(closing[used])
     return least
