@@ -1,12 +1,14 @@
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from usdface.errors import InputError
+from usdface.findings import Finding
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.textures import uv_name
-from usdface.rigs import Mesh
+from usdface.rigs import Mesh, Rig
 
 SQUARE = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], "<f4")
 
@@ -144,9 +146,9 @@ def test_targets_with_normals(write_glb, tmp_path: Path) -> None:
         (["a_2", "a"], ("a_2", "a"), []),
         (["a"], ("a", "target_1"), ["NAME_CHANGED"]),
         (["a", "b", "c"], ("a", "b"), ["NAME_CHANGED"]),
-        ([], ("target_0", "target_1"), []),
-        ("ab", ("target_0", "target_1"), []),
-        ([1, 2], ("target_0", "target_1"), []),
+        ([], ("target_0", "target_1"), ["SHAPE_NAMES_MISSING"]),
+        ("ab", ("target_0", "target_1"), ["SHAPE_NAMES_MISSING"]),
+        ([1, 2], ("target_0", "target_1"), ["SHAPE_NAMES_MISSING"]),
         (["\ud800", "?"], ("?", "?_2"), ["NAME_CHANGED"]),
     ],
 )
@@ -160,6 +162,64 @@ def test_target_names(write_glb, tmp_path: Path, given, expected, codes) -> None
     )
     assert rig.shape_names == expected
     assert [f.code for f in found] == codes
+
+
+def named_targets(write_glb, path: Path, names: dict[str, list[str]]) -> tuple[Rig, list[Finding]]:
+    """Read a mesh with two targets, named by the extras of some of its parts or by accessors."""
+    primitive: dict[str, Any] = {
+        "attributes": {"POSITION": 0},
+        "targets": [{"POSITION": 1}, {"POSITION": 2}],
+    }
+    node: dict[str, Any] = {"mesh": 0}
+    mesh: dict[str, Any] = {"primitives": [primitive]}
+    parts = {"mesh": mesh, "primitive": primitive, "node": node}
+    for part in parts.keys() & names.keys():
+        parts[part]["extras"] = {"targetNames": names[part]}
+    document: dict[str, Any] = {"scenes": [{"nodes": [0]}], "nodes": [node], "meshes": [mesh]}
+    if "accessors" in names:
+        kind = {"componentType": 5126, "count": 4, "type": "VEC3"}
+        document["bufferViews"] = [
+            {"buffer": 0, "byteOffset": 48 * k, "byteLength": 48} for k in range(3)
+        ]
+        document["accessors"] = [
+            kind | {"bufferView": k, "name": name}
+            for k, name in enumerate(["points", *names["accessors"]])
+        ]
+    rig, _, found = read_gltf(write_glb(path / "a.glb", document, [SQUARE] * 3))
+    return rig, found
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        ({"primitive": ["jaw", "口"]}, ("jaw", "口")),  # UniVRM
+        ({"node": ["jaw", "smile"]}, ("jaw", "smile")),
+        ({"mesh": ["jaw", "smile"], "primitive": ["a", "b"], "node": ["c", "d"]}, ("jaw", "smile")),
+        ({"mesh": [], "primitive": ["jaw", "smile"]}, ("jaw", "smile")),
+    ],
+)
+def test_names_of_targets_may_stand_on_primitives_and_nodes(
+    write_glb, tmp_path: Path, names, expected
+) -> None:
+    rig, found = named_targets(write_glb, tmp_path, names)
+    assert rig.shape_names == expected
+    assert found == []
+
+
+@pytest.mark.parametrize(
+    ("names", "expected"),
+    [
+        (["jaw", "smile"], ("jaw", "smile")),
+        (["positions", "positions"], ("target_0", "target_1")),
+        (["jaw", ""], ("target_0", "target_1")),
+    ],
+)
+def test_names_of_accessors_stand_for_those_of_targets(
+    write_glb, tmp_path: Path, names, expected
+) -> None:
+    rig, found = named_targets(write_glb, tmp_path, {"accessors": names})
+    assert rig.shape_names == expected
+    assert [f.code for f in found] == ["SHAPE_NAMES_MISSING"]
 
 
 def test_quantised_meshes(write_glb, tmp_path: Path) -> None:

@@ -66,8 +66,8 @@ def read_gltf(
     Returns
     -------
     Rig
-        Metres, Y up; blend shapes are named by ``mesh.extras.targetNames``, else
-        ``target_0``, ``target_1``, ...
+        Metres, Y up; blend shapes are named by ``extras.targetNames``, else ``target_0``,
+        ``target_1``, ... (`usdface.io.gltf.target_names`).
     tuple of Clip
         One without a name where nothing is animated but some weights are not zero.
     list of Finding
@@ -212,7 +212,9 @@ def _meshes(
         index = document.nodes[node].mesh
         source = document.meshes[index]
         if index not in decoded:
-            shape_names, labels, new_findings = target_names(source, name)
+            shape_names, labels, new_findings = target_names(
+                source, name, document.nodes[node].extras, document.accessors or ()
+            )
             decoded[index], lost = mesh_of_primitives(
                 name, source.primitives or [], shape_names, materials, reader, uv_names
             )

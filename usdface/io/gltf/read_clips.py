@@ -92,7 +92,7 @@ def _carrier(file: GltfFile, node: int, width: int, rig: Rig, found: list[Findin
     holder = GltfMesh(primitives=[], extras=source.extras)
     if source.mesh is not None:
         holder = document.meshes[source.mesh]
-    names, _, _ = target_names(holder, name)
+    names, _, _ = target_names(holder, name, source.extras, document.accessors or ())
     extras = holder.extras
     if not names:
         names, extras = _names_in_order(rig, name, width)

@@ -208,7 +208,7 @@ class _Scene(PlayerFile):
         read = [self._block(p, np.unique(np.concatenate(c))) for p, c in blocks.values()]
         count = max((len(b["moves"].targets) for b in read), default=0)
         extras = mesh.get("extras") or {}
-        names = (extras.get("usdface") or {}).get("names") or extras.get("targetNames") or []
+        names = (extras.get("usdface") or {}).get("names") or self._target_names(n, mesh)
         targets = tuple(str(names[k]) if k < len(names) else f"target_{k}" for k in range(count))
         rest = n.get("weights") or mesh.get("weights") or [0.0] * count
         points = np.concatenate([np.zeros((0, 3)), *(b["points"] for b in read)])
@@ -229,6 +229,17 @@ class _Scene(PlayerFile):
             self._half_steps([b["part"] for b in read], count),
         )
         return _Part(shown, nodes, space)
+
+    def _target_names(self, node: dict[str, Any], mesh: dict[str, Any]) -> list[Any]:
+        """Return the names of a mesh's targets: by it, its primitives, its node, its accessors."""
+        primitives = mesh["primitives"]
+        for holder in (mesh, *primitives, node):
+            if names := (holder.get("extras") or {}).get("targetNames"):
+                return list(names)
+        targets = primitives[0].get("targets", []) if primitives else []
+        held = [self.json["accessors"][t["POSITION"]] for t in targets if "POSITION" in t]
+        names = [accessor.get("name") or "" for accessor in held]
+        return names if all(names) and len({*names}) == len(targets) else []
 
     def _block(self, part: dict[str, Any], used: IntArray) -> dict[str, Any]:
         at = part["attributes"]
