@@ -8,10 +8,9 @@ from pxr import Sdf, Usd, UsdSkel
 
 from usdface.content_digest import content_digest
 from usdface.findings import Finding, finding
-from usdface.io.usd.held_layers import hold_layers
 from usdface.io.usd.instances import shown_path
 from usdface.io.usd.rig import skel_roots
-from usdface.io.usd.stage import check_clocks
+from usdface.io.usd.variant_stages import stage_with_variant
 
 __all__ = [
     "BoundAnimation",
@@ -65,7 +64,7 @@ def clips_and_losses(stage: Usd.Stage) -> tuple[list[Usd.Stage], list[Finding]]:
     places = {prim.GetPath(): k for k, prim in enumerate(stage.Traverse(_ALL))}
     lost: dict[tuple[Sdf.Path, ...], list[str]] = {}
     for prim, name, variant in choices:
-        other = _with_variant(stage, prim.GetPath(), name, variant)
+        other = stage_with_variant(stage, prim.GetPath(), name, variant)
         # Above a SkelRoot a set may choose between characters, which are no clips of one.
         if prim not in roots and not _skeletons(other) <= skeletons:
             continue
@@ -95,16 +94,6 @@ def _unselected(prim: Usd.Prim) -> list[tuple[str, str]]:
         for variant in sets.GetVariantSet(name).GetVariantNames()
         if variant != sets.GetVariantSelection(name)
     ]
-
-
-def _with_variant(stage: Usd.Stage, path: Sdf.Path, name: str, variant: str) -> Usd.Stage:
-    session = Sdf.Layer.CreateAnonymous(".usda")
-    session.TransferContent(stage.GetSessionLayer())
-    Sdf.CreatePrimInLayer(session, path).variantSelections[name] = variant
-    other = Usd.Stage.Open(stage.GetRootLayer(), session)
-    hold_layers(other)
-    check_clocks(other)
-    return other
 
 
 def _content(stage: Usd.Stage) -> str:

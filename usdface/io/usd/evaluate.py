@@ -22,7 +22,7 @@ from usdface.io.usd.rendered_meshes import (
 )
 from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import points_move
-from usdface.io.usd.world_transforms import world_transform
+from usdface.io.usd.world_transforms import transform_codes, world_transform
 
 __all__ = ["UsdMesh", "evaluate_usd", "has_keys", "stage_keys"]
 
@@ -285,11 +285,11 @@ def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
 
 
 def _own_keys(prim: Usd.Prim) -> set[float]:
-    """Return the time codes at which the transform or the points of a prim have samples."""
+    """Return the time codes of the keys of the transform and the points of a prim."""
     keys = set[float]()
     xform, mesh = UsdGeom.Xformable(prim), UsdGeom.Mesh(prim)
     if xform and xform.TransformMightBeTimeVarying():
-        keys |= {*xform.GetTimeSamples()}
+        keys |= {*transform_codes(xform)}
     if mesh and points_move(mesh):
         keys |= {*mesh.GetPointsAttr().GetTimeSamples()}
     return keys

@@ -11,8 +11,17 @@ from usdface.io.usd.conversion_metadata import KEY
 from usdface.io.usd.held_layers import hold
 from usdface.scene import Extras
 
-__all__ = ["json_values", "read_asset", "read_extras", "usd_values", "write_asset", "write_extras"]
+__all__ = [
+    "USER_PROPERTIES",
+    "json_values",
+    "read_asset",
+    "read_extras",
+    "usd_values",
+    "write_asset",
+    "write_extras",
+]
 
+USER_PROPERTIES = "userProperties:"  # custom attributes of Blender, Maya and Houdini
 _DEEPEST = 16  # levels of nesting, for a stack that stays shallow
 _INTS = range(-(2**63), 2**63)  # int64, the widest integer of a USD dictionary
 
@@ -78,14 +87,34 @@ def _usd_value(value: Any, path: str, lost: list[str], depth: int) -> Any:
     return None
 
 
-def read_extras(prim: Usd.Prim) -> tuple[dict[str, Any], list[Finding]]:
-    """Return a prim's customData as JSON values, without metadata of conversions and of schemas."""
-    authored: dict[str, Any] = {}
+def read_extras(prim: Usd.Prim, properties: bool = True) -> tuple[dict[str, Any], list[Finding]]:
+    """Return a prim's customData as JSON values, without metadata of conversions and of schemas.
+
+    With its `properties`: the custom attributes of users (``userProperties:``) that do not change
+    over time, under their names; parts of names with a colon are nested.
+    """
+    authored: dict[str, Any] = _user_properties(prim) if properties else {}
     specs = prim.GetPrimStack()
     hold(specs)
     for spec in reversed(specs):  # the composed value has the schema's own in it
         authored |= dict(spec.customData)
     return _read(prim, authored, (KEY,))
+
+
+def _user_properties(prim: Usd.Prim) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for attribute in prim.GetAuthoredPropertiesInNamespace(USER_PROPERTIES):
+        if not isinstance(attribute, Usd.Attribute) or attribute.ValueMightBeTimeVarying():
+            continue
+        *above, name = attribute.GetName().removeprefix(USER_PROPERTIES).split(":")
+        holder = found
+        for part in above:
+            inner = holder.setdefault(part, {})
+            holder = inner if isinstance(inner, dict) else holder
+        value = attribute.Get()
+        if value is not None:
+            holder[name] = value
+    return found
 
 
 def read_asset(prim: Usd.Prim) -> tuple[dict[str, Any], list[Finding]]:

@@ -13,7 +13,7 @@ from usdface.io.usd.extras import json_values, read_extras, usd_values, write_ex
 from usdface.rigs import Mesh, Rig
 from usdface.scene import Extras, Group
 
-__all__ = ["read_groups", "write_groups"]
+__all__ = ["paths_of_groups", "read_groups", "write_groups"]
 
 _SCOPE = "Groups"
 _START = Usd.TimeCode.EarliestTime()
@@ -26,7 +26,7 @@ def read_groups(
 
     `si` (4, 4) leads from stage space to metres, Y up.
     """
-    scope = next((p for p in stage.Traverse() if p.GetName() == _SCOPE and _ours(p)), None)
+    scope = _scope(stage)
     if scope is None:
         return (), {}, tuple(meshes), []
     xforms = UsdGeom.XformCache(_START)
@@ -50,6 +50,17 @@ def read_groups(
         path = str(read_metadata(stage.GetPrimAtPath(mesh.path)).get("group", ""))
         hung.append(replace(mesh, group=path) if path in known else mesh)
     return tuple(groups), joints, tuple(hung), found
+
+
+def paths_of_groups(stage: Usd.Stage) -> set[str]:
+    """Return the paths of the groups that `read_groups` reads."""
+    scope = _scope(stage)
+    prims = Usd.PrimRange(scope) if scope is not None else ()
+    return {str(prim.GetPath()) for prim in prims if prim.IsA(UsdGeom.Xform)}
+
+
+def _scope(stage: Usd.Stage) -> Usd.Prim | None:
+    return next((p for p in stage.Traverse() if p.GetName() == _SCOPE and _ours(p)), None)
 
 
 def _ours(prim: Usd.Prim) -> bool:

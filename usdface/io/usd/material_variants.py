@@ -7,13 +7,12 @@ alone, also those of the default look (``default``): opinions of the prim itself
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from pxr import Sdf, Usd, UsdShade
+from pxr import Usd, UsdShade
 
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.conversion_metadata import read_metadata, write_metadata
-from usdface.io.usd.held_layers import hold_layers
 from usdface.io.usd.mesh import bound_material
-from usdface.io.usd.stage import check_clocks
+from usdface.io.usd.variant_stages import stage_with_variant
 from usdface.rigs import MaterialVariant, Mesh
 
 __all__ = ["read_material_variants", "write_material_variants"]
@@ -32,12 +31,7 @@ def read_material_variants(stage: Usd.Stage, meshes: Sequence[Mesh]) -> tuple[Me
     labels = read_metadata(top).get(_NAMES, {})
     found: list[list[MaterialVariant]] = [[] for _ in meshes]
     for variant in top.GetVariantSet(_SET).GetVariantNames():
-        session = Sdf.Layer.CreateAnonymous(".usda")
-        session.TransferContent(stage.GetSessionLayer())
-        Sdf.CreatePrimInLayer(session, top.GetPath()).variantSelections[_SET] = variant
-        other = Usd.Stage.Open(stage.GetRootLayer(), session)
-        hold_layers(other)
-        check_clocks(other)
+        other = stage_with_variant(stage, top.GetPath(), _SET, variant)
         looks = [_changed(stage, other, mesh) for mesh in meshes]
         if variant == _DEFAULT and not any(looks):
             continue

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterable
 
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Usd, UsdGeom, UsdMedia, UsdSkel
 
 from usdface.findings import Finding, finding
 
@@ -12,6 +12,7 @@ __all__ = [
     "placed_roots",
     "rendered_meshes",
     "report_unconverted",
+    "visibility_changes",
 ]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
@@ -53,7 +54,7 @@ def rendered_meshes(
             message = f"the mesh is shown although {hidden}: there is no other"
             found.append(finding("FEATURE_APPROXIMATED", where, message, feature="visibility"))
             shown.append(prim)
-        if _blinks(prim):
+        if visibility_changes(prim):
             message = "its visibility changes over time; it stays as at the first"
             found.append(finding("ANIMATION_DROPPED", where, message))
     return shown, found
@@ -98,7 +99,8 @@ def outside_meshes(stage: Usd.Stage) -> list[Usd.Prim]:
     return found
 
 
-def _blinks(prim: Usd.Prim) -> bool:
+def visibility_changes(prim: Usd.Prim) -> bool:
+    """Return whether a prim, or one above it, may be shown at some times only."""
     while prim and not prim.IsPseudoRoot():
         imageable = UsdGeom.Imageable(prim)
         if imageable and imageable.GetVisibilityAttr().ValueMightBeTimeVarying():
@@ -108,7 +110,7 @@ def _blinks(prim: Usd.Prim) -> bool:
 
 
 def report_unconverted(stage: Usd.Stage) -> list[Finding]:
-    """Return a finding for each shape that is no mesh."""
+    """Return a finding for each shape that is no mesh, and each sound."""
     found = []
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
     for prim in prims:
@@ -125,4 +127,7 @@ def report_unconverted(stage: Usd.Stage) -> list[Finding]:
         elif prim.IsA(UsdGeom.Gprim) and not prim.IsA(UsdGeom.Mesh) and not kind.startswith(_OURS):
             message = "a {type} is left out: meshes are converted"
             found.append(finding("FEATURE_DROPPED", where, message, kind, feature="geometry"))
+        elif prim.IsA(UsdMedia.SpatialAudio):
+            message = "sound is left out: a glTF and a rig have none"
+            found.append(finding("FEATURE_DROPPED", where, message, feature="sound"))
     return found

@@ -12,7 +12,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.extras import read_asset, read_extras
-from usdface.io.usd.groups import read_groups
+from usdface.io.usd.groups import paths_of_groups, read_groups
 from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
@@ -28,6 +28,10 @@ from usdface.io.usd.scene import read_scene
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
+from usdface.io.usd.unconverted_data import (
+    report_unconverted_data,
+    report_unconverted_variants,
+)
 from usdface.io.usd.vertex_cache import points_move
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 from usdface.schemas import tokens
@@ -181,6 +185,8 @@ def _rig(
     asset, new_findings = read_asset(top)
     findings += new_findings
     groups, joint_extras, hung, new_findings = read_groups(stage, si, rig.meshes)
+    kept = {str(top.GetPath()), *(mesh.path for mesh in rig.meshes), *paths_of_groups(stage)}
+    findings += report_unconverted_data(stage, kept) + report_unconverted_variants(stage)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
     rig = replace(rig, meshes=hung, groups=groups, joint_extras=joint_extras)
     return rig, findings + new_findings

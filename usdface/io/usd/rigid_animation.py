@@ -14,6 +14,7 @@ from usdface.io.usd.motion_keys import motion_keys
 from usdface.io.usd.rig import skinned_by
 from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.stage import metrics_of, to_si
+from usdface.io.usd.world_transforms import transform_codes
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
 __all__ = [
@@ -54,12 +55,12 @@ class RigidMotion:
 
 
 def transform_time_codes(prim: Usd.Prim) -> dict[Sdf.Path, list[float]]:
-    """Return the time codes of the transform samples of a prim and its ancestors."""
+    """Return the time codes of the keys of the transforms of a prim and its ancestors."""
     found = {}
     while prim and not prim.IsPseudoRoot():
         xform = UsdGeom.Xformable(prim)
         if xform and xform.TransformMightBeTimeVarying():
-            found[prim.GetPath()] = list(xform.GetTimeSamples())
+            found[prim.GetPath()] = transform_codes(xform)
         prim = prim.GetParent()
     return found
 

@@ -21,8 +21,8 @@ from usdface.findings import Finding, finding
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import rigid
 from usdface.io.usd.conversion_metadata import read_metadata, write_metadata
+from usdface.io.usd.dropped_scene_features import report_dropped_features
 from usdface.io.usd.extras import read_extras, write_extras
-from usdface.io.usd.world_transforms import moves_in_world
 from usdface.scene import Camera, Light
 
 __all__ = ["read_scene", "write_scene"]
@@ -57,9 +57,12 @@ def read_scene(
         shines = prim.HasAPI(UsdLux.LightAPI)
         if not prim.IsA(UsdGeom.Camera) and not shines:
             continue
-        if UsdGeom.Imageable(prim).ComputeVisibility(_START) == UsdGeom.Tokens.invisible:
-            continue
         where = str(prim.GetPath())
+        if UsdGeom.Imageable(prim).ComputeVisibility(_START) == UsdGeom.Tokens.invisible:
+            message = "the {type} is left out: it is invisible"
+            kind = "light" if shines else "camera"
+            found.append(finding("FEATURE_DROPPED", where, message, kind, feature=kind))
+            continue
         matrix = np.array(xforms.GetLocalToWorldTransform(prim), np.float64) @ si
         if not np.isfinite(matrix).all() or not np.linalg.det(matrix[:3, :3]):
             found.append(
@@ -71,9 +74,7 @@ def read_scene(
                 )
             )
             continue
-        if moves_in_world(prim):
-            message = "it stands still: its animation is not kept"
-            found.append(finding("ANIMATION_DROPPED", where, message))
+        found += report_dropped_features(prim)
         thing = _light(prim, matrix, found) if shines else _camera(prim, rigid(matrix), si)
         if thing is None:
             continue

@@ -5,7 +5,7 @@ from pxr import Usd, UsdGeom
 
 from usdface.arrays import FloatArray
 
-__all__ = ["moves_in_world", "world_transform"]
+__all__ = ["moves_in_world", "transform_codes", "world_transform"]
 
 
 def world_transform(prim: Usd.Prim, code: float) -> FloatArray:
@@ -20,3 +20,12 @@ def moves_in_world(prim: Usd.Prim) -> bool:
             return True
         prim = prim.GetParent()
     return False
+
+
+def transform_codes(xform: UsdGeom.Xformable) -> list[float]:
+    """Return the time codes of the samples, and of the knots of splines, of a prim's transform."""
+    codes = {*xform.GetTimeSamples()}
+    for attribute in (op.GetAttr() for op in xform.GetOrderedXformOps()):
+        if not attribute.GetTimeSamples() and attribute.HasSpline():  # samples count before splines
+            codes |= {*attribute.GetSpline().GetKnots().keys()}
+    return sorted(codes)

@@ -1,0 +1,117 @@
+"""Custom attributes, metadata and variants arrive or are announced."""
+
+from pathlib import Path
+
+import numpy as np
+from pxr import Sdf, Usd, UsdGeom, UsdShade
+from sheets import sheet
+
+from usdface.clips import Clip
+from usdface.findings import Finding
+from usdface.io.usd.clips import animated_rig
+from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.rig_write import write_rig
+from usdface.io.usd.unconverted_data import report_unconverted_variants
+from usdface.pipeline import export_scene, import_scene
+from usdface.rigs import Rig
+from usdface.takes import WeightsTake
+
+
+def ignored(found: list[Finding]) -> list[str]:
+    (one,) = [f for f in found if f.code == "CHANNEL_IGNORED"]
+    return list(one.values["channels"])
+
+
+def give(prim: Usd.Prim, name: str, value: float | str) -> Usd.Attribute:
+    kinds = Sdf.ValueTypeNames
+    kind = kinds.String if isinstance(value, str) else kinds.Double
+    attribute = prim.CreateAttribute(name, kind, custom=True)
+    attribute.Set(value)
+    return attribute
+
+
+def test_custom_properties_of_other_programs_are_extras(tmp_path: Path) -> None:
+    stage = sheet()
+    mesh, root = stage.GetPrimAtPath("/R/M"), stage.GetPrimAtPath("/R")
+    give(mesh, "userProperties:age", 3.0)
+    give(mesh, "userProperties:blender:object_name", "Head")
+    mesh.SetCustomDataByKey("note", "by hand")
+    give(root, "userProperties:show", "X")
+    rig, found = rig_of_stage(stage)
+    expected = {"age": 3.0, "blender": {"object_name": "Head"}, "note": "by hand"}
+    assert rig.meshes[0].extras == expected
+    assert rig.extras == {"show": "X"}
+    assert "CHANNEL_IGNORED" not in [f.code for f in found]
+    stage.Export(str(tmp_path / "a.usda"))
+    export_scene(tmp_path / "a.usda", tmp_path / "a.glb")
+    import_scene(tmp_path / "a.glb", tmp_path / "b.usda")
+    back = Usd.Stage.Open(str(tmp_path / "b.usda"))
+    (head,) = [prim for prim in back.Traverse() if prim.IsA(UsdGeom.Mesh)]
+    assert head.GetCustomDataByKey("age") == 3.0
+    assert head.GetCustomDataByKey("blender:object_name") == "Head"
+
+
+def test_custom_data_that_nothing_keeps_is_announced() -> None:
+    stage = sheet()
+    mesh = stage.GetPrimAtPath("/R/M")
+    give(mesh, "studio:id", 7.0)
+    for code in (0.0, 1.0):
+        give(mesh, "userProperties:heat", 1.0).Set(code, code)
+    group = UsdGeom.Xform.Define(stage, "/R/Group").GetPrim()
+    give(group, "userProperties:lod", 1.0)
+    group.SetCustomDataByKey("step", 2)
+    group.SetCustomDataByKey("usdface", {"ours": True})
+    take = stage.DefinePrim("/Take", "UsdFaceMarkerTake")
+    give(take, "userProperties:scene", 4.0)
+    give(mesh, "usdface:residual", 0.5)
+    group.CreateRelationship("material:binding")  # without its schema
+    assert ignored(rig_of_stage(stage)[1]) == [
+        "/R/M.studio:id",
+        "/R/M.userProperties:heat",
+        "/R/Group step",
+        "/R/Group.userProperties:lod",
+    ]
+
+
+def with_variants(prim: Usd.Prim, name: str, *variants: str) -> Usd.VariantSet:
+    chosen = prim.GetVariantSets().AddVariantSet(name)
+    for variant in variants:
+        chosen.AddVariant(variant)
+    chosen.SetVariantSelection(variants[0])
+    return chosen
+
+
+def test_variants_that_are_not_selected_are_announced() -> None:
+    stage = sheet()
+    root = stage.GetPrimAtPath("/R")
+    with_variants(root, "only", "one")
+    assert report_unconverted_variants(stage) == []
+    lods = with_variants(root, "lod", "high", "low")
+    lods.SetVariantSelection("low")
+    with lods.GetVariantEditContext():
+        UsdGeom.Mesh.Define(stage, "/R/Coarse").CreatePointsAttr([(0, 0, 0)])
+    lods.SetVariantSelection("high")
+    with_variants(stage.GetPrimAtPath("/R/M"), "hair", "short", "long").ClearVariantSelection()
+    (lost,) = [f for f in rig_of_stage(stage)[1] if "variants" in f.values]
+    assert lost.code == "FEATURE_DROPPED"
+    assert lost.values["variants"] == ["/R lod=high", "/R/M hair=none"]
+    assert lods.GetVariantSelection() == "high"
+
+
+def test_variants_that_are_clips_or_materials_arrive(face_rig: Rig, tmp_path: Path) -> None:
+    times, count = [0.0, 0.1], len(face_rig.shape_names)
+    takes = [WeightsTake(face_rig.shape_names, times, np.full((2, count), w), 10.0) for w in (0, 1)]
+    clips = tuple(Clip(n, take) for n, take in zip(("calm", "wild"), takes, strict=True))
+    write_rig(face_rig, tmp_path / "a.usda", clips)
+    stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
+    (root,) = [prim for prim in stage.Traverse() if prim.GetTypeName() == "SkelRoot"]
+    assert root.GetVariantSet("animation").GetVariantNames() == ["calm", "wild"]
+    looks = with_variants(stage.GetDefaultPrim(), "material", "default", "red")
+    looks.SetVariantSelection("red")
+    with looks.GetVariantEditContext():
+        UsdShade.Material.Define(stage, "/Asset/Red")
+    looks.SetVariantSelection("default")
+    assert report_unconverted_variants(stage) == []
+    _, moving, found = animated_rig(stage)
+    assert [clip.name for clip in moving] == ["calm", "wild"]
+    assert [f for f in found if "variants" in f.values] == []

@@ -1,0 +1,118 @@
+"""Custom attributes, metadata and variants of a stage that a rig has no place for."""
+
+from collections.abc import Collection, Iterator
+
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
+
+from usdface.findings import Finding, finding
+from usdface.io.usd.extras import USER_PROPERTIES, read_extras
+from usdface.io.usd.variant_stages import stage_with_variant
+
+__all__ = ["report_unconverted_data", "report_unconverted_variants"]
+
+_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
+# Prims and attributes of a take and its result, which are no part of the picture.
+_OUR_TYPES, _OURS = "UsdFace", "usdface:"
+# Of USD's own schemas; a prim that does not apply one has its properties as custom ones.
+_OF_SCHEMAS = ("material:", "primvars:", "skel:")
+_MATERIALS = "material"  # the set that becomes material variants of glTF
+
+
+def report_unconverted_data(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]:
+    """Return CHANNEL_IGNORED for custom attributes and customData that nothing keeps.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+    kept : collection of str
+        Paths of prims whose extras are read, beside cameras, lights and materials.
+    """
+    lost = [name for prim in stage.Traverse(_ALL) for name in _unread(prim, kept)]
+    if not lost:
+        return []
+    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    message = "custom attributes and metadata that usdface does not keep: {channels}"
+    return [finding("CHANNEL_IGNORED", where, message, lost)]
+
+
+def _unread(prim: Usd.Prim, kept: Collection[str]) -> Iterator[str]:
+    """Yield the custom attributes and metadata of a prim that are left out."""
+    if str(prim.GetTypeName()).startswith(_OUR_TYPES):
+        return
+    path, read = str(prim.GetPath()), _has_extras(prim, kept)
+    if not read:
+        yield from (f"{path} {name}" for name in _metadata(prim))
+    for each in prim.GetAuthoredProperties():
+        name = each.GetName()
+        if not each.IsCustom() or name.startswith((_OURS, *_OF_SCHEMAS)):
+            continue
+        varies = isinstance(each, Usd.Attribute) and each.ValueMightBeTimeVarying()
+        if varies or not (read and name.startswith(USER_PROPERTIES)):
+            yield f"{path}.{name}"
+
+
+def _has_extras(prim: Usd.Prim, kept: Collection[str]) -> bool:
+    if str(prim.GetPath()) in kept or prim.IsA(UsdShade.Material):
+        return True
+    return bool(prim.IsA(UsdGeom.Camera) or prim.HasAPI(UsdLux.LightAPI))
+
+
+def _metadata(prim: Usd.Prim) -> list[str]:
+    """Return the keys of a prim's customData that are of no schema and not of a conversion."""
+    if not prim.HasAuthoredCustomData():
+        return []
+    extras, _ = read_extras(prim, properties=False)
+    return sorted(extras)
+
+
+def report_unconverted_variants(stage: Usd.Stage) -> list[Finding]:
+    """Return FEATURE_DROPPED for variants of a stage that are neither clips nor materials.
+
+    Of those only the selected one is converted. Where a set chooses between animations its
+    variants are clips (`usdface.io.usd.clip_variants`). The stage is not changed.
+    """
+    lost = [
+        f"{prim.GetPath()} {name}={chosen or 'none'}"
+        for prim in stage.Traverse(_ALL)
+        for name, chosen in _sets(prim)
+        if not (name == _MATERIALS and prim == stage.GetDefaultPrim())
+        and not _chooses_animation(stage, prim, name, chosen)
+    ]
+    if not lost:
+        return []
+    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    message = "only the selected variant is converted of {variants}"
+    return [finding("FEATURE_DROPPED", where, message, lost, feature="variants")]
+
+
+def _sets(prim: Usd.Prim) -> Iterator[tuple[str, str]]:
+    """Yield the variant sets of a prim in which there is something to choose, and the choice."""
+    if not prim.HasVariantSets() or prim.IsInstanceProxy():
+        return
+    for name in prim.GetVariantSets().GetNames():
+        one = prim.GetVariantSet(name)
+        if set(one.GetVariantNames()) - {one.GetVariantSelection()}:
+            yield name, one.GetVariantSelection()
+
+
+def _chooses_animation(stage: Usd.Stage, prim: Usd.Prim, name: str, chosen: str) -> bool:
+    """Return whether another variant of a set has the same prims, but binds other animations."""
+    before = _bound_and_other(stage, prim.GetPath())
+    for variant in prim.GetVariantSet(name).GetVariantNames():
+        if variant == chosen:
+            continue
+        other = stage_with_variant(stage, prim.GetPath(), name, variant)
+        animations, prims = _bound_and_other(other, prim.GetPath())
+        if prims == before[1] and animations != before[0]:
+            return True
+    return False
+
+
+def _bound_and_other(
+    stage: Usd.Stage, path: Sdf.Path
+) -> tuple[set[tuple[Sdf.Path, ...]], set[Sdf.Path]]:
+    """Return the bound animations below a prim, and the paths of all prims but animations."""
+    prims = list(Usd.PrimRange(stage.GetPrimAtPath(path), _ALL))
+    bindings = (UsdSkel.BindingAPI(prim).GetAnimationSourceRel() for prim in prims)
+    bound = {tuple(rel.GetTargets()) for rel in bindings if rel}
+    return bound, {prim.GetPath() for prim in prims if not prim.IsA(UsdSkel.Animation)}
