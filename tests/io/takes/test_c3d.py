@@ -138,7 +138,7 @@ def test_every_byte_order_and_number_format(read, order, scale, error, analogs):
     np.testing.assert_allclose(take.positions, POSITIONS / 1000, atol=error)
     np.testing.assert_array_equal(take.times, np.arange(8) / 100)
     assert (take.rate, take.meters_per_unit) == (100, 0.001)
-    assert codes(findings) == ["UP_AXIS_ASSUMED"]
+    assert codes(findings) == ["CHANNEL_IGNORED"] * bool(analogs) + ["UP_AXIS_ASSUMED"]
 
 
 def test_our_writer_is_right_in_the_eyes_of_ezc3d(tmp_path):
@@ -157,7 +157,8 @@ def test_what_ezc3d_writes_is_read(written):
     expected[2, 1] = np.nan
     np.testing.assert_allclose(take.positions, expected)
     assert take.rate == 120
-    assert codes(findings) == ["UP_AXIS_ASSUMED", "MARKER_OCCLUDED"]
+    assert codes(findings) == ["CHANNEL_IGNORED", "UP_AXIS_ASSUMED", "MARKER_OCCLUDED"]
+    assert findings[0].values["channels"] == ["a0", "a1", "a2", "a3", "a4"]
 
 
 def test_labels_beyond_255(written):
@@ -213,8 +214,11 @@ def test_points_without_label_are_named_by_number(read):
 
 
 def test_times_start_at_the_first_frame_whatever_its_number(read):
-    take, _ = read(c3d_bytes(first=500))
+    take, findings = read(c3d_bytes(first=500))
     np.testing.assert_array_equal(take.times, np.arange(8) / 100)
+    assert take.first_frame == 499
+    assert codes(findings) == ["FRAMES_RENUMBERED", "UP_AXIS_ASSUMED"]
+    assert findings[0].values["frame_number"] == 500
 
 
 def test_the_header_speaks_where_a_parameter_is_no_number(read):
@@ -310,3 +314,23 @@ def test_computed_points_are_no_markers(read):
     assert take.names == ("A", "C")
     np.testing.assert_allclose(take.positions, POSITIONS[:, [0, 2]] / 1000, atol=1e-9)
     assert codes(findings)[0] == "CHANNEL_IGNORED" and "B" in str(findings[0])
+
+
+def test_analog_channels_and_events_are_announced(tmp_path):
+    """As of a microphone, and of the marks that an operator sets."""
+    file = ezc3d.c3d()
+    file["parameters"]["POINT"]["RATE"]["value"] = [100.0]
+    file["parameters"]["POINT"]["LABELS"]["value"] = ["A", "B", "C"]
+    file["data"]["points"] = np.concatenate([POSITIONS.transpose(2, 1, 0), np.ones((1, 3, 8))])
+    file["parameters"]["ANALOG"]["RATE"]["value"] = [200.0]
+    file["parameters"]["ANALOG"]["LABELS"]["value"] = ["microphone", ""]
+    file["data"]["analogs"] = RNG.normal(size=(1, 2, 16))
+    file.add_parameter("EVENT", "USED", [2])
+    file.add_parameter("EVENT", "LABELS", ["Clap"])
+    file.add_parameter("EVENT", "TIMES", np.array([[0, 1], [0.25, 2.5]]))
+    file.write(str(tmp_path / "a.c3d"))
+    _, findings = read_c3d(tmp_path / "a.c3d", TakeOptions(units="mm", up_axis="Y"))
+    assert [f.values["channels"] for f in findings] == [
+        ["microphone", "1 without a name"],
+        ["Clap at 0.25 s", "event at 62.5 s"],
+    ]

@@ -80,6 +80,15 @@ def test_the_first_frame_is_kept_beside_a_time_column(read):
     assert read(wide_text())[0].first_frame == 0
 
 
+def test_a_time_that_the_take_does_not_keep_is_told(read):
+    """Without frame numbers nothing else says which part of a recording a take is."""
+    lines = wide_text().splitlines()
+    later = [f"{10 + k / 25},{line.partition(',')[2]}" for k, line in enumerate(lines[1:])]
+    take, findings = read("\n".join([lines[0], *later]) + "\n")
+    assert take.times[0] == 0
+    assert [(f.code, dict(f.values)) for f in findings] == [("FRAMES_RENUMBERED", {"seconds": 10})]
+
+
 def test_units_and_up_axis_nobody_names_are_announced(read):
     take, findings = read(wide_text(), units=None, up_axis=None)
     assert codes(findings) == ["UNITS_ASSUMED", "UP_AXIS_ASSUMED"]

@@ -100,6 +100,18 @@ def test_the_timecode_column_or_the_time_of_day_is_the_start(read):
     assert read(motive_text(Capture_Start_Time=""))[0].start_timecode == ""
 
 
+def test_the_first_frame_of_a_part_is_kept_and_told(read):
+    lines = motive_text(start=2.0).split("\n")
+    top = next(k for k, line in enumerate(lines) if line.startswith("Frame,"))
+    for k in range(top + 1, len(lines) - 1):
+        frame, _, rest = lines[k].partition(",")
+        lines[k] = f"{int(frame) + 240},{rest}"
+    take, findings = read("\n".join(lines))
+    assert take.first_frame == 240
+    assert [f.values for f in findings if f.code == "FRAMES_RENUMBERED"] == [{"frame_number": 240}]
+    assert read(motive_text())[0].first_frame == 0
+
+
 def test_fewer_frames_than_announced(read):
     assert "FRAMES_MISSING" in codes(read(motive_text(Total_Exported_Frames="30004"))[1])
 

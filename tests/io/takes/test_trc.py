@@ -61,6 +61,17 @@ def test_frames_may_count_from_0_without_a_line_of_axes(read):
     assert codes(findings) == ["UP_AXIS_ASSUMED"]
 
 
+def test_the_first_frame_of_a_part_is_kept_and_told(read):
+    lines = trc_text().split("\n")
+    rows = [line.partition("\t")[::2] for line in lines[5:] if line.strip()]
+    body = [f"{int(frame) + 1000}\t{rest}" for frame, rest in rows]
+    take, findings = read("\n".join([*lines[:5], *body]) + "\n")
+    assert take.first_frame == 1000
+    assert take.times[0] == 0
+    assert [f.values for f in findings if f.code == "FRAMES_RENUMBERED"] == [{"frame_number": 1001}]
+    assert read(trc_text())[0].first_frame == 0
+
+
 def test_empty_cells_are_occluded_also_at_the_end_of_a_row(read):
     positions = POSITIONS.copy()
     positions[2, 0] = positions[3, 2] = np.nan

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.takes.c3d_ignored import report_beside_points
 from usdface.io.takes.c3d_parameters import ByteOrder, Parameters, floats, read_parameters
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, finish_take
 from usdface.options import TakeOptions
@@ -59,7 +60,8 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     """Read the points of a C3D file, in any of its byte orders and number formats.
 
     A negative residual or a coordinate that is not finite = occluded. Times count from
-    the first frame in the file, whatever its number. A file that ends between two frames
+    the first frame in the file; FRAMES_RENUMBERED has its number where it is not 1. Analog
+    channels and events are named (CHANNEL_IGNORED). A file that ends between two frames
     gives its whole frames and FRAMES_MISSING; one that ends within a frame was cut off. Data
     behind the announced frames, whose number may not fit its 16 bits, are FRAMES_UNREAD. Points
     that the file lists as angles, forces and the like are no markers.
@@ -86,6 +88,11 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     parameters = header.parameters
     layout, findings = _layout(path, len(data), header)
     findings += _unread_frames(path, data, layout)
+    findings += report_beside_points(path, parameters, _analog_count(header, layout.rate))
+    first = _first_frame(header)
+    if first > 1:
+        message = "time 0 is frame {frame_number} of the recording"
+        findings.append(finding("FRAMES_RENUMBERED", str(path), message, first))
     up_axis, axis_findings = _up_axis(path, parameters, options)
     labels, positions = _labels(parameters, layout.markers), _points(data, layout)
     if computed := _computed(parameters, labels):
@@ -101,6 +108,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         unit_name=_text(parameters, "POINT:UNITS"),
         up_axis=up_axis,
         start_timecode=_timecode(parameters),
+        first_frame=max(first - 1, 0),
     )
     take, take_findings = finish_take(raw, options)
     return take, findings + axis_findings + take_findings
@@ -174,6 +182,14 @@ def _frame_count(header: _Header) -> int:
         return int(count) + 1 if np.isfinite(count) else 0
     count = _number(parameters, "POINT:LONG_FRAMES", 0) or _number(parameters, "POINT:FRAMES", 0)
     return int(count) or header.words[4] - header.words[3] + 1
+
+
+def _first_frame(header: _Header) -> int:
+    """Return the number of the first frame in the recording, which counts from 1."""
+    first = header.parameters.get("TRIAL:ACTUAL_START_FIELD", [])
+    if isinstance(first, list) or len(first) != 2 or not np.isfinite(first).all():
+        return header.words[3]
+    return int(first @ [1.0, 65536.0])
 
 
 def _unread_frames(path: Path, data: NDArray[np.uint8], layout: _Layout) -> list[Finding]:

@@ -52,6 +52,8 @@ def read_csv_markers(
     long = {"x", "y"} <= columns.keys() and not _MARKER.isdisjoint(columns)
     raw, ignored = (_long if long else _wide)(path, rows, columns)
     take, findings = finish_take(raw, options)
+    if renumbered := _report_start(raw):
+        findings.insert(0, renumbered)
     if ignored:
         message = "columns that are no positions are not read: {channels}"
         findings.insert(0, finding("CHANNEL_IGNORED", str(path), message, ignored))
@@ -60,6 +62,15 @@ def read_csv_markers(
         lost = [f"{nameless} positions without the name of a marker"]
         findings.insert(0, finding("CHANNEL_IGNORED", str(path), "not read: {channels}", lost))
     return take, findings
+
+
+def _report_start(raw: RawTake) -> Finding | None:
+    """Report the time of a recording that time 0 of the take is, where no frame number tells."""
+    first = 0.0 if raw.seconds is None or raw.first_frame else float(raw.seconds[0])
+    if first == 0:
+        return None
+    message = "time 0 is {seconds:g} s of the recording"
+    return finding("FRAMES_RENUMBERED", str(raw.path), message, first)
 
 
 def _nameless_positions(rows: list[Row], columns: dict[str, int]) -> int:

@@ -26,6 +26,7 @@ from usdface.takes import MarkerTake
 __all__ = ["read_motive"]
 
 _START = re.compile(r"\d+-\d+-\d+ (\d{1,2})\.(\d{2})\.(\d{2})(?:\.(\d+))?(?: ([AP])M)?")
+_MOST_FRAMES = 1 << 31  # a larger number is no frame's
 _HEADER_ROWS = 12  # exports have 6 or 7: metadata, rows that describe the columns, axes
 
 
@@ -64,6 +65,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     check_size(path, len(data), len(markers))
     columns = [column for triple in markers.values() for column in triple]
     table = read_numbers(path, data, [0, 1, *columns])
+    number = int(positive(data[0][1][0])) if data else 0  # counted from 0
     rate = positive(about.get("Export Frame Rate") or about.get("Capture Frame Rate", ""))
     raw = RawTake(
         path=path,
@@ -75,8 +77,12 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         assumed_unit="m",
         up_axis="Y",
         start_timecode=_start(rows[top][1], data, about, rate),
+        first_frame=number if number < _MOST_FRAMES else 0,
     )
     take, findings = finish_take(raw, options)
+    if number:
+        message = "time 0 is frame {frame_number} of the recording"
+        findings.insert(0, finding("FRAMES_RENUMBERED", str(path), message, number))
     if announced > len(data):
         message = "the header announces {expected_count:g} frames, the file holds {frame_count}"
         findings.insert(0, finding("FRAMES_MISSING", str(path), message, announced, len(data)))

@@ -24,11 +24,15 @@ from usdface.takes import MarkerTake
 
 __all__ = ["read_trc"]
 
+_MOST_FRAMES = 1 << 31  # a larger number is no frame's
+
 
 def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
     """Read a TRC file; an empty cell = occluded.
 
-    The format names no up axis. A file that ends after a row gives its rows, and FRAMES_MISSING.
+    The format names no up axis. Times count from the first row; FRAMES_RENUMBERED has its number
+    in the recording where it is not 1. A file that ends after a row gives its rows, and
+    FRAMES_MISSING.
 
     Raises
     ------
@@ -61,6 +65,10 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     frames, findings = _frames(path, text, rows[4:], header, width)
     table = read_numbers(path, frames, range(1, width))
     seconds = table[:, 0]
+    first = positive(frames[0][1][0]) if frames else 0.0
+    if 1 < first < _MOST_FRAMES:
+        message = "time 0 is frame {frame_number:g} of the recording"
+        findings.append(finding("FRAMES_RENUMBERED", str(path), message, first))
     raw = RawTake(
         path=path,
         labels=labels,
@@ -68,6 +76,7 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         seconds=None if np.isnan(seconds).all() else seconds,
         rate=positive(header.get("datarate", "")),
         unit_name=header.get("units", ""),
+        first_frame=int(first) - 1 if 1 < first < _MOST_FRAMES else 0,
     )
     take, take_findings = finish_take(raw, options)
     return take, findings + take_findings

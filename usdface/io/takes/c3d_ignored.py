@@ -1,0 +1,69 @@
+"""Contents of a C3D file beside its points: analog channels and events.
+
+Source: C3D User Guide (c3d.org), "The ANALOG group", "The EVENT group".
+"""
+
+from pathlib import Path
+
+from usdface.findings import Finding, finding
+from usdface.io.takes.c3d_parameters import Parameters
+
+__all__ = ["report_beside_points"]
+
+_MOST = 258  # of LABELS, LABELS2, ...: 255 labels each, of 65535 channels
+
+
+def report_beside_points(path: Path, parameters: Parameters, held: int) -> list[Finding]:
+    """Return CHANNEL_IGNORED for what stands in a file beside points.
+
+    Parameters
+    ----------
+    path : Path
+    parameters : mapping
+    held : int
+        Analog values between the points of two frames; 0 = none.
+    """
+    contents = {
+        "analog channels are not read: {channels}": _analog_channels(parameters, held),
+        "events are not read: {channels}": _events(parameters),
+    }
+    return [
+        finding("CHANNEL_IGNORED", str(path), message, names)
+        for message, names in contents.items()
+        if names
+    ]
+
+
+def _used(parameters: Parameters, group: str) -> int:
+    used = parameters.get(f"{group}:USED")
+    return int(used[0]) if used is not None and not isinstance(used, list) and len(used) else 0
+
+
+def _analog_channels(parameters: Parameters, held: int) -> list[str]:
+    """Return the names of the analog channels, as of force plates, muscles and microphones."""
+    count = _used(parameters, "ANALOG")
+    labels: list[str] = []
+    for key in ["ANALOG:LABELS", *(f"ANALOG:LABELS{n}" for n in range(2, _MOST))]:
+        value = parameters.get(key)
+        if not isinstance(value, list):
+            break
+        labels += value
+    named = [label for label in labels[:count] if label]
+    if not held or len(named) == count > 0:
+        return named if held else []
+    return [*named, f"{count - len(named) if count else held} without a name"]
+
+
+def _events(parameters: Parameters) -> list[str]:
+    """Return the events of a recording with their times [s], as an operator marked them."""
+    count = _used(parameters, "EVENT")
+    labels, times = parameters.get("EVENT:LABELS"), parameters.get("EVENT:TIMES")
+    names = labels[:count] if isinstance(labels, list) else []
+    names += ["event"] * (count - len(names))
+    if times is None or isinstance(times, list) or len(times) < 2 * count:
+        return names
+    pairs = times[: 2 * count].reshape(count, 2)  # whole minutes, and seconds
+    return [
+        f"{name} at {60 * minutes + seconds:.3g} s"
+        for name, (minutes, seconds) in zip(names, pairs.tolist(), strict=True)
+    ]
