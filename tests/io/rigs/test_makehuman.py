@@ -41,6 +41,14 @@ def test_helpers_go_and_targets_follow_their_points(folder):
     assert [f.code for f in findings] == ["FEATURE_DROPPED"]
 
 
+def test_what_else_the_base_mesh_has_is_named(folder):
+    text = BASE.replace("g body", "vn 0 0 1\nusemtl skin\ng body")
+    (folder / "base.obj").write_text(text)
+    _, findings = read_makehuman(folder)
+    channels = [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"]
+    assert channels == [["normals", "materials"]]
+
+
 def test_the_unit_holds_for_the_base_mesh_and_the_targets(folder):
     mesh = read_makehuman(folder, RigOptions(meters_per_unit=0.01))[0].mesh()
     np.testing.assert_allclose(mesh.points[2], (0.01, 0.01, 0))

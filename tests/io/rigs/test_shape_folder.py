@@ -156,3 +156,50 @@ def test_a_binary_ply_of_triangles_and_quads_says_what_to_do(tmp_path):
     (tmp_path / "neutral.ply").write_bytes(header.encode() + points + b"".join(faces))
     with pytest.raises(InputError, match="triangles and quads mixed"):
         read_shape_folder(tmp_path, RigOptions())
+
+
+def test_what_else_the_neutral_has_is_named(tmp_path):
+    rows = "".join(f"v {x} {y} {z} 1 0 0\n" for x, y, z in POINTS)
+    rest = (
+        "vn 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\no a\ns 1\nf 1/1/1 2/2/1 3/3/1\no b\nf 1//1 3//1 4//1\n"
+    )
+    (tmp_path / "neutral.obj").write_text(f"{rows}{rest}l 1 2\n")
+    obj(tmp_path, "smile.obj", moved(2, (0, 0.5, 0)), "f 1 2 3\nf 1 3 4\n")
+    _, findings = read_shape_folder(tmp_path, METRES)
+    assert [(f.code, f.values["channels"]) for f in findings] == [
+        (
+            "CHANNEL_IGNORED",
+            [
+                "colours of points",
+                "normals",
+                "smoothing groups",
+                "points and lines",
+                "names of objects",
+                "texture coordinates, which some faces lack",
+            ],
+        )
+    ]
+
+
+def test_properties_of_ply_points_are_named(tmp_path):
+    colours = np.full((4, 4), 128, np.uint8)
+    faces = [[0, 1, 2], [0, 2, 3]]
+    neutral = trimesh.Trimesh(POINTS, faces, vertex_colors=colours, process=False)
+    neutral.export(tmp_path / "neutral.ply")
+    ply(tmp_path, "smile.ply", moved(2, (0, 0.5, 0)))
+    _, findings = read_shape_folder(tmp_path, METRES)
+    assert [(f.code, f.values["channels"]) for f in findings] == [
+        ("CHANNEL_IGNORED", ["red", "green", "blue", "alpha"])
+    ]
+
+
+def test_meshes_in_folders_below_are_announced(tmp_path):
+    for folder in (tmp_path, tmp_path / "brows", tmp_path / ".cache"):
+        folder.mkdir(exist_ok=True)
+        obj(folder, "up.obj", moved(2, (0, 0.5, 0)))
+    obj(tmp_path, "neutral.obj", POINTS)
+    rig, findings = read_shape_folder(tmp_path, METRES)
+    assert rig.shape_names == ("up",)
+    assert [(f.code, f.where, dict(f.values)) for f in findings] == [
+        ("SHAPE_SKIPPED", str(tmp_path / "brows"), {"file_count": 1})
+    ]

@@ -65,6 +65,8 @@ def read_makehuman(folder: Path, options: RigOptions = RigOptions()) -> tuple[Ri
     unit = _METERS_PER_UNIT if options.meters_per_unit is None else options.meters_per_unit
     obj = read_obj(base)
     mesh, kept, findings = _body(obj, base, unit)
+    if unread := [*obj.unread, *(["materials"] if any(obj.materials) else [])]:
+        findings.append(finding("CHANNEL_IGNORED", str(base), "not read: {channels}", unread))
     place_of = np.full(len(obj.points), -1, np.int64)
     place_of[kept] = np.arange(len(kept))
     shapes: list[BlendShape] = []

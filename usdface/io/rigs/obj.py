@@ -15,6 +15,14 @@ from usdface.errors import InputError
 
 __all__ = ["ObjMesh", "read_obj"]
 
+# What lines hold that are passed over, by their first words (appendix B1).
+_KINDS = {
+    "normals": {"vn"},
+    "smoothing groups": {"s"},
+    "points and lines": {"p", "l"},
+    "curves and free-form surfaces": {"curv", "curv2", "surf"},
+}
+_UNSMOOTHED = ("s off", "s 0")
 _LARGEST_FILE = 1 << 30  # bytes: some ten million points
 
 
@@ -31,6 +39,8 @@ class ObjMesh:
         Texture coordinates of the face corners.
     groups, materials : tuple of str, length P
         The `g` and `usemtl` that each face stands under; "" before the first.
+    unread : tuple of str
+        What else the file has, in words.
     """
 
     points: FloatArray
@@ -39,10 +49,11 @@ class ObjMesh:
     uvs: FloatArray | None
     groups: tuple[str, ...]
     materials: tuple[str, ...]
+    unread: tuple[str, ...] = ()
 
 
 def read_obj(path: Path) -> ObjMesh:
-    """Read an OBJ file; lines, curves and free-form surfaces are passed over.
+    """Read an OBJ file; normals, colours of points, names of objects, lines and others are named.
 
     Raises
     ------
@@ -89,7 +100,20 @@ def read_obj(path: Path) -> ObjMesh:
     uvs = None
     if len(texture) and numbers.shape[1] > 1 and len(numbers) and (numbers[:, 1] != 0).all():
         uvs = texture[_zero_based(path, numbers[:, 1], above[:, 1], len(texture), "texture")]
-    return ObjMesh(points, counts, indices, uvs, tuple(groups), tuple(materials))
+    unread = _unread(lines)
+    if uvs is None and len(texture):
+        unread = (*unread, "texture coordinates, which some faces lack")
+    return ObjMesh(points, counts, indices, uvs, tuple(groups), tuple(materials), unread)
+
+
+def _unread(lines: list[str]) -> tuple[str, ...]:
+    """Return what a file has beside points, faces, texture coordinates, groups and materials."""
+    words = {line.partition(" ")[0] for line in lines if line not in _UNSMOOTHED}
+    objects = {line for line in lines if line.startswith("o ")}
+    coloured = any(line.startswith("v ") and len(line.split()) > 5 for line in lines)
+    found = ["colours of points"] if coloured else []
+    found += [name for name, kinds in _KINDS.items() if kinds & words]
+    return (*found, "names of objects") if len(objects) > 1 else tuple(found)
 
 
 def _lines(path: Path) -> list[str]:

@@ -1,7 +1,7 @@
 """A folder of meshes, one neutral and one file for each shape, as a rig."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -74,7 +74,7 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
         shapes[path.stem] = BlendShape.from_dense(path.stem, points @ space - neutral.points)
         if not len(shapes[path.stem].indices):
             findings.append(finding("SHAPE_EMPTY", str(path)))
-    findings += _left_out_targets(folder)
+    findings += _left_out_targets(folder) + _meshes_below(folder)
     mesh = Mesh(
         neutral.name,
         neutral.points,
@@ -96,6 +96,18 @@ def _left_out_targets(folder: Path) -> list[Finding]:
     message = "{file_count} .target files are left out: MakeHuman's need their mesh as base.obj"
     dropped = finding("FEATURE_DROPPED", str(folder), message, count, feature="makehuman_targets")
     return [dropped] if count else []
+
+
+def _meshes_below(folder: Path) -> list[Finding]:
+    """Report meshes in folders below, of which none is read."""
+    inner = sorted(p for p in folder.iterdir() if p.is_dir() and not p.name.startswith("."))
+    counts = {path: len(mesh_files(path)) for path in inner}
+    message = "{file_count} meshes in a folder below are not read"
+    return [
+        finding("SHAPE_SKIPPED", str(path), message, count)
+        for path, count in counts.items()
+        if count
+    ]
 
 
 def _neutral(folder: Path, files: list[Path], wanted: str) -> Path:
@@ -136,6 +148,7 @@ def _read_neutral(
         counts = np.full(len(found.faces), 3)
         points = np.asarray(found.vertices) @ space
         findings = [finding("FACES_TRIANGULATED", str(path))] if polygons != len(counts) else []
+        findings += _unread(path, _other_properties(found))
         return Mesh(path.stem, points, counts, np.ravel(found.faces)), (), findings
     obj = read_obj(path)
     names = np.array(obj.materials)
@@ -144,7 +157,7 @@ def _read_neutral(
         for name in dict.fromkeys(obj.materials)
         if name
     )
-    findings = []
+    findings = _unread(path, obj.unread)
     if subsets:
         message = "materials keep their names and faces; their colours (.mtl) are not read"
         findings.append(finding("FEATURE_DROPPED", str(path), message, feature="material_colours"))
@@ -153,6 +166,26 @@ def _read_neutral(
         path.stem, points, obj.face_counts, obj.face_indices, None, obj.uvs, subsets=subsets
     )
     return mesh, tuple(Material(subset.material) for subset in subsets), findings
+
+
+def _unread(path: Path, contents: Sequence[str]) -> list[Finding]:
+    """Report what else the neutral's file has; normals are computed with those of the shapes."""
+    message = "not read: {channels}"
+    return [finding("CHANNEL_IGNORED", str(path), message, contents)] if contents else []
+
+
+def _other_properties(mesh: trimesh.Trimesh) -> list[str]:
+    """Return the properties and elements of a PLY file that are no points and faces."""
+    found: list[str] = []
+    for element, content in mesh.metadata.get("_ply_raw", {}).items():
+        names = [str(name) for name in content.get("properties", {})]
+        if element == "vertex":
+            found += [name for name in names if name not in ("x", "y", "z")]
+        elif element == "face":
+            found += [name for name in names if name not in ("vertex_indices", "vertex_index")]
+        else:
+            found.append(f"element {element}")
+    return found
 
 
 def _read_points(path: Path, neutral: Mesh) -> tuple[FloatArray, bool]:
