@@ -38,6 +38,18 @@ def test_only_the_default_scene_is_read(write_glb, tmp_path: Path) -> None:
     np.testing.assert_array_equal(rig.meshes[0].points, TRIANGLE + np.array([1, 0, 0]))
 
 
+def test_meshes_that_no_node_shows_are_announced(write_glb, tmp_path: Path) -> None:
+    mesh = {"primitives": [{"attributes": {"POSITION": 0}}]}
+    document = {
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 1}],
+        "meshes": [mesh | {"name": "LOD1"}, mesh, mesh],
+    }
+    rig, _, found = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
+    assert len(rig.meshes) == 1
+    assert [(f.code, f.values["names"]) for f in found] == [("FEATURE_DROPPED", ["LOD1", "mesh 2"])]
+
+
 def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:
     document = {
         "nodes": [{"mesh": 0, "name": "a"}, {"mesh": 0, "name": "a", "scale": [2, 2, 2]}],

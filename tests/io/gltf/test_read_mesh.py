@@ -222,6 +222,18 @@ def test_names_of_accessors_stand_for_those_of_targets(
     assert [f.code for f in found] == ["SHAPE_NAMES_MISSING"]
 
 
+def test_attributes_behind_a_gap_are_announced(write_glb, tmp_path: Path) -> None:
+    """Sets of texture coordinates and joints count from 0; what is behind a gap is not read."""
+    pairs = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], "<f4")
+    shares = np.tile(np.array([1, 0, 0, 0], "<f4"), (4, 1))
+    attributes = {"POSITION": 0, "TEXCOORD_0": 1, "TEXCOORD_2": 1, "WEIGHTS_0": 2, "COLOR_1": 2}
+    rig, _, found = read_primitives(
+        write_glb, tmp_path, [SQUARE, pairs, shares], {"attributes": attributes}
+    )
+    assert rig.meshes[0].uvs is not None
+    assert [f.values["attribute"] for f in found] == ["COLOR_1", "TEXCOORD_2", "WEIGHTS_0"]
+
+
 def test_quantised_meshes(write_glb, tmp_path: Path) -> None:
     points = np.array([[0, 0, 0, 0], [10, 0, 0, 0], [0, 20, 0, 0]], "<i2")  # padded to 8 bytes
     delta = np.array([[1, 2, 3, 0]] * 3, "<i1")

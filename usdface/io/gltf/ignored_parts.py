@@ -13,7 +13,7 @@ from usdface.io.gltf.variants import VARIANTS
 from usdface.io.gltf.vrm import VRM_NAMES
 from usdface.io.gltf.vrm_nodes import AVATAR_EXTENSIONS
 
-__all__ = ["report_extensions", "report_extras"]
+__all__ = ["report_extensions", "report_extras", "report_unplaced_meshes"]
 
 # Read elsewhere, and reported there where something of it is not.
 _READ = {
@@ -86,3 +86,14 @@ def report_extras(file: GltfFile) -> list[Finding]:
         return []
     message = "extras of {parts} are left out"
     return [finding("FEATURE_DROPPED", "extras", message, list(lost), feature="extras")]
+
+
+def report_unplaced_meshes(document: GLTF2) -> list[Finding]:
+    """Return FEATURE_DROPPED for meshes that no node shows, in any scene."""
+    shown = {node.mesh for node in document.nodes or []}
+    meshes = enumerate(document.meshes or [])
+    names = [mesh.name or f"mesh {k}" for k, mesh in meshes if k not in shown]
+    if not names:
+        return []
+    message = "{mesh_count} meshes that no node shows are left out: {names}"
+    return [finding("FEATURE_DROPPED", "meshes", message, len(names), names, feature="mesh")]

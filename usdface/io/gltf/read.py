@@ -20,7 +20,11 @@ from usdface.io.gltf.document import GltfFile, item, load_document
 from usdface.io.gltf.errors import schema_errors
 from usdface.io.gltf.extras import read_extras
 from usdface.io.gltf.groups import hang_in_groups, read_groups, read_joint_extras
-from usdface.io.gltf.ignored_parts import report_extensions, report_extras
+from usdface.io.gltf.ignored_parts import (
+    report_extensions,
+    report_extras,
+    report_unplaced_meshes,
+)
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.instances import expand_instances
 from usdface.io.gltf.materials import read_materials
@@ -116,7 +120,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     found += new_findings
     asset, new_findings = read_extras(document.asset.extras, where="asset")
     found += new_findings
-    found += report_extensions(file) + report_extras(file)
+    found += report_extensions(file) + report_extras(file) + report_unplaced_meshes(document)
     groups, new_findings = read_groups(document, tree, armature)
     found += new_findings
     joint_extras, new_findings = read_joint_extras(document, armature)

@@ -3,7 +3,7 @@
 Source: glTF 2.0 specification, section 3.7.2 (meshes, morph targets, primitive modes).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -148,8 +148,11 @@ def _refuse_unknown_compression(primitive: Primitive, reader: AccessorReader, na
 def _report_ignored(
     attributes: dict[str, Any], targets: Sequence[dict[str, Any]], name: str
 ) -> list[Finding]:
-    read = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_0", "JOINTS_", "WEIGHTS_")
-    left = sorted(a for a in attributes if not a.startswith(read))
+    read = {"POSITION", "NORMAL", "TANGENT", "COLOR_0"}
+    read |= {f"TEXCOORD_{k}" for k in range(_sets_of("TEXCOORD", attributes))}
+    joints = range(_sets_of("JOINTS", attributes))
+    read |= {f"{kind}_{k}" for k in joints for kind in ("JOINTS", "WEIGHTS")}
+    left = sorted(set(attributes) - read)
     found = [
         finding(
             "FEATURE_DROPPED",
@@ -167,6 +170,14 @@ def _report_ignored(
         message = "changes of {attribute} by blend shapes are left out"
         found.append(finding("FEATURE_DROPPED", name, message, moved, feature="morph_attribute"))
     return found
+
+
+def _sets_of(kind: str, attributes: Container[str]) -> int:
+    """Return how many sets of an attribute are read: they count from 0, without gaps."""
+    number = 0
+    while f"{kind}_{number}" in attributes:
+        number += 1
+    return number
 
 
 def _material(primitive: Primitive, materials: tuple[str, ...]) -> int:
