@@ -50,6 +50,21 @@ def test_the_package_plays_by_itself(tmp_path: Path) -> None:
     assert [p.name for p in (tmp_path / "out").iterdir()] == ["face.usdz"]
 
 
+def test_variants_that_a_package_does_not_have_are_announced(tmp_path: Path) -> None:
+    source = scene(tmp_path)
+    stage = Usd.Stage.Open(str(source))
+    for name, variants in {"lod": ("high", "low"), "material": ("default", "red")}.items():
+        chosen = stage.GetDefaultPrim().GetVariantSets().AddVariantSet(name)
+        for variant in variants:
+            chosen.AddVariant(variant)
+        chosen.SetVariantSelection(variants[0])
+    stage.Save()
+    found = write_usdz(source, tmp_path / "a.usdz")
+    assert [(f.code, f.values["variants"]) for f in found] == [
+        ("FEATURE_DROPPED", ["/Asset lod=high", "/Asset material=default"])
+    ]
+
+
 def test_the_name_of_a_takes_source_is_not_packed(tmp_path: Path) -> None:
     source = scene(tmp_path)
     write_take(

@@ -65,8 +65,8 @@ def _metadata(prim: Usd.Prim) -> list[str]:
     return sorted(extras)
 
 
-def report_unconverted_variants(stage: Usd.Stage) -> list[Finding]:
-    """Return FEATURE_DROPPED for variants of a stage that are neither clips nor materials.
+def report_unconverted_variants(stage: Usd.Stage, materials: bool = True) -> list[Finding]:
+    """Return FEATURE_DROPPED for variants of a stage that are neither clips nor `materials`.
 
     Of those only the selected one is converted. Where a set chooses between animations its
     variants are clips (`usdface.io.usd.clip_variants`). The stage is not changed.
@@ -75,7 +75,7 @@ def report_unconverted_variants(stage: Usd.Stage) -> list[Finding]:
         f"{prim.GetPath()} {name}={chosen or 'none'}"
         for prim in stage.Traverse(_ALL)
         for name, chosen in _sets(prim)
-        if not (name == _MATERIALS and prim == stage.GetDefaultPrim())
+        if not (materials and name == _MATERIALS and prim == stage.GetDefaultPrim())
         and not _chooses_animation(stage, prim, name, chosen)
     ]
     if not lost:

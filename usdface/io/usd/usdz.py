@@ -14,6 +14,7 @@ from usdface.io.usd.clip_variants import clip_stages, playing_animations
 from usdface.io.usd.errors import usd_errors, usd_message
 from usdface.io.usd.evaluate import stage_keys
 from usdface.io.usd.stage import open_stage
+from usdface.io.usd.unconverted_data import report_unconverted_variants
 from usdface.io.usd.usdz_assets import localise
 from usdface.io.usd.usdz_package import write_package
 from usdface.io.usd.usdz_stage import complete_stage
@@ -36,7 +37,7 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     -------
     list of Finding
         Files that are left out (`usdface.io.usd.usdz_assets.localise`), clips that do not play
-        (ANIMATION_DROPPED), and values that the stage lacked (`usdface.io.usd.usdz_stage`).
+        (ANIMATION_DROPPED), variants that are not selected, and values that the stage lacked (`usdface.io.usd.usdz_stage`).
 
     Raises
     ------
@@ -53,6 +54,7 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     stage = open_stage(source)
     with usd_errors(str(source)):
         flat, findings = _flattened(stage, options.clip)
+        findings += report_unconverted_variants(stage, materials=False)
         findings += complete_stage(flat, source.name)
         assets, more = localise(flat, stage, root)
     with atomic_path(path) as temporary:
