@@ -37,7 +37,8 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
     -------
     list of Finding
         Files that are left out (`usdface.io.usd.usdz_assets.localise`), clips that do not play
-        (ANIMATION_DROPPED), variants that are not selected, and values that the stage lacked (`usdface.io.usd.usdz_stage`).
+        (ANIMATION_DROPPED), variants that are not selected, and values that the
+        stage lacked (`usdface.io.usd.usdz_stage`).
 
     Raises
     ------
