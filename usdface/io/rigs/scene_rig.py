@@ -24,7 +24,7 @@ def read_gltf_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
     from usdface.io.gltf.read import read_gltf  # neither loads the other's libraries
 
     rig, clips, findings = read_gltf(path, asset_folder(options.asset_root))
-    return rig, findings + _dropped(clips)
+    return rig, findings + _dropped(clips, path)
 
 
 def read_usd_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
@@ -41,12 +41,24 @@ def read_usd_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
 
     rig, findings = read_rig(path, asset_folder(options.asset_root))
     try:
-        return rig, findings + _dropped(clips_of_stage(open_stage(path))[0])
+        return rig, findings + _dropped(clips_of_stage(open_stage(path))[0], path)
     except InputError as error:  # an animation that is left out anyhow
         message = "left out, as it cannot be read: {error}"
         return rig, [*findings, finding("ANIMATION_DROPPED", "", message, error)]
 
 
-def _dropped(clips: Sequence[Clip]) -> list[Finding]:
+def _dropped(clips: Sequence[Clip], path: Path) -> list[Finding]:
     message = "a rig stands still; `usdface import` and `export` keep animations"
-    return [finding("ANIMATION_DROPPED", clip.name, message) for clip in clips if not clip.still]
+    found = [finding("ANIMATION_DROPPED", clip.name, message) for clip in clips if not clip.still]
+    message = "it stands in a pose, which a rig does not keep: {channels}"
+    posed = [names for clip in clips if clip.still and (names := _posed(clip))]
+    return found + [finding("ANIMATION_DROPPED", str(path), message, names) for names in posed]
+
+
+def _posed(clip: Clip) -> list[str]:
+    """Return the blend shapes and joints that a pose moves."""
+    take = clip.weights
+    shapes = (
+        [] if take is None else [n for n, w in zip(take.names, take.weights[0], strict=True) if w]
+    )
+    return [*shapes, *(clip.joints.joints if clip.joints is not None else ())]
