@@ -124,6 +124,22 @@ def test_other_columns_are_announced(read):
     assert "confidence" in findings[0].message
 
 
+def test_columns_without_a_name_are_announced(read):
+    lines = [f"{k}," + line for k, line in enumerate(wide_text().splitlines())]
+    lines[0] = lines[0].replace("0,", ",", 1)  # as pandas writes the index
+    text = "\n".join([lines[0], *(f"{line},7,8" for line in lines[1:])]) + "\n"
+    take, findings = read(text)
+    np.testing.assert_array_equal(take.positions, POSITIONS)
+    assert [f.values["channels"] for f in findings] == [["3 without a name"]]
+
+
+def test_a_column_that_comes_again_is_announced(read):
+    text = long_text().replace("\n", ",5\n").replace("x,y,z,5", "x,y,z,x")
+    take, findings = read(text)
+    np.testing.assert_array_equal(take.select(("Chin", "Nose")), POSITIONS)
+    assert [f.values["channels"] for f in findings] == [["x"]]
+
+
 def test_positions_without_a_name_are_announced(read):
     text = long_text() + "0,0,,9,9,9\n0,0,,,,\n1,0.02,,,,\n"
     take, findings = read(text)

@@ -65,6 +65,12 @@ def test_columns_go_by_name(read):
     assert findings[0].values["channels"] == ["LeftEyeYaw"]
 
 
+def test_columns_without_a_name_are_announced(read):
+    text = "\n".join(f"{line},7" if k else line for k, line in enumerate(GOOD.split("\n")[:-1]))
+    _, findings = read(text + "\n")
+    assert ["1 columns without a name"] in [f.values.get("channels") for f in findings]
+
+
 def turned(yaw=0.0, pitch=0.0, roll=0.0):
     """The text of three rows: at rest, turned by these angles, and at rest again."""
     text = GOOD.split("\n", 4)

@@ -112,6 +112,14 @@ def test_the_first_frame_of_a_part_is_kept_and_told(read):
     assert read(motive_text())[0].first_frame == 0
 
 
+def test_columns_without_a_header_are_announced(read):
+    lines = motive_text().rstrip().split("\n")
+    lines[-1] += ",1,2"
+    _, findings = read("\n".join(lines) + "\n")
+    (ignored,) = [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"]
+    assert ignored[-1] == "2 columns without a header"
+
+
 def test_fewer_frames_than_announced(read):
     assert "FRAMES_MISSING" in codes(read(motive_text(Total_Exported_Frames="30004"))[1])
 

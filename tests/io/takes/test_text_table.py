@@ -9,6 +9,7 @@ from usdface.io.takes.files import read_take
 from usdface.io.takes.mediapipe import read_mediapipe
 from usdface.io.takes.sleap import read_sleap
 from usdface.io.takes.text_table import (
+    nameless_columns,
     positive,
     read_numbers,
     read_rows,
@@ -66,6 +67,13 @@ def test_a_wrong_cell_is_named(tmp_path):
     rows = read_rows(tmp_path, "1,2\n3,four\n", ",")
     with pytest.raises(InputError, match="line 2, column 2: 'four'"):
         read_numbers(tmp_path, rows, [0, 1])
+
+
+def test_columns_without_a_name_count_where_something_is_written():
+    header = ["time", "", "A_x", ""]
+    rows = [(2, ["0", "", "1", "7"]), (3, ["1", "", "2", "", "", "9"])]
+    assert nameless_columns(header, rows) == 2  # the fourth and the sixth
+    assert nameless_columns(header, rows[:0]) == 0
 
 
 def test_only_positive_finite_numbers_count_as_announced():

@@ -72,6 +72,15 @@ def test_the_first_frame_of_a_part_is_kept_and_told(read):
     assert read(trc_text())[0].first_frame == 0
 
 
+def test_columns_behind_the_labels_are_announced(read):
+    lines = trc_text().split("\n")
+    lines[6] += "\t1\t2\t3"
+    take, findings = read("\n".join(lines))
+    assert len(take.names) == 3
+    channels = [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"]
+    assert channels == [["3 columns without a label"]]
+
+
 def test_empty_cells_are_occluded_also_at_the_end_of_a_row(read):
     positions = POSITIONS.copy()
     positions[2, 0] = positions[3, 2] = np.nan

@@ -14,7 +14,14 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
-from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text, refuse_cut_table
+from usdface.io.takes.text_table import (
+    Row,
+    nameless_columns,
+    read_numbers,
+    read_rows,
+    read_text,
+    refuse_cut_table,
+)
 from usdface.options import TakeOptions
 from usdface.plain_text import listed
 from usdface.takes import MarkerTake
@@ -51,6 +58,8 @@ def read_csv_markers(
     columns = {name: i for i, name in reversed(list(enumerate(header)))}
     long = {"x", "y"} <= columns.keys() and not _MARKER.isdisjoint(columns)
     raw, ignored = (_long if long else _wide)(path, rows, columns)
+    if count := nameless_columns(rows[0][1], rows[1:]):
+        ignored.append(f"{count} without a name")
     take, findings = finish_take(raw, options)
     if renumbered := _report_start(raw):
         findings.insert(0, renumbered)
@@ -113,8 +122,9 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     positions[frame, column] = table[:, len(clocks) :]
     used = {marker, *clocks, *(columns[axis] for axis in axes)}
     times = table[first, : len(clocks)]
+    header = enumerate(rows[0][1])
     return _raw(path, labels, positions, times, columns), [
-        name for name, c in columns.items() if name and c not in used
+        name for column, name in header if name and column not in used
     ]
 
 

@@ -16,7 +16,14 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.drop_frame import dropped_labels
 from usdface.io.takes.raw_take import DEFAULTS
-from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text, refuse_cut_table
+from usdface.io.takes.text_table import (
+    Row,
+    nameless_columns,
+    read_numbers,
+    read_rows,
+    read_text,
+    refuse_cut_table,
+)
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
 from usdface.takes import WeightsTake, check_range
@@ -87,6 +94,10 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
         why = ", as the curves of gaze say the same" if of_eyes else ""
         message = f"rotations that are not read{why}: {{channels}}"
         findings.append(finding("CHANNEL_IGNORED", str(path), message, ignored))
+    if count := nameless_columns(header, rows[1:]):
+        message = "not read: {channels}"
+        unnamed = [f"{count} columns without a name"]
+        findings.append(finding("CHANNEL_IGNORED", str(path), message, unnamed))
     seconds, base_findings = _seconds(path, kept)
     times, rate, time_findings = take_times(path, len(kept), seconds=seconds, override=options.rate)
     findings += _bridge(path, names, kept, times, weights)

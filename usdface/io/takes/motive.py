@@ -13,6 +13,7 @@ from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import (
     Row,
+    nameless_columns,
     positive,
     read_numbers,
     read_rows,
@@ -86,6 +87,8 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     if announced > len(data):
         message = "the header announces {expected_count:g} frames, the file holds {frame_count}"
         findings.insert(0, finding("FRAMES_MISSING", str(path), message, announced, len(data)))
+    if count := nameless_columns(["named"] * len(rows[top][1]), data):
+        ignored.append(f"{count} columns without a header")
     if ignored:
         message = "only measured markers are read, not {channels}"
         findings.insert(0, finding("CHANNEL_IGNORED", str(path), message, ignored))

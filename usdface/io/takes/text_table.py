@@ -14,6 +14,7 @@ from usdface.errors import InputError
 
 __all__ = [
     "Row",
+    "nameless_columns",
     "positive",
     "read_numbers",
     "read_rows",
@@ -145,6 +146,16 @@ def refuse_cut_end(path: Path, text: str, last: Row, width: int, rows_missing: b
             "or copy it again, or delete this line",
             "FILE_CUT_OFF",
         )
+
+
+def nameless_columns(header: Sequence[str], rows: Sequence[Row]) -> int:
+    """Return how many columns have something written below, and no name in the header."""
+    widest = max((len(cells) for _, cells in rows), default=0)
+    names = [*header, *[""] * (widest - len(header))]
+    nameless = [column for column, name in enumerate(names) if not name]
+    return sum(
+        any(len(cells) > column and cells[column] for _, cells in rows) for column in nameless
+    )
 
 
 def positive(text: str) -> float:

@@ -13,6 +13,7 @@ from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import (
     Row,
+    nameless_columns,
     positive,
     read_numbers,
     read_rows,
@@ -64,6 +65,10 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     width = 2 + 3 * len(labels)
     frames, findings = _frames(path, text, rows[4:], header, width)
     table = read_numbers(path, frames, range(1, width))
+    if count := nameless_columns(["named"] * width, frames):
+        message = "not read: {channels}"
+        columns = [f"{count} columns without a label"]
+        findings.append(finding("CHANNEL_IGNORED", str(path), message, columns))
     seconds = table[:, 0]
     first = positive(frames[0][1][0]) if frames else 0.0
     if 1 < first < _MOST_FRAMES:
