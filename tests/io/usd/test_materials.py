@@ -127,6 +127,21 @@ def test_inputs_that_change_over_time_stay_at_the_first():
     assert codes(findings) == ["ANIMATION_DROPPED"] * 2
 
 
+def test_networks_of_other_renderers_are_announced():
+    stage = sheet()
+    shader = surface_of(stage)
+    material = UsdShade.Material.Get(stage, "/R/Skin")
+    material.CreateDisplacementOutput().ConnectToSource(shader.ConnectableAPI(), "displacement")
+    material.CreateSurfaceOutput("ri")  # connected to nothing
+    other = UsdShade.Shader.Define(stage, "/R/Skin/Standard")
+    other.CreateIdAttr("ND_standard_surface_surfaceshader")
+    material.CreateSurfaceOutput("mtlx").ConnectToSource(other.ConnectableAPI(), "out")
+    _, findings = rig_of_stage(stage)
+    assert [(f.code, f.values["channels"]) for f in findings] == [
+        ("CHANNEL_IGNORED", ["outputs:mtlx:surface"])
+    ]
+
+
 def test_sides_that_differ_within_a_mesh_are_announced_and_come_back(face_rig, tmp_path):
     """The lips show both sides, the skin does not; USD knows it of meshes alone."""
     found = write_rig(face_rig, tmp_path / "a.usda")

@@ -66,3 +66,25 @@ def test_another_node_is_told_and_drives_nothing(stage: Usd.Stage) -> None:
     assert [f.message for f in read.findings] == [
         "roughness comes from a shader node that is not kept"
     ]
+
+
+def test_a_texture_that_changes_over_time_is_told(stage: Usd.Stage, tmp_path: Path) -> None:
+    """As the frames of a film on a screen, or a texture that scrolls."""
+    image = UsdShade.Shader.Get(stage, "/Skin/Image")
+    move = UsdShade.Shader.Define(stage, "/Skin/Move")
+    move.SetShaderId("UsdTransform2d")
+    image.CreateInput("st", TYPES.Float2).ConnectToSource(move.CreateOutput("result", TYPES.Float2))
+    offset = move.CreateInput("translation", TYPES.Float2)
+    offset.Set(Gf.Vec2f(0.5, 0))
+    read = surface(stage)
+    assert read.texture("metallic") is not None and read.findings == []
+    (tmp_path / "other.png").write_bytes(b"\x89PNG\r\n\x1a\n")
+    for code, name, place in ((1.0, "./skin.png", 0.0), (2.0, "./other.png", 1.0)):
+        image.GetInput("file").Set(name, code)
+        offset.Set(Gf.Vec2f(place, 0), code)
+    stage.Save()
+    read = surface(stage)
+    assert read.texture("metallic") is not None
+    assert [(f.code, f.values["channels"]) for f in read.findings] == [
+        ("ANIMATION_DROPPED", ["file", "translation"])
+    ]

@@ -83,11 +83,12 @@ def _read_material(
     if not shader or shader.GetShaderId() != "UsdPreviewSurface":
         message = "the material is not a UsdPreviewSurface; a grey one stands for it"
         return Material(name), [finding("FEATURE_DROPPED", where, message, feature="material")]
+    lost = _other_outputs(material, shader)
     surface, kept = Surface(shader, where, asset_root), read_metadata(material)
     colour, number, texture = surface.colour, surface.number, surface.texture
     threshold = number("opacityThreshold", 0.0)
     opacity, seen_through = number("opacity", 1.0), texture("opacity")
-    lost = _dropped_inputs(surface, where)
+    lost += _dropped_inputs(surface, where)
     bump = surface.source("normal").texture
     extras, new_findings = read_extras(material.GetPrim())
     unlit = bool(kept.get("unlit"))
@@ -119,6 +120,19 @@ def _read_material(
         extras=extras,
     )
     return result, [*surface.findings, *lost, *new_findings]
+
+
+def _other_outputs(material: UsdShade.Material, surface: UsdShade.Shader) -> list[Finding]:
+    """Report networks for other renderers, and of displacement or volume, that are left out."""
+    producers = {
+        output.GetFullName(): output.GetValueProducingAttributes()
+        for output in material.GetOutputs()
+    }
+    names = [n for n, p in producers.items() if p and p[0].GetPrim() != surface.GetPrim()]
+    if not names:
+        return []
+    message = "shader networks that are not kept: {channels}"
+    return [finding("CHANNEL_IGNORED", str(material.GetPath()), message, sorted(names))]
 
 
 def _alpha_mode(

@@ -74,6 +74,9 @@ def read_texture(
     folders = [*_folders(attribute), asset_root]
     if not all(is_inside(file, folders) for file in files):
         return missing(f"{asset.path} {OUTSIDE}", "ASSET_OUTSIDE")
+    if changing := _changing_inputs(shader):
+        message = "they change over time, and stay as at the first: {channels}"
+        found.append(finding("ANIMATION_DROPPED", where, message, changing))
     space = _SPACES.get(str(value_of(shader, "sourceColorSpace")), "auto")
     placed = _placement(shader, where, found)
     if not inner:
@@ -83,6 +86,23 @@ def read_texture(
     except InputError as error:
         return missing(str(error))
     return Texture("", data, Path(inner).suffix, space=space, placed=placed)
+
+
+def _changing_inputs(shader: UsdShade.Shader) -> list[str]:
+    """Return the inputs of a texture, and of what moves it on the mesh, that have samples."""
+    found: list[str] = []
+    part: UsdShade.Shader | None = shader
+    while part is not None:
+        for given in part.GetInputs():
+            producers = given.GetValueProducingAttributes()
+            plain = producers and not UsdShade.Output.IsOutput(producers[0])
+            if plain and producers[0].ValueMightBeTimeVarying():
+                found.append(given.GetBaseName())
+        is_texture = part.GetShaderId() == "UsdUVTexture"
+        part = _upstream(part, "st" if is_texture else "in")
+        if part is not None and part.GetShaderId() != "UsdTransform2d":
+            part = None
+    return sorted(found)
 
 
 def _folders(attribute: Usd.Attribute) -> list[Path]:
