@@ -155,3 +155,32 @@ def test_both_sides_without_a_material_are_announced():
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
     assert "double_sided" not in lost()
     assert rig_of_stage(stage)[0].materials[0].double_sided
+
+
+def test_the_colour_of_a_group_is_that_of_its_meshes():
+    stage = sheet()
+    group = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/R"))
+    colour = group.CreatePrimvar(
+        "displayColor", Sdf.ValueTypeNames.Color3fArray, UsdGeom.Tokens.constant
+    )
+    colour.Set([(1, 0.5, 0)])
+    values = rig_of_stage(stage)[0].meshes[0].corners("displayColor")
+    np.testing.assert_array_equal(values, [(1, 0.5, 0)] * 3)
+
+
+@pytest.mark.parametrize("kind", ["texCoord2h[]", "texCoord2d[]", "texCoord3f[]"])
+def test_texture_coordinates_of_other_precision_are_read_and_others_announced(kind):
+    stage = sheet()
+    types = Sdf.ValueTypeNames
+    given = UsdGeom.PrimvarsAPI(stage.GetPrimAtPath("/R/M")).CreatePrimvar(
+        "st", types.Find(kind), UsdGeom.Tokens.vertex
+    )
+    width = 3 if kind == "texCoord3f[]" else 2
+    given.Set([row[:width] for row in ((0, 0, 0), (1, 0, 0), (0.5, 1, 0))])
+    rig, found = rig_of_stage(stage)
+    ignored = [f.values["channels"] for f in found if f.code == "CHANNEL_IGNORED"]
+    if width == 3:
+        assert rig.meshes[0].uvs is None and ignored == [["st"]]
+    else:
+        np.testing.assert_array_equal(rig.meshes[0].uvs, [(0, 0), (1, 0), (0.5, 1)])
+        assert ignored == []

@@ -13,7 +13,7 @@ from usdface.rigs import CornerValues, Mesh
 __all__ = ["read_face_varying", "to_face_varying", "write_face_varying"]
 
 _START = Usd.TimeCode.EarliestTime()
-_UV = "VtArray<GfVec2f>"
+_UV = ("VtArray<GfVec2f>", "VtArray<GfVec2d>", "VtArray<GfVec2h>")
 
 
 def to_face_varying(
@@ -36,7 +36,7 @@ def to_face_varying(
 
 def read_face_varying(
     mesh: UsdGeom.Mesh, counts: IntArray, indices: IntArray, count: int, linear: FloatArray
-) -> tuple[str, FloatArray | None, tuple[CornerValues, ...], list[Finding]]:
+) -> tuple[str, FloatArray | None, tuple[CornerValues, ...], set[str], list[Finding]]:
     """Return the face-varying data of a mesh, for its face corners (C).
 
     Returns
@@ -46,12 +46,19 @@ def read_face_varying(
     others : tuple of CornerValues
         Further texture coordinates; ``displayColor`` with its opacity as a fourth column;
         ``tangents``, turned by `linear` (3, 3).
+    read : set of str
+        Names of the primvars that are in these, or that the findings name.
     list of Finding
     """
     found: list[Finding] = []
-    primvars = {p.GetPrimvarName(): p for p in UsdGeom.PrimvarsAPI(mesh).GetPrimvarsWithValues()}
+    # Constant ones hold for all prims below, too, as the colour of a group.
+    given_primvars = UsdGeom.PrimvarsAPI(mesh).FindPrimvarsWithInheritance()
+    primvars = {p.GetPrimvarName(): p for p in given_primvars if p.HasValue()}
+
+    read: set[str] = set()
 
     def values(name: str, width: int) -> FloatArray | None:
+        read.add(name)
         given = primvars[name].ComputeFlattened(_START) if name in primvars else None
         if not given:
             return None
@@ -72,7 +79,7 @@ def read_face_varying(
             return None
         return fitting
 
-    sets = sorted(name for name, p in primvars.items() if p.GetTypeName().cppTypeName == _UV)
+    sets = sorted(name for name, p in primvars.items() if p.GetTypeName().cppTypeName in _UV)
     sets.sort(key=lambda name: name != "st")
     coordinates = {name: uvs for name in sets if (uvs := values(name, 2)) is not None}
     first = next(iter(coordinates), "st")
@@ -87,7 +94,7 @@ def read_face_varying(
         sign = np.where(np.linalg.det(linear) < 0, -1.0, 1.0)
         turned = np.concatenate([unit_or_up(tangents[:, :3] @ linear), tangents[:, 3:] * sign], 1)
         others.append(CornerValues("tangents", turned))
-    return first, coordinates.get(first), tuple(others), found
+    return first, coordinates.get(first), tuple(others), read, found
 
 
 def write_face_varying(prim: UsdGeom.Mesh, mesh: Mesh) -> None:

@@ -18,7 +18,7 @@ from usdface.rigs import CORNER_NORMALS, CornerValues, MaterialSubset, Mesh, Ski
 __all__ = ["bound_material", "read_mesh"]
 
 _START = Usd.TimeCode.EarliestTime()
-_KEPT_PRIMVARS = {"normals", "displayColor", "displayOpacity"}
+_KEPT_PRIMVARS = {"normals"}
 _SKIN = "skel:"  # primvars of UsdSkel
 _READ_ONCE = ("normals", "faceVertexCounts", "faceVertexIndices")
 # Corner normals further than this from their mean are a hard edge: about 0.6 degrees.
@@ -67,7 +67,7 @@ def read_mesh(
     counts, indices = _faces(mesh, len(points))
     normals, hard, findings = _normals(mesh, counts, indices, len(points))
     turned = None if normals is None else normals @ turn
-    uv_name, uvs, others, new_findings = read_face_varying(
+    uv_name, uvs, others, read, new_findings = read_face_varying(
         mesh, counts, indices, len(points), linear
     )
     findings += new_findings
@@ -82,7 +82,7 @@ def read_mesh(
     findings += new_findings
     subsets, new_findings = _material_subsets(prim, len(counts))
     findings += new_findings + _one_sided_faces(mesh, subsets, len(counts))
-    findings += _dropped_features(mesh, {uv_name, *(c.name for c in others)})
+    findings += _dropped_features(mesh, read)
     extras, new_findings = read_extras(prim)
     findings += new_findings
     result = Mesh(
