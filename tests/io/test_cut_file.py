@@ -109,6 +109,38 @@ def test_what_is_no_cut_is_refused(tmp_path: Path, name: str, text: str) -> None
         read_cut(tmp_path / name)
 
 
+def test_what_a_cut_does_beside_choosing_ranges_is_announced(tmp_path: Path) -> None:
+    """Transitions, nested clips that are trimmed again, clips that are off or have no range."""
+    otio = pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
+
+    def span(start: int, frames: int) -> object:
+        time = otio.opentime.RationalTime
+        return otio.opentime.TimeRange(time(start, 24), time(frames, 24))
+
+    timeline = otio.schema.Timeline()
+    track = otio.schema.Track(kind="Video")
+    timeline.tracks.append(track)
+    track.append(otio.schema.Clip(name="a", source_range=span(100, 48)))
+    track.append(otio.schema.Transition(transition_type="SMPTE_Dissolve"))
+    track.append(otio.schema.Clip(name="b", source_range=span(300, 48)))
+    track.append(otio.schema.Clip(name="plain", source_range=span(300, 48)))
+    track[-2].enabled = False
+    track.append(otio.schema.Clip(name="bare"))
+    nest = otio.schema.Stack(source_range=span(10, 5))
+    nest.append(otio.schema.Clip(name="nested", source_range=span(500, 48)))
+    track.append(nest)
+    (tmp_path / "cut.otio").write_text(otio.adapters.write_to_string(timeline, "otio_json"))
+    events, findings = read_cut(tmp_path / "cut.otio")
+    assert [event.name for event in events] == ["a", "b", "plain", "nested"]
+    assert [(found.code, found.where) for found in findings] == [
+        ("CUT_EFFECT_IGNORED", "a"),
+        ("CUT_EFFECT_IGNORED", "b"),
+        ("CUT_EFFECT_IGNORED", "b"),
+        ("CUT_TAKE_MISSING", "bare"),
+        ("CUT_EFFECT_IGNORED", "nested"),
+    ]
+
+
 def test_a_cut_that_is_not_there_is_named_once(tmp_path: Path) -> None:
     pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
     with pytest.raises(InputError, match=r"cut\.edl: No such file or directory$"):

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -74,13 +75,15 @@ def read_cut(path: Path, rate: float = 0.0) -> tuple[list[CutEvent], list[Findin
         raise InputError(f"cannot read the cut {path}: {reason}", "FILE_UNREADABLE") from error
     clips, findings = _clips(otio, path, text, rate)
     events = []
-    for clip in clips:
-        if clip.effects:
-            message = "speed changes and effects of the cut are left out: the range is of the take"
-            findings.append(finding("CUT_EFFECT_IGNORED", clip.name or str(path), message))
+    for clip, ignored in clips:
+        where = clip.name or str(path)
         event = _event(clip)
-        if event is not None:
-            events.append(event)
+        if event is None:
+            message = "the cut names no range of it; it has no shot"
+            findings.append(finding("CUT_TAKE_MISSING", where, message))
+            continue
+        findings += [finding("CUT_EFFECT_IGNORED", where, message) for message in ignored]
+        events.append(event)
     if not events:
         raise InputError(
             f"the cut {path} has no clips with a range; expected a timeline of clips",
@@ -89,7 +92,10 @@ def read_cut(path: Path, rate: float = 0.0) -> tuple[list[CutEvent], list[Findin
     return events, findings
 
 
-def _clips(otio: Any, path: Path, text: str, rate: float) -> tuple[list[Any], list[Finding]]:
+def _clips(
+    otio: Any, path: Path, text: str, rate: float
+) -> tuple[list[tuple[Any, list[str]]], list[Finding]]:
+    """Return the clips of a cut, each with what is ignored of it."""
     edl = path.suffix.lower() == ".edl"
     if rate and not edl:
         raise InputError(f"{path} has its own rate; leave out that of the cut", "SETTING_WRONG")
@@ -102,7 +108,7 @@ def _clips(otio: Any, path: Path, text: str, rate: float) -> tuple[list[Any], li
             json.loads(text)  # the library's own parser takes less for JSON
             timeline = otio.adapters.read_from_string(text, "otio_json")
         # Their tracks are the timeline's, and gone with it.
-        clips = [clip for clip in timeline.find_clips() if _is_video(clip)]
+        clips = [(c, list(_ignored(c))) for c in timeline.find_clips() if _is_video(c)]
     except Exception as error:  # adapters raise anything
         where = f" at {counted:g} frames a second (--cut-rate)" if edl else ""
         raise InputError(
@@ -111,6 +117,26 @@ def _clips(otio: Any, path: Path, text: str, rate: float) -> tuple[list[Any], li
     if rate or not edl:
         return clips, []
     return clips, [finding("RATE_ASSUMED", str(path), "taken as {rate_hz:g} Hz", counted)]
+
+
+def _ignored(clip: Any) -> Iterator[str]:
+    """Yield what a cut does to a clip beside choosing its range."""
+    above = list(_above(clip))
+    if any(part.effects for part in (clip, *above)):
+        yield "speed changes and effects of the cut are left out: the range is of the take"
+    if any(part.source_range is not None for part in above):
+        yield "it is trimmed by what it is nested in; its whole range is taken"
+    if not all(part.enabled for part in (clip, *above)):
+        yield "it is switched off in the cut; it has a shot nevertheless"
+    beside = getattr(clip.parent(), "neighbors_of", lambda _: ())(clip)  # of a track
+    if any(part is not None and part.schema_name() == "Transition" for part in beside):
+        yield "a transition shows frames beyond its range, which --handles add"
+
+
+def _above(part: Any) -> Iterator[Any]:
+    """Yield the tracks and stacks that hold a part of a timeline, from the nearest on."""
+    while (part := part.parent()) is not None:
+        yield part
 
 
 def _is_video(clip: Any) -> bool:
