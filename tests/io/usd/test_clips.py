@@ -51,6 +51,23 @@ def test_what_plays_at_once_is_one_clip(tmp_path: Path) -> None:
     assert [f for f in outcome.findings if f.severity == "warning"] == []
 
 
+def test_the_time_code_that_time_0_was_is_told(tmp_path: Path) -> None:
+    stage = Usd.Stage.Open(str(a_face(tmp_path, "A", "jaw", [0.0, 0.1], [0.0, 1.0])))
+    animation = UsdSkel.Animation(next(p for p in stage.Traverse() if p.IsA(UsdSkel.Animation)))
+    weights = animation.GetBlendShapeWeightsAttr()
+    weights.Clear()
+    for code, value in ((1001.0, 0.0), (1002.0, 1.0)):
+        weights.Set([value], code)
+    stage.SetStartTimeCode(1001)
+    stage.SetEndTimeCode(1002)
+    _, (clip,), found = animated_rig(stage)
+    assert clip.weights is not None
+    np.testing.assert_allclose(clip.weights.times, [0, 0.1])
+    assert [(f.code, dict(f.values)) for f in found] == [
+        ("FRAMES_RENUMBERED", {"frame_number": 1001})
+    ]
+
+
 def test_one_name_with_two_curves_is_two_shapes(tmp_path: Path) -> None:
     rig, (clip,), found = animated_rig(two_faces(tmp_path, ("jaw", "jaw")))
     assert [(f.code, f.where) for f in found] == [("NAME_CHANGED", "/B/Face/B/jaw")]

@@ -174,6 +174,10 @@ def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
     takes = [_joint_take(motion, clock) for motion in scene.motions]
     above = prefixes(scene.skeletons, scene.motions)
     found: list[Finding] = []
+    if len(codes) and clock.start not in (0.0, 1.0):
+        message = "time 0 is time code {frame_number:g} of the stage"
+        where = stage.GetRootLayer().GetDisplayName() or "the stage"
+        found.append(finding("FRAMES_RENUMBERED", where, message, clock.start))
     for bound, skeleton in jointed:
         joints, new_findings = _joints(bound, skeleton, to_si(metrics), clock)
         found += new_findings
