@@ -1,6 +1,6 @@
-"""Contents of a C3D file beside its points: analog channels and events.
+"""Contents of a C3D file beside its points: analog channels, events and rotations.
 
-Source: C3D User Guide (c3d.org), "The ANALOG group", "The EVENT group".
+Source: C3D User Guide (c3d.org), "The ANALOG group", "The EVENT group", "The ROTATION group".
 """
 
 from pathlib import Path
@@ -26,6 +26,7 @@ def report_beside_points(path: Path, parameters: Parameters, held: int) -> list[
     contents = {
         "analog channels are not read: {channels}": _analog_channels(parameters, held),
         "events are not read: {channels}": _events(parameters),
+        "rotations are not read: {channels}": _rotations(parameters),
     }
     return [
         finding("CHANNEL_IGNORED", str(path), message, names)
@@ -52,6 +53,14 @@ def _analog_channels(parameters: Parameters, held: int) -> list[str]:
     if not held or len(named) == count > 0:
         return named if held else []
     return [*named, f"{count - len(named) if count else held} without a name"]
+
+
+def _rotations(parameters: Parameters) -> list[str]:
+    """Return the names of rotations of segments, as markerless systems write them."""
+    labels = parameters.get("ROTATION:LABELS")
+    count = _used(parameters, "ROTATION")
+    named = [label for label in labels[:count] if label] if isinstance(labels, list) else []
+    return named + ([f"{count - len(named)} without a name"] if count > len(named) else [])
 
 
 def _events(parameters: Parameters) -> list[str]:
