@@ -129,6 +129,16 @@ def test_another_player_shows_what_the_rig_shows(tmp_path: Path, plain_rig: Rig)
             np.testing.assert_allclose(shown, expected, atol=1e-7)
 
 
+def test_a_skeleton_that_no_mesh_is_bound_to_is_announced(tmp_path: Path, skinned_rig: Rig) -> None:
+    assert skinned_rig.skeleton is not None and len(skinned_rig.skeleton.joints) > 1
+    meshes = tuple(replace(mesh, skin=None) for mesh in skinned_rig.meshes)
+    found = write_gltf(replace(skinned_rig, meshes=meshes), tmp_path / "a.glb")
+    lost = [f.values["names"] for f in found if f.values.get("feature") == "skeleton"]
+    assert lost == [list(skinned_rig.skeleton.joints)]
+    found = write_gltf(skinned_rig, tmp_path / "a.glb")
+    assert not [f for f in found if f.values.get("feature") == "skeleton"]
+
+
 def test_another_player_skins_as_the_rig_does(tmp_path: Path, skinned_rig: Rig) -> None:
     skeleton = skinned_rig.skeleton
     assert skeleton is not None

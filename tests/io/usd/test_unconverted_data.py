@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdShade
+from pxr import Sdf, Usd, UsdGeom, UsdShade, UsdSkel
 from sheets import sheet
 
 from usdface.clips import Clip
@@ -115,3 +115,15 @@ def test_variants_that_are_clips_or_materials_arrive(face_rig: Rig, tmp_path: Pa
     _, moving, found = animated_rig(stage)
     assert [clip.name for clip in moving] == ["calm", "wild"]
     assert [f for f in found if "variants" in f.values] == []
+
+
+def test_a_skeleton_without_a_mesh_is_announced(skinned_rig: Rig, tmp_path: Path) -> None:
+    write_rig(skinned_rig, tmp_path / "a.usda")
+    stage = Usd.Stage.Open(str(tmp_path / "a.usda"))
+    assert [f for f in rig_of_stage(stage)[1] if f.values.get("feature") == "skeleton"] == []
+    UsdSkel.Skeleton.Define(stage, "/Asset/Empty")
+    prop = UsdSkel.Skeleton.Define(stage, "/Asset/Prop")
+    prop.CreateJointsAttr(["grip", "grip/tip"])
+    (lost,) = [f for f in rig_of_stage(stage)[1] if f.values.get("feature") == "skeleton"]
+    assert (lost.code, lost.where) == ("FEATURE_DROPPED", "/Asset/Prop")
+    assert lost.values["names"] == ["grip", "grip/tip"]

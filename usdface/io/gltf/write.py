@@ -112,6 +112,10 @@ def write_gltf(
     kept = [*read, *texture_files(rig.materials)]
     beside = textures.into(document, builder, path, among(kept))
     skeleton = _animated_skeleton(rig, clips)
+    if skeleton is None and rig.skeleton is not None and len(rig.skeleton.joints) > 1:
+        message = "its skeleton is bound to no mesh, and left out: {names}"
+        names = rig.skeleton.joints
+        found.append(finding("FEATURE_DROPPED", rig.name, message, names, feature="skeleton"))
     if skeleton is not None:
         rig, new_findings = _with_fewer_influences(rig, skeleton, clips, influences)
         found += new_findings

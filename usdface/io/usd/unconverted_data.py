@@ -1,4 +1,4 @@
-"""Custom attributes, metadata and variants of a stage that a rig has no place for."""
+"""Data of a stage that a rig has no place for: attributes, metadata, variants, skeletons."""
 
 from collections.abc import Collection, Iterator
 
@@ -8,7 +8,11 @@ from usdface.findings import Finding, finding
 from usdface.io.usd.extras import USER_PROPERTIES, read_extras
 from usdface.io.usd.variant_stages import stage_with_variant
 
-__all__ = ["report_unconverted_data", "report_unconverted_variants"]
+__all__ = [
+    "report_unbound_skeletons",
+    "report_unconverted_data",
+    "report_unconverted_variants",
+]
 
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 # Prims and attributes of a take and its result, which are no part of the picture.
@@ -116,3 +120,20 @@ def _bound_and_other(
     bindings = (UsdSkel.BindingAPI(prim).GetAnimationSourceRel() for prim in prims)
     bound = {tuple(rel.GetTargets()) for rel in bindings if rel}
     return bound, {prim.GetPath() for prim in prims if not prim.IsA(UsdSkel.Animation)}
+
+
+def report_unbound_skeletons(stage: Usd.Stage, bound: Collection[Usd.Prim]) -> list[Finding]:
+    """Return FEATURE_DROPPED for skeletons with joints that bind no mesh."""
+    read = {skeleton.GetPath() for skeleton in bound}
+    found = []
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
+    for prim in prims:
+        if prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()  # prototypes are not shown where they stand
+        elif prim.IsA(UsdSkel.Skeleton) and prim.GetPath() not in read:
+            joints = list(map(str, UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()))
+            message = "the skeleton is left out, as it is bound to no mesh: {names}"
+            where = str(prim.GetPath())
+            lost = finding("FEATURE_DROPPED", where, message, joints, feature="skeleton")
+            found += [lost] if joints else []
+    return found
