@@ -131,3 +131,27 @@ def test_a_clip_of_an_instance_is_one_in_all_variants(face_rig, tmp_path):
     assert clips_and_losses(shot) == ([shot], [])
     (path,) = playing_animations(shot)
     assert path.HasPrefix("/World/Hero") and shot.GetPrimAtPath(path).IsA(UsdSkel.Animation)
+
+
+def test_libraries_of_animations_and_poses_are_announced(face_rig, tmp_path):
+    write_rig(face_rig, tmp_path / "face.usda")
+    shot = Usd.Stage.Open(str(tmp_path / "face.usda"))
+    found = {}
+    for name, weights in (("Laugh", (0.0, 1.0)), ("Joy", (1.0,)), ("Rest", (0.0,))):
+        path = f"/Library/{name}"  # beside the character
+        animation = UsdSkel.Animation.Define(shot, path)
+        animation.CreateBlendShapesAttr(face_rig.shape_names[:1])
+        given = animation.CreateBlendShapeWeightsAttr()
+        for code, weight in enumerate(weights):
+            given.Set([weight], code) if len(weights) > 1 else given.Set([weight])
+        found[path] = [f.code for f in animated_rig(shot)[2] if f.where == path]
+    assert found == {
+        "/Library/Laugh": ["ANIMATION_DROPPED"],
+        "/Library/Joy": ["ANIMATION_DROPPED"],
+        "/Library/Rest": [],
+    }
+    take = shot.DefinePrim("/Shot").CreateRelationship("usdface:take")
+    take.SetTargets(["/Library/Laugh"])  # what a shot was made of is in its result
+    assert [f.where for f in animated_rig(shot)[2] if f.code == "ANIMATION_DROPPED"] == [
+        "/Library/Joy"
+    ]

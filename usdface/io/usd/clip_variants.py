@@ -11,6 +11,7 @@ from usdface.findings import Finding, finding
 from usdface.io.usd.instances import shown_path
 from usdface.io.usd.rig import skel_roots
 from usdface.io.usd.variant_stages import stage_with_variant
+from usdface.schemas import tokens
 
 __all__ = [
     "BoundAnimation",
@@ -140,13 +141,21 @@ def playing_animations(stage: Usd.Stage) -> tuple[Sdf.Path, ...]:
 
 
 def report_unbound(stage: Usd.Stage, played: set[Sdf.Path]) -> list[Finding]:
-    """Return ANIMATION_DROPPED for each animation that no variant binds."""
-    prims = dict.fromkeys(p for r in skel_roots(stage) for p in Usd.PrimRange(r, _ALL))
+    """Return ANIMATION_DROPPED for each animation that no variant binds, but for takes of shots."""
+    prims = list(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))  # libraries stand beside characters
+    takes = (prim.GetRelationship(tokens.TAKE) for prim in prims)
+    played = played | {path for take in takes if take for path in take.GetForwardedTargets()}
     message = "nothing on the stage binds it, in no variant"
     return [
         finding("ANIMATION_DROPPED", str(prim.GetPath()), message)
         for prim in prims
         if prim.IsA(UsdSkel.Animation)
         and prim.GetPath() not in played
-        and any(attribute.ValueMightBeTimeVarying() for attribute in prim.GetAttributes())
+        and (_is_pose(prim) or any(a.ValueMightBeTimeVarying() for a in prim.GetAttributes()))
     ]
+
+
+def _is_pose(animation: Usd.Prim) -> bool:
+    """Return whether a SkelAnimation holds weights that are not 0, or joints, without samples."""
+    *joints, weights = (animation.GetAttribute(name).Get() for name in _SAMPLED)
+    return any(weights or ()) or any(map(bool, joints))
