@@ -38,16 +38,24 @@ def test_only_the_default_scene_is_read(write_glb, tmp_path: Path) -> None:
     np.testing.assert_array_equal(rig.meshes[0].points, TRIANGLE + np.array([1, 0, 0]))
 
 
-def test_meshes_that_no_node_shows_are_announced(write_glb, tmp_path: Path) -> None:
+def test_parts_that_no_node_has_are_announced(write_glb, tmp_path: Path) -> None:
     mesh = {"primitives": [{"attributes": {"POSITION": 0}}]}
+    lens = {"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}
+    lights = [{"type": "point", "name": "key"}, {"type": "point", "name": "rim"}]
     document = {
         "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 1}],
+        "nodes": [{"mesh": 1, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
         "meshes": [mesh | {"name": "LOD1"}, mesh, mesh],
+        "cameras": [lens],
+        "extensions": {"KHR_lights_punctual": {"lights": lights}},
     }
     rig, _, found = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
-    assert len(rig.meshes) == 1
-    assert [(f.code, f.values["names"]) for f in found] == [("FEATURE_DROPPED", ["LOD1", "mesh 2"])]
+    assert len(rig.meshes) == len(rig.lights) == 1
+    assert [(f.code, f.where, f.values["names"]) for f in found] == [
+        ("FEATURE_DROPPED", "mesh", ["LOD1", "mesh 2"]),
+        ("FEATURE_DROPPED", "camera", ["camera 0"]),
+        ("FEATURE_DROPPED", "light", ["rim"]),
+    ]
 
 
 def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:

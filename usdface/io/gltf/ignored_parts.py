@@ -13,11 +13,12 @@ from usdface.io.gltf.variants import VARIANTS
 from usdface.io.gltf.vrm import VRM_NAMES
 from usdface.io.gltf.vrm_nodes import AVATAR_EXTENSIONS
 
-__all__ = ["report_extensions", "report_extras", "report_unplaced_meshes"]
+__all__ = ["report_extensions", "report_extras", "report_unplaced"]
 
+_LIGHTS = "KHR_lights_punctual"
 # Read elsewhere, and reported there where something of it is not.
 _READ = {
-    *("KHR_lights_punctual", "KHR_draco_mesh_compression", "KHR_animation_pointer"),
+    *(_LIGHTS, "KHR_draco_mesh_compression", "KHR_animation_pointer"),
     *("EXT_meshopt_compression", "KHR_meshopt_compression", "EXT_texture_webp", *VRM_NAMES),
     *("KHR_texture_transform", VARIANTS),
 }
@@ -88,12 +89,20 @@ def report_extras(file: GltfFile) -> list[Finding]:
     return [finding("FEATURE_DROPPED", "extras", message, list(lost), feature="extras")]
 
 
-def report_unplaced_meshes(document: GLTF2) -> list[Finding]:
-    """Return FEATURE_DROPPED for meshes that no node shows, in any scene."""
-    shown = {node.mesh for node in document.nodes or []}
-    meshes = enumerate(document.meshes or [])
-    names = [mesh.name or f"mesh {k}" for k, mesh in meshes if k not in shown]
-    if not names:
-        return []
-    message = "{mesh_count} meshes that no node shows are left out: {names}"
-    return [finding("FEATURE_DROPPED", "meshes", message, len(names), names, feature="mesh")]
+def report_unplaced(document: GLTF2) -> list[Finding]:
+    """Return FEATURE_DROPPED for meshes, cameras and lights that no node has, in any scene."""
+    nodes = document.nodes or []
+    lights = ((document.extensions or {}).get(_LIGHTS) or {}).get("lights") or []
+    placed = [(node.extensions or {}).get(_LIGHTS) or {} for node in nodes]
+    parts: dict[str, tuple[list[Any], set[Any]]] = {
+        "mesh": ([m.name for m in document.meshes or []], {n.mesh for n in nodes}),
+        "camera": ([c.name for c in document.cameras or []], {n.camera for n in nodes}),
+        "light": ([one.get("name") for one in lights], {one.get("light") for one in placed}),
+    }
+    found = []
+    for kind, (given, shown) in parts.items():
+        names = [name or f"{kind} {k}" for k, name in enumerate(given) if k not in shown]
+        message = "left out, as no node has them: {names}"
+        lost = finding("FEATURE_DROPPED", kind, message, names, feature=kind)
+        found += [lost] if names else []
+    return found

@@ -23,7 +23,7 @@ from usdface.io.gltf.groups import hang_in_groups, read_groups, read_joint_extra
 from usdface.io.gltf.ignored_parts import (
     report_extensions,
     report_extras,
-    report_unplaced_meshes,
+    report_unplaced,
 )
 from usdface.io.gltf.inbetweens import Step, steps_in
 from usdface.io.gltf.instances import expand_instances
@@ -120,7 +120,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     found += new_findings
     asset, new_findings = read_extras(document.asset.extras, where="asset")
     found += new_findings
-    found += report_extensions(file) + report_extras(file) + report_unplaced_meshes(document)
+    found += report_extensions(file) + report_extras(file) + report_unplaced(document)
     groups, new_findings = read_groups(document, tree, armature)
     found += new_findings
     joint_extras, new_findings = read_joint_extras(document, armature)
