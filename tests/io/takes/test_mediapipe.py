@@ -6,6 +6,7 @@ from track_writers import SIZE
 
 from usdface.errors import InputError
 from usdface.io.takes.files import read_take
+from usdface.io.takes.mediapipe import read_mediapipe
 from usdface.options import TakeOptions
 
 FACE = [{"x": 0.25, "y": 0.5, "z": 0.0}, {"x": 0.75, "y": 0.25, "z": 0.0}]
@@ -31,6 +32,28 @@ def test_landmarks_are_found_however_they_are_nested(tmp_path, document):
     take, _ = read_take(path, TakeOptions(rate=25.0, image_size=SIZE))
     assert take.names == ("landmark_0", "landmark_1")
     np.testing.assert_allclose(take.positions, [PLACES] * 2)
+
+
+def ignored(findings):
+    (one,) = [found for found in findings if found.code == "CHANNEL_IGNORED"]
+    return list(one.values["channels"])
+
+
+def test_what_frames_have_beside_the_landmarks_of_one_face_is_announced(tmp_path):
+    """As MediaPipe's face landmarker does: blend shapes, a transform, presence."""
+    seen = [{**landmark, "presence": 1.0} for landmark in FACE]
+    frames = [{"faceLandmarks": [seen, FACE], "faceBlendshapes": [{"score": 0.5}]}]
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps([{"faceLandmarks": [seen]}, *frames]))
+    _, findings = read_take(path, TakeOptions(rate=25.0, image_size=SIZE))
+    assert ignored(findings) == ["z", "faceBlendshapes", "presence", "other faces"]
+    path = tmp_path / "a.csv"
+    path.write_text("frame,landmark,x,y,z,visibility\n0,1,0.5,0.5,0,1\n1,1,0.5,0.5,0,1\n")
+    _, findings = read_take(path, TakeOptions(rate=25.0, image_size=SIZE))
+    assert ignored(findings) == ["z", "visibility"]
+    path.write_text("frame,x_0,y_0,z_0,blink\n0,0.5,0.5,0,1\n1,0.5,0.5,0,1\n")
+    _, findings = read_mediapipe(path, TakeOptions(rate=25.0, image_size=SIZE))
+    assert ignored(findings) == ["z", "blink"]
 
 
 def test_a_frame_without_a_face_is_occluded(tmp_path):

@@ -51,6 +51,21 @@ def test_individuals_stay_apart(write):
     np.testing.assert_allclose(take.positions[0], [[1.5, -2.5], [3.5, -4.5]])
 
 
+def test_what_points_have_beside_a_place_in_the_image_is_announced(write):
+    path = write(
+        "scorer,n,n,n", "bodyparts,a,a,a", "coords,x,y,z", "0,1,2,3", "1,1,2,3",
+    )  # fmt: skip
+    _, findings = read_deeplabcut(path, TakeOptions(rate=25.0))
+    assert [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"] == [["z"]]
+    path = write(
+        "track,frame_idx,instance.score,chin.x,chin.y,chin.z,area", ",0,0.9,1,2,3,4", ",1,1,2,3,4,5",
+    )  # fmt: skip
+    _, findings = read_sleap(path, TakeOptions(rate=25.0))
+    assert [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"] == [
+        ["instance.score", "chin.z", "area"]
+    ]
+
+
 def test_instances_of_sleap_stay_apart(write):
     path = write(
         "track,frame_idx,instance.score,chin.x,chin.y,chin.score,nose.x,nose.y,nose.score",

@@ -83,5 +83,6 @@ def read_deeplabcut(
         lines=table.lines,
         confidence=table.numbers[:, 3] if scored else None,
         threshold=_THRESHOLD,
+        ignored=sorted({kind for kinds in columns.values() for kind in kinds} - {*wanted}),
     )
     return finish_tracks(tracks, options)

@@ -48,16 +48,21 @@ def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
         If the file is missing or of none of the forms above, or the size of the image is not known.
     """
     width = height = rate = 0.0
+    unread: list[str] = []
     if path.suffix.lower() == ".json":
         document = read_json(path)
-        table, times = _of_frames(path, _frames(path, document))
+        frames = _frames(path, document)
+        table, times = _of_frames(path, frames)
+        unread = _unread_of_frames(frames)
         if isinstance(document, dict):
             sides = (document.get(f"{p}{s}") for s in ("width", "height") for p in ("", "image_"))
             found = [side for side in map(number, sides) if side > 0]
             width, height = found[:2] if len(found) == 2 else (0.0, 0.0)
             rate = float(np.nan_to_num(number(document.get("fps")), posinf=0.0, neginf=0.0))
     else:
-        table, times = _of_rows(path, read_table(path)), None
+        rows = read_table(path)
+        table, times = _of_rows(path, rows), None
+        unread = _unread_columns(rows[0][1])
     places = normalised(path, table.numbers[:, 1:3], "MediaPipe")
     size = needed_image_size(path, options, "0 to 1", width, height)
     tracks = ImageTracks(
@@ -72,7 +77,7 @@ def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
         lines=table.lines,
         seconds=times,
         rate=rate,
-        ignored=("z",),
+        ignored=["z", *unread],
     )
     return finish_tracks(tracks, options)
 
@@ -130,6 +135,35 @@ def _face(frame: Any) -> list[Any]:
         elif isinstance(frame, list) and frame and not _is_landmark(frame[0]):
             frame = frame[0]
     return frame if isinstance(frame, list) and frame and _is_landmark(frame[0]) else []
+
+
+def _unread_of_frames(frames: Sequence[Any]) -> list[str]:
+    """Return what frames have beside the landmarks of one face, as its blend shapes."""
+    known = {*_LANDMARKS, *_FRAME, "timestamp_ms"}
+    objects = [frame for frame in frames if isinstance(frame, dict)]
+    found = {str(key): None for frame in objects for key in frame if key not in known}
+    marks = (landmark for frame in frames for landmark in _face(frame)[:1])
+    named = (mark for mark in marks if isinstance(mark, dict))
+    found |= {str(key): None for mark in named for key in mark if key not in ("x", "y", "z")}
+    more = any(_face_count(frame) > 1 for frame in frames)
+    return [*found, *(["other faces"] if more else [])]
+
+
+def _face_count(frame: Any) -> int:
+    """Return how many faces a frame has."""
+    if isinstance(frame, dict):
+        frame = next((frame[key] for key in _LANDMARKS if key in frame), None)
+    if not isinstance(frame, list) or not frame or _is_landmark(frame[0]):
+        return 1
+    return len(frame)
+
+
+def _unread_columns(header: Sequence[str]) -> list[str]:
+    """Return the columns of a table that are no frame, landmark or place."""
+    known = {*_FRAME, *_LANDMARK, "x", "y", "z"}
+    names = [name for name in header if name and name.lower() not in known]
+    # z stands where x does.
+    return [name for name in names if not _WIDE.fullmatch(name.lower().replace("z", "x"))]
 
 
 def _is_landmark(value: Any) -> bool:

@@ -4,6 +4,7 @@ Columns ``track, frame_idx, instance.score`` and ``x``, ``y``, ``score`` of each
 each instance in a frame. Pixels, the centre of the top left one is (0, 0).
 """
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,12 @@ def read_sleap(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
         lines=table.lines,
         confidence=table.numbers[:, 3] if scored else None,
         threshold=_THRESHOLD,
-        ignored=("instance.score",),
+        ignored=["instance.score", *_unread(header, parts, kinds)],
     )
     return finish_tracks(tracks, options)
+
+
+def _unread(header: Sequence[str], parts: Sequence[str], kinds: Sequence[str]) -> list[str]:
+    """Return the columns behind the first three that belong to no part, or are not read of one."""
+    read = {f"{part}.{kind}" for part in parts for kind in kinds}
+    return [name for name in header[3:] if name and name not in read]
