@@ -58,7 +58,7 @@ def test_what_points_have_beside_a_place_in_the_image_is_announced(write):
     _, findings = read_deeplabcut(path, TakeOptions(rate=25.0))
     assert [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"] == [["z"]]
     path = write(
-        "track,frame_idx,instance.score,chin.x,chin.y,chin.z,area", ",0,0.9,1,2,3,4", ",1,1,2,3,4,5",
+        "track,frame_idx,instance.score,chin.x,chin.y,chin.z,area", ",0,0.9,1,2,3,4",
     )  # fmt: skip
     _, findings = read_sleap(path, TakeOptions(rate=25.0))
     assert [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"] == [
