@@ -487,7 +487,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NODES_DROPPED": (
         "info",
         "nothing",
-        "nodes that carry nothing are left out beyond 8,192; their transforms are kept",
+        "nodes that carry nothing are left out: of a USD, and of a glTF beyond 8,192",
     ),
     "POINTS_ROUNDED": ("info", "nothing", "points are stored as 16-bit integers, as requested"),
     "TEXTURE_CONVERTED": (

@@ -1,5 +1,6 @@
 """Custom attributes, metadata and variants arrive or are announced."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.unconverted_data import report_unconverted_variants
 from usdface.pipeline import export_scene, import_scene
 from usdface.rigs import Rig
+from usdface.scene import Group
 from usdface.takes import WeightsTake
 
 
@@ -127,3 +129,22 @@ def test_a_skeleton_without_a_mesh_is_announced(skinned_rig: Rig, tmp_path: Path
     (lost,) = [f for f in rig_of_stage(stage)[1] if f.values.get("feature") == "skeleton"]
     assert (lost.code, lost.where) == ("FEATURE_DROPPED", "/Asset/Prop")
     assert lost.values["names"] == ["grip", "grip/tip"]
+
+
+def test_groups_that_carry_nothing_are_announced(tmp_path: Path) -> None:
+    stage = sheet()
+    UsdGeom.Xform.Define(stage, "/World/Sockets/Hat").AddTranslateOp().Set((0, 1, 0))
+    stage.DefinePrim("/World", "Xform")
+    stage.DefinePrim("/World/Sockets", "Scope")
+    UsdGeom.Camera.Define(stage, "/World/Rig/Cam")
+    stage.DefinePrim("/World/Rig", "Xform")
+    (lost,) = [f for f in rig_of_stage(stage)[1] if f.code == "NODES_DROPPED"]
+    assert dict(lost.values) == {"node_count": 1, "nodes": ["/World/Sockets/Hat"]}
+
+
+def test_groups_of_a_gltf_are_kept(face_rig: Rig, tmp_path: Path) -> None:
+    group = Group("Socket", "Socket", np.eye(4))
+    write_rig(replace(face_rig, groups=(group,)), tmp_path / "a.usda")
+    rig, found = rig_of_stage(Usd.Stage.Open(str(tmp_path / "a.usda")))
+    assert [one.path for one in rig.groups] == ["Socket"]
+    assert "NODES_DROPPED" not in [f.code for f in found]

@@ -29,6 +29,7 @@ from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
 from usdface.io.usd.stage import metrics_of, open_stage, to_si
 from usdface.io.usd.unconverted_data import (
+    report_empty_groups,
     report_unbound_skeletons,
     report_unconverted_data,
     report_unconverted_variants,
@@ -188,7 +189,7 @@ def _rig(
     groups, joint_extras, hung, new_findings = read_groups(stage, si, rig.meshes)
     kept = {str(top.GetPath()), *(mesh.path for mesh in rig.meshes), *paths_of_groups(stage)}
     findings += report_unconverted_data(stage, kept) + report_unconverted_variants(stage)
-    findings += report_unbound_skeletons(stage, skeletons)
+    findings += report_unbound_skeletons(stage, skeletons) + report_empty_groups(stage, kept)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
     rig = replace(rig, meshes=hung, groups=groups, joint_extras=joint_extras)
     return rig, findings + new_findings

@@ -9,6 +9,7 @@ from usdface.io.usd.extras import USER_PROPERTIES, read_extras
 from usdface.io.usd.variant_stages import stage_with_variant
 
 __all__ = [
+    "report_empty_groups",
     "report_unbound_skeletons",
     "report_unconverted_data",
     "report_unconverted_variants",
@@ -137,3 +138,31 @@ def report_unbound_skeletons(stage: Usd.Stage, bound: Collection[Usd.Prim]) -> l
             lost = finding("FEATURE_DROPPED", where, message, joints, feature="skeleton")
             found += [lost] if joints else []
     return found
+
+
+def report_empty_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]:
+    """Return NODES_DROPPED for Xforms with nothing below but such, as locators and sockets.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+    kept : collection of str
+        Paths of those that are read (`usdface.io.usd.groups`).
+    """
+    empty = []
+    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
+    for prim in prims:
+        if prim.IsA(UsdGeom.PointInstancer):
+            prims.PruneChildren()  # prototypes are not shown where they stand
+        elif str(prim.GetPath()) not in kept and _is_empty(prim):
+            empty.append(str(prim.GetPath()))
+    if not empty:
+        return []
+    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    message = "{node_count} Xforms that carry nothing are left out: {nodes}"
+    return [finding("NODES_DROPPED", where, message, len(empty), empty)]
+
+
+def _is_empty(prim: Usd.Prim) -> bool:
+    below = (each.GetTypeName() in ("Xform", "Scope") for each in Usd.PrimRange(prim, _ALL))
+    return prim.GetTypeName() == "Xform" and all(below)
