@@ -17,6 +17,7 @@ from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
+from usdface.io.usd.mixed_metrics import report_mixed_metrics
 from usdface.io.usd.rendered_meshes import (
     outside_meshes,
     placed_meshes,
@@ -27,7 +28,7 @@ from usdface.io.usd.rendered_meshes import (
 from usdface.io.usd.scene import read_scene
 from usdface.io.usd.skeleton import read_skeleton, read_skin
 from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
-from usdface.io.usd.stage import metrics_of, open_stage, to_si
+from usdface.io.usd.stage import metrics_of, missing_metrics, open_stage, to_si
 from usdface.io.usd.unconverted_data import (
     report_empty_groups,
     report_unbound_skeletons,
@@ -152,6 +153,7 @@ def _rig(
     if not root:  # a scene: visible prims only; a character may be hidden for now
         prims, new_findings = rendered_meshes([*prims, *outside_meshes(stage)], purposes)
         findings += new_findings + report_unconverted(stage)
+        findings += missing_metrics(stage) + report_mixed_metrics(stage, prims)
     for prim in prims:
         binding = bound.get(prim.GetPath())
         skin: Skin | None = None
