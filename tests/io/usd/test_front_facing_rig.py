@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from processed import process
 from pxr import Usd, UsdGeom, UsdSkel
+from sheets import sheet
 from worlds import World, animation_of, make_world
 
 from usdface.face.facing import turn_about_up
 from usdface.io.usd.front_facing_rig import front_facing_rig
+from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.stage import open_stage
 from usdface.options import MarkerOptions
 from usdface.pipeline import fit_fuzzy, make_markers
@@ -84,3 +86,17 @@ def test_commands_on_the_rig_alone_turn_it_as_well(world: World, tmp_path: Path)
     ahead, turned = systems
     assert [rule.text for rule in ahead.fuzzy.rules] == [rule.text for rule in turned.fuzzy.rules]
     assert places[0] == places[1]
+
+
+def test_what_a_shot_keeps_by_reference_is_not_called_lost() -> None:
+    stage = sheet()
+    camera = UsdGeom.Camera.Define(stage, "/R/Cam")
+    camera.CreateFStopAttr(2.8)
+    UsdGeom.Xform.Define(stage, "/R/Locator").GetPrim().SetCustomDataByKey("note", "hat")
+    lods = stage.GetPrimAtPath("/R").GetVariantSets().AddVariantSet("lod")
+    lods.AddVariant("high")
+    lods.AddVariant("low")
+    assert {"FEATURE_DROPPED", "NODES_DROPPED", "CHANNEL_IGNORED"} <= {
+        found.code for found in rig_of_stage(stage)[1]
+    }
+    assert front_facing_rig(stage)[2] == []

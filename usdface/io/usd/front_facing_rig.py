@@ -30,6 +30,8 @@ def front_facing_rig(
 ) -> tuple[Rig, FloatArray, list[Finding]]:
     """Return the rig of a stage, turned for its face to look along +z, and the turn (4, 4).
 
+    A shot keeps the stage itself: cameras, variants and others that a rig lacks are not lost.
+
     Parameters
     ----------
     stage : Usd.Stage
@@ -50,7 +52,7 @@ def front_facing_rig(
     list of Finding
         CHARACTER_TURNED, if it is.
     """
-    rig, findings = rig_of_stage(stage, root, joints, asset_root)
+    rig, findings = rig_of_stage(stage, root, joints, asset_root, referenced=True)
     if not any(each.shapes for each in rig.meshes):
         return rig, np.eye(4), findings
     face = rig.mesh(mesh) if mesh else rig.face()
@@ -63,7 +65,7 @@ def front_facing_rig(
     if abs(degrees) < _AHEAD:
         return rig, np.eye(4), findings
     turn = turn_about_up(degrees)
-    rig, findings = rig_of_stage(stage, root, joints, asset_root, turn=turn)
+    rig, findings = rig_of_stage(stage, root, joints, asset_root, turn=turn, referenced=True)
     message = (
         "the face looks {turned_degrees:.0f} degrees to the side; it is solved, and written as "
         "glTF, as if it looked along +z"

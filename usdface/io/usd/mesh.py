@@ -1,7 +1,5 @@
 """One mesh of a USD stage as arrays in rig space."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
@@ -81,7 +79,7 @@ def read_mesh(
     shapes, new_findings = read_shapes(prim, linear, turn, _lengths(turned, len(points)))
     findings += new_findings
     subsets, new_findings = _material_subsets(prim, len(counts))
-    findings += new_findings + _one_sided_faces(mesh, subsets, len(counts))
+    findings += new_findings
     findings += _dropped_features(mesh, read)
     extras, new_findings = read_extras(prim)
     findings += new_findings
@@ -205,47 +203,10 @@ def _material_subsets(
     return tuple(subsets), findings
 
 
-def _one_sided_faces(
-    mesh: UsdGeom.Mesh, subsets: Sequence[MaterialSubset], count: int
-) -> list[Finding]:
-    """Report faces that show both sides, but have no material that could say so."""
-    bare = not bound_material(mesh.GetPrim()) and sum(len(s.faces) for s in subsets) < count
-    if not (bare and mesh.GetDoubleSidedAttr().Get(_START)):
-        return []
-    message = "it shows both sides, which only faces with a material keep"
-    where = str(mesh.GetPath())
-    return [finding("FEATURE_DROPPED", where, message, feature="double_sided")]
-
-
 def _changes(attribute: Usd.Attribute) -> bool:
     """Whether samples differ; exporters of caches repeat the same ones for each frame."""
     codes = attribute.GetTimeSamples()
     return any(attribute.Get(code) != attribute.Get(codes[0]) for code in codes[1:])
-
-
-def _sharp_parts(mesh: UsdGeom.Mesh) -> list[str]:
-    """Return the attributes of a mesh that sharpen a subdivided surface, where they do."""
-    if mesh.GetSubdivisionSchemeAttr().Get() == UsdGeom.Tokens.none:
-        return []
-    sharp = {
-        "creaseIndices": mesh.GetCreaseIndicesAttr(),
-        "cornerIndices": mesh.GetCornerIndicesAttr(),
-    }
-    return [name for name, attribute in sharp.items() if attribute.Get(_START)]
-
-
-def _other_subsets(mesh: UsdGeom.Mesh) -> list[str]:
-    """Return the names of a mesh's subsets that bind no material, as sets of faces to select."""
-    of_materials = {
-        subset.GetPath()
-        for subset in UsdShade.MaterialBindingAPI(mesh.GetPrim()).GetMaterialBindSubsets()
-    }
-    subsets = UsdGeom.Subset.GetAllGeomSubsets(UsdGeom.Imageable(mesh))
-    return [
-        f"subset {each.GetPrim().GetName()}"
-        for each in subsets
-        if each.GetPath() not in of_materials
-    ]
 
 
 def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
@@ -268,9 +229,6 @@ def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
     if others:
         message = "primvars that usdface does not keep: {channels}"
         findings.append(finding("CHANNEL_IGNORED", path, message, sorted(others)))
-    if unread := [*_sharp_parts(mesh), *_other_subsets(mesh)]:
-        message = "parts of the mesh that usdface does not keep: {channels}"
-        findings.append(finding("CHANNEL_IGNORED", path, message, unread))
     if scheme.HasAuthoredValue() and scheme.Get() != UsdGeom.Tokens.none:
         message = "subdivision scheme {scheme} is not kept; the cage is"
         findings.append(

@@ -35,6 +35,7 @@ from usdface.io.usd.unconverted_data import (
     report_unconverted_data,
     report_unconverted_variants,
 )
+from usdface.io.usd.unconverted_mesh_parts import report_unconverted_parts
 from usdface.io.usd.vertex_cache import points_move
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
 from usdface.schemas import tokens
@@ -81,6 +82,7 @@ def rig_of_stage(
     caches: bool = False,
     purposes: Collection[str] = (),
     turn: FloatArray | None = None,
+    referenced: bool = False,
 ) -> tuple[Rig, list[Finding]]:
     """Return all meshes of an open stage that has SkelRoots as one rig.
 
@@ -107,6 +109,9 @@ def rig_of_stage(
         Also return meshes of these purposes, which a render does not show.
     turn : (4, 4) float64, optional
         A turn of the whole rig, after all others.
+    referenced : bool
+        The caller keeps the stage by a reference: parts of the scene that a rig has no place for
+        are not lost, and not reported.
 
     Raises
     ------
@@ -120,7 +125,7 @@ def rig_of_stage(
     """
     with usd_errors(_source(stage)):
         si = to_si(metrics_of(stage)) @ (np.eye(4) if turn is None else turn)
-        rig, findings = _rig(stage, root, joints, asset_root, purposes, si)
+        rig, findings = _rig(stage, root, joints, asset_root, purposes, si, referenced)
     for mesh in () if caches else rig.meshes:
         if points_move(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path))):
             message = "its points change over time; they stay as at the first"
@@ -139,6 +144,7 @@ def _rig(
     asset_root: Path | None,
     purposes: Collection[str],
     si: FloatArray,
+    referenced: bool,
 ) -> tuple[Rig, list[Finding]]:
     roots = skel_roots(stage, root)
     bound, skeletons = _bindings(roots)
@@ -152,8 +158,7 @@ def _rig(
     outside = set() if root else set(outside_meshes(stage))
     if not root:  # a scene: visible prims only; a character may be hidden for now
         prims, new_findings = rendered_meshes([*prims, *outside_meshes(stage)], purposes)
-        findings += new_findings + report_unconverted(stage)
-        findings += missing_metrics(stage) + report_mixed_metrics(stage, prims)
+        findings += new_findings + report_mixed_metrics(stage, prims)
     for prim in prims:
         binding = bound.get(prim.GetPath())
         skin: Skin | None = None
@@ -182,19 +187,33 @@ def _rig(
     findings += new_findings
     if root:  # a character, not a scene
         return rig, findings
-    cameras, lights, new_findings = read_scene(stage, si)
-    findings += new_findings
+    cameras, lights, lost = read_scene(stage, si)
     extras, new_findings = read_extras(top)
     findings += new_findings
     asset, new_findings = read_asset(top)
     findings += new_findings
     groups, joint_extras, hung, new_findings = read_groups(stage, si, rig.meshes)
-    kept = {str(top.GetPath()), *(mesh.path for mesh in rig.meshes), *paths_of_groups(stage)}
-    findings += report_unconverted_data(stage, kept) + report_unconverted_variants(stage)
-    findings += report_unbound_skeletons(stage, skeletons) + report_empty_groups(stage, kept)
+    if not referenced:
+        findings += lost + _unconverted(stage, rig, top, skeletons)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
     rig = replace(rig, meshes=hung, groups=groups, joint_extras=joint_extras)
     return rig, findings + new_findings
+
+
+def _unconverted(
+    stage: Usd.Stage, rig: Rig, top: Usd.Prim, skeletons: Sequence[Usd.Prim]
+) -> list[Finding]:
+    """Return findings on what a scene has beside its rig."""
+    kept = {str(top.GetPath()), *(mesh.path for mesh in rig.meshes), *paths_of_groups(stage)}
+    return [
+        *missing_metrics(stage),
+        *report_unconverted(stage),
+        *report_unconverted_parts(stage, rig.meshes),
+        *report_unconverted_data(stage, kept),
+        *report_unconverted_variants(stage),
+        *report_unbound_skeletons(stage, skeletons),
+        *report_empty_groups(stage, kept),
+    ]
 
 
 def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
