@@ -23,6 +23,7 @@ from usdface.io.usd.shot import read_character
 from usdface.io.usd.shot_write import write_shot
 from usdface.io.usd.stage import check_usd_name, default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
+from usdface.io.usd.unread_motion import report_unread_motion
 from usdface.options import BindOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
@@ -194,8 +195,9 @@ def _read(rig: Path, take: Path) -> tuple[Rig, MarkerTake | WeightsTake, list[Fi
     character, findings = read_character(rig)
     findings += report_size(character) + report_stray(character)
     stage = open_stage(take)
-    recorded, _ = read_take_prim(default_prim(stage, take))
-    return character, recorded, findings
+    prim = default_prim(stage, take)
+    recorded, _ = read_take_prim(prim)
+    return character, recorded, findings + report_unread_motion(prim)
 
 
 def _summary(shot: Shot) -> dict[str, Any]:

@@ -5,6 +5,7 @@ from pathlib import Path
 from usdface.findings import Finding
 from usdface.io.usd.stage import default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
+from usdface.io.usd.unread_motion import report_unread_motion
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake, WeightsTake
 
@@ -22,5 +23,6 @@ def read_usd_take(
         If there is no default prim, or it is no take that can be used.
     """
     stage = open_stage(path)  # a prim does not keep its stage open
-    take, _ = read_take_prim(default_prim(stage, path))
-    return take, []
+    prim = default_prim(stage, path)
+    take, _ = read_take_prim(prim)
+    return take, report_unread_motion(prim)
