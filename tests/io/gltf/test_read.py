@@ -12,6 +12,8 @@ from usdface.errors import InputError
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.transforms import compose
+from usdface.io.usd.rig import read_rig
+from usdface.io.usd.rig_write import write_rig
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
 
@@ -56,6 +58,24 @@ def test_parts_that_no_node_has_are_announced(write_glb, tmp_path: Path) -> None
         ("FEATURE_DROPPED", "camera", ["camera 0"]),
         ("FEATURE_DROPPED", "light", ["rim"]),
     ]
+
+
+def test_names_of_nodes_and_of_their_meshes_come_back(write_glb, tmp_path: Path) -> None:
+    """As Blender writes an object and its data."""
+    mesh = {"primitives": [{"attributes": {"POSITION": 0}}]}
+    document = {
+        "scenes": [{"nodes": [0, 1]}],
+        "nodes": [{"mesh": 0, "name": "Head"}, {"mesh": 1, "name": "Eye"}],
+        "meshes": [mesh | {"name": "Head.001"}, mesh | {"name": "Eye"}],
+    }
+    rig, _, _ = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
+    assert [one.geometry_name for one in rig.meshes] == ["Head.001", ""]
+    write_rig(rig, tmp_path / "x.usda")
+    rig, _ = read_rig(tmp_path / "x.usda")
+    write_gltf(rig, tmp_path / "y.gltf")
+    written = json.loads((tmp_path / "y.gltf").read_text())
+    assert [one["name"] for one in written["nodes"]] == ["Head", "Eye"]
+    assert [one["name"] for one in written["meshes"]] == ["Head.001", "Eye"]
 
 
 def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:

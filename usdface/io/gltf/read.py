@@ -234,7 +234,10 @@ def _meshes(
             weights = _still_weights(file.node_weights[node] or source.weights, mesh)
             extras, lost = read_extras(source.extras, document.nodes[node].extras, where=name)
             found += lost
-            named = replace(mesh, name=name, extras=extras)
+            own = legal_text(source.name or name)
+            named = replace(
+                mesh, name=name, extras=extras, geometry_name=own if own != name else ""
+            )
             meshes.append(PlacedMesh(named, node, weights, steps[index]))
     return meshes, found
 

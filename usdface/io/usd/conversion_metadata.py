@@ -5,9 +5,10 @@ from typing import Any
 
 from pxr import Usd, UsdShade
 
-__all__ = ["KEY", "read_metadata", "write_metadata"]
+__all__ = ["GEOMETRY_NAME", "KEY", "read_metadata", "write_metadata"]
 
 KEY = "usdface"
+GEOMETRY_NAME = "geometryName"  # of a mesh: that of the glTF mesh, whose node has another
 
 
 def read_metadata(of: Usd.Prim | UsdShade.ConnectableAPI | Any) -> Mapping[str, Any]:
