@@ -127,6 +127,16 @@ def test_inputs_that_change_over_time_stay_at_the_first():
     assert codes(findings) == ["ANIMATION_DROPPED"] * 2
 
 
+def test_materials_that_no_mesh_shows_are_announced():
+    stage = sheet()
+    surface_of(stage)
+    UsdShade.Material.Define(stage, "/Library/Gold")
+    _, findings = rig_of_stage(stage)
+    assert [(f.code, f.values["channels"]) for f in findings] == [
+        ("CHANNEL_IGNORED", ["/Library/Gold"])
+    ]
+
+
 def test_networks_of_other_renderers_are_announced():
     stage = sheet()
     shader = surface_of(stage)

@@ -4,7 +4,7 @@ Source: OpenUSD, "UsdPreviewSurface Specification" 2.6.
 """
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -18,7 +18,7 @@ from usdface.io.usd.textures import scale_of
 from usdface.materials import AlphaMode, Material, Texture
 from usdface.rigs import MaterialSubset, MaterialVariant, Mesh
 
-__all__ = ["read_mesh_materials"]
+__all__ = ["read_mesh_materials", "report_unbound_materials"]
 
 _GREY, _BLACK = (0.18, 0.18, 0.18), (0.0, 0.0, 0.0)  # fallbacks of the schema
 
@@ -59,6 +59,16 @@ def read_mesh_materials(
         for mesh in meshes
     )
     return named, tuple(materials), findings
+
+
+def report_unbound_materials(stage: Usd.Stage, meshes: Iterable[Mesh]) -> list[Finding]:
+    """Return CHANNEL_IGNORED for materials that none of `meshes` shows, which name prim paths."""
+    bound = {path for mesh in meshes for path in _bound(mesh)}
+    paths = (str(p.GetPath()) for p in stage.Traverse() if p.IsA(UsdShade.Material))
+    if not (names := [path for path in paths if path not in bound]):
+        return []
+    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    return [finding("CHANNEL_IGNORED", where, "materials that no mesh shows: {channels}", names)]
 
 
 def _named(variant: MaterialVariant, names: Mapping[str, str]) -> MaterialVariant:

@@ -15,7 +15,7 @@ from usdface.io.usd.extras import read_asset, read_extras
 from usdface.io.usd.groups import paths_of_groups, read_groups
 from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.material_variants import read_material_variants
-from usdface.io.usd.materials import read_mesh_materials
+from usdface.io.usd.materials import read_mesh_materials, report_unbound_materials
 from usdface.io.usd.mesh import read_mesh
 from usdface.io.usd.mixed_metrics import report_mixed_metrics
 from usdface.io.usd.rendered_meshes import (
@@ -195,6 +195,7 @@ def _rig(
     groups, joint_extras, hung, new_findings = read_groups(stage, si, rig.meshes)
     if not referenced:
         findings += lost + _unconverted(stage, rig, top, skeletons)
+        findings += report_unbound_materials(stage, looks)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
     rig = replace(rig, meshes=hung, groups=groups, joint_extras=joint_extras)
     return rig, findings + new_findings
