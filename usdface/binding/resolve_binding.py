@@ -1,19 +1,15 @@
 """The binding of a shot: read from a file, proposed, or completed by a proposal."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from usdface.binding.bound_neutral import bound_neutral
-from usdface.binding.neutral_frames import (
-    check_frames,
-    neutral_frames,
-    peak_frames,
-    shows_poses,
-)
+from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames, shows_poses
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
 from usdface.binding.propose_film import propose_film
+from usdface.binding.resolved_binding import ResolvedBinding, UnsureBindingError
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
@@ -30,68 +26,10 @@ from usdface.setup.performer_face import PerformerFace
 from usdface.setup.retarget_setup import RetargetSetup, unbound
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = [
-    "ResolvedBinding",
-    "UnsureBindingError",
-    "resolve_binding",
-]
-
+__all__ = ["resolve_binding"]
 
 # Findings that explain why most places are unsure.
 _REASONS = ("SIDES_EXCHANGED", "NAMES_UNUSED")
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class ResolvedBinding:
-    """A bound mesh, and the setup with binding, neutral and peak frames.
-
-    Attributes
-    ----------
-    mesh : Mesh
-        The bound one.
-    setup : RetargetSetup
-        Peak frames are in it where they are named, requested or used to propose vertices.
-    proposal : Proposal or None
-        None where all vertices are given.
-    missing : tuple of str
-        Bound markers that the take does not have.
-    unbound : tuple of str
-        Markers of the take that the binding leaves out; a proposal may bind them.
-    neutral_found : bool
-        The neutral frames were detected.
-    other_take : str
-        The take whose neutral and peak frames the binding names, if it is another; "" if not.
-    by_unit : tuple of str
-        Curves that drive blend shapes of another name, of the same action units.
-    mesh_assumed : bool
-        Vertices are given without the name of their mesh, and several have blend shapes.
-    """
-
-    mesh: Mesh
-    setup: RetargetSetup
-    proposal: Proposal | None = None
-    missing: tuple[str, ...] = ()
-    unbound: tuple[str, ...] = ()
-    neutral_found: bool = False
-    other_take: str = ""
-    by_unit: tuple[str, ...] = ()
-    mesh_assumed: bool = False
-
-
-class UnsureBindingError(InputError):
-    """More proposed vertices are unsure than markers are bound.
-
-    Parameters
-    ----------
-    message : str
-    mesh : Mesh
-    setup : RetargetSetup
-        The proposal, for a person to check.
-    """
-
-    def __init__(self, message: str, mesh: Mesh, setup: RetargetSetup) -> None:
-        super().__init__(message, "BINDING_UNSURE")
-        self.mesh, self.setup = mesh, setup
 
 
 def resolve_binding(
