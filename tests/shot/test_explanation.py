@@ -20,7 +20,7 @@ from usdface.fuzzy.norms import most_of
 from usdface.fuzzy.rules import Condition, Proposition, parse_rule
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import explain
 from usdface.schemas import tokens
 from usdface.setup.expression import Expression

@@ -10,8 +10,9 @@ from usdface.errors import InputError
 from usdface.hooks import Hook
 from usdface.options import ProcessOptions
 from usdface.progress import Progress
-from usdface.shot.retarget import express_again, solve_settings, with_overrides
+from usdface.shot.retarget import express_again, with_overrides
 from usdface.shot.shot import Shot, ShotResult, SolvedShot
+from usdface.shot.stage_inputs import solve_settings
 
 __all__ = ["correct_earlier"]
 

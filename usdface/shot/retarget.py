@@ -4,40 +4,30 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-import numpy as np
-
 from usdface.advice import advice
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
 from usdface.findings import Finding, timed
-from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
 from usdface.hooks import Hook, run_hooks
 from usdface.numerics.solve_errors import solve_errors
-from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
+from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
-from usdface.retarget.head_motion import head_motion, turned_at_neutral
-from usdface.retarget.joint_motion import JointMotion
+from usdface.retarget.head_motion import turned_at_neutral
 from usdface.retarget.pins import check_pins, with_pins
-from usdface.retarget.recorded_eyes import recorded_eyes, turning_joints
+from usdface.retarget.recorded_eyes import recorded_eyes
 from usdface.retarget.recorded_gaze import gaze_pins
-from usdface.retarget.recorded_head import recorded_head
 from usdface.retarget.solution import Solution
+from usdface.shot.character_head import character_head
 from usdface.shot.correct import check_gains, correct_solved, with_gains
 from usdface.shot.shot import Shot, ShotResult, SolvedShot
 from usdface.shot.solve import Stages, Uncached, solve_shot
-from usdface.takes import MarkerTake, WeightsTake, visible
+from usdface.shot.stage_inputs import express_inputs, solve_inputs
+from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = [
-    "express_again",
-    "retarget",
-    "retarget_in_stages",
-    "solve_inputs",
-    "solve_settings",
-    "with_overrides",
-]
+__all__ = ["express_again", "retarget", "retarget_in_stages", "with_overrides"]
 
 ValueT = TypeVar("ValueT")
 
@@ -131,31 +121,12 @@ def retarget_in_stages(
 
     if options.trace:  # for an explanation, which is computed once
         return compute()
-    inputs = (_express_inputs(shot), options, solved)
+    inputs = (express_inputs(shot), options, solved)
     given = {
         **{"shot": shot, "solution": solved.solution, "solved": solved.weights, "solve": solved},
         **{"system": shot.system, "repairs": solved.repairs},
     }
     return stages.stage("express", inputs, given, compute)
-
-
-def solve_inputs(shot: Shot) -> object:
-    """Return all that the solve of a shot depends on."""
-    return shot.take, solve_settings(shot)
-
-
-def solve_settings(shot: Shot) -> object:
-    """Return all that the solve of a shot depends on beside its take."""
-    setup = replace(shot.setup, closure=ClosureOptions(), exaggeration={})
-    return shot.mesh, shot.rig.shape_names, setup, shot.layout
-
-
-def _express_inputs(shot: Shot) -> object:
-    """Return all that correction and closure depend on beside the solve."""
-    system, names = (shot.system, shot.expressions, shot.layout, shot.gains), shot.rig.shape_names
-    # A recorded head turns about its joint, eyes about theirs.
-    joints = shot.rig.skeleton, turning_joints(shot.rig, shot.setup)
-    return shot.mesh, joints, names, shot.setup, system, shot.base, shot.factors
 
 
 def _express_shot(
@@ -214,10 +185,10 @@ def _exaggerated_shot(
     )
     weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
     regions, failed = _region_residuals(face, solution)
-    motion, new_findings = _head_motion(shot, face, solution) if options.head else (None, [])
+    motion, new_findings = character_head(shot, face, solution) if options.head else (None, [])
     findings += new_findings
     findings += turned_at_neutral(motion, shot.take.source) if motion else []
-    eyes, new_findings = _eye_motions(shot, face)
+    eyes, new_findings = recorded_eyes(shot.take, shot.rig, face.mesh, shot.setup)
     findings += new_findings
     return ShotResult(
         shot,
@@ -275,38 +246,3 @@ def _region_residuals(
         lambda: region_residuals(face, solution.markers, solution.distances),
         {},
     )
-
-
-def _head_motion(
-    shot: Shot, face: BoundFace, solution: Solution | None
-) -> tuple[Pose | None, list[Finding]]:
-    setup = shot.setup
-    if not setup.move_head or setup.head == "stabilised":
-        return None, []
-    if isinstance(shot.take, WeightsTake):
-        return recorded_head(shot.take, shot.rig, face.mesh, setup)
-    if solution is None or not solution.posed_in_space:
-        return None, []
-    target = face.mesh.points[face.vertices_of(solution.markers)]
-    motion = head_motion(
-        solution.pose,
-        solution.weights.times,
-        target if solution.filmed else solution.neutral,
-        target,
-        solution.noise,
-        _head_seen(shot, solution),
-    )
-    return motion, []
-
-
-def _eye_motions(shot: Shot, face: BoundFace) -> tuple[tuple[JointMotion, ...], list[Finding]]:
-    return recorded_eyes(shot.take, shot.rig, face.mesh, shot.setup)
-
-
-def _head_seen(shot: Shot, solution: Solution) -> BoolArray:
-    """Return which markers determine the head's pose: (F, M) bool."""
-    seen = ~np.isnan(solution.distances)
-    if solution.head == "markers" and isinstance(shot.take, MarkerTake):
-        rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= POSE_MARKERS
-        seen = np.broadcast_to(rigid[:, None], seen.shape)
-    return seen
