@@ -19,7 +19,8 @@ from usdface.io.gltf.reference_player.evaluate import PlayerClip, evaluate_clips
 from usdface.io.usd.clip_variants import clip_stages
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, has_keys, stage_keys
-from usdface.io.usd.stage import Stage, metrics_of
+from usdface.io.usd.metrics import metrics_of
+from usdface.io.usd.stage import Stage
 from usdface.io.usd.vertex_cache import is_cache_shape
 
 __all__ = ["certify_conversion"]

@@ -15,14 +15,15 @@ from usdface.io.gltf.external_files import check_gltf_name
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.layer_paths import layer_paths
 from usdface.io.overwrite_protection import OutputKind, check_replaced
-from usdface.io.usd.animation import animation_path
+from usdface.io.usd.animation_write import animation_path
 from usdface.io.usd.character_meshes import report_left_out
 from usdface.io.usd.generation import layer_generation
 from usdface.io.usd.layers import write_layers
 from usdface.io.usd.own_motion import own_joints, report_unmoved
 from usdface.io.usd.rigid_animation import merge_joint_takes
+from usdface.io.usd.save_layers import check_usd_name
 from usdface.io.usd.shot import StagedShot
-from usdface.io.usd.stage import Stage, check_usd_name, open_layer, open_stage
+from usdface.io.usd.stage import Stage, open_layer, open_stage
 from usdface.io.usd.stronger_opinions import check_weights_shown
 from usdface.options import DeliverOptions
 from usdface.result import Result

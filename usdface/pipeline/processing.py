@@ -15,12 +15,8 @@ from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.generation import generation_of, outdated_gltf
 from usdface.io.plugins import hook_report, installed_hooks
-from usdface.io.usd.animation import (
-    apply_animation,
-    closure_animation,
-    express_animation,
-    solve_animation,
-)
+from usdface.io.usd.animation import closure_animation, express_animation, solve_animation
+from usdface.io.usd.animation_write import apply_animation
 from usdface.io.usd.detached_meshes import report_detached
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.own_motion import report_replaced

@@ -16,8 +16,8 @@ from usdface.io.overwrite_protection import check_replaced
 from usdface.io.takes.camera_views import read_views
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS
-from usdface.io.usd.stage import check_usd_name
-from usdface.io.usd.take import write_take
+from usdface.io.usd.save_layers import check_usd_name
+from usdface.io.usd.take_write import write_take
 from usdface.options import TakeOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result

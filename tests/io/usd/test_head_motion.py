@@ -15,7 +15,7 @@ from usdface.cli import main
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.usd.evaluate import evaluate_usd
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.options import ProcessOptions
 from usdface.pipeline import apply, process
 from usdface.rigs import Skeleton, Skin

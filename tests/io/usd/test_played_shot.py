@@ -7,10 +7,11 @@ from processed import EXACT, Done, processed_world, solved
 from pxr import Sdf, Usd
 from worlds import animation_of, restaged
 
-from usdface.io.usd.animation import Animation, Inputs, author
+from usdface.io.usd.animation import Animation, Inputs
+from usdface.io.usd.animation_write import author
+from usdface.io.usd.metrics import new_layer
 from usdface.io.usd.played_shot import has_setup, read_played_shot
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.stage import new_layer
 from usdface.schemas import tokens
 from usdface.shot.played_shot import PlayedShot
 

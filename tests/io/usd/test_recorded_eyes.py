@@ -15,7 +15,7 @@ from usdface.cli import main
 from usdface.face.gaze_curves import gaze_angles
 from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.usd.evaluate import evaluate_usd
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.takes import WeightsTake
 
 FRAMES = 12

@@ -7,10 +7,10 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.io.usd.metrics import to_si
 from usdface.io.usd.rendered_meshes import placed_meshes, rendered_meshes
-from usdface.io.usd.rig import spaces_of_meshes
 from usdface.io.usd.shot import ShotPrims, StagedShot
-from usdface.io.usd.stage import to_si
+from usdface.io.usd.skel_bindings import spaces_of_meshes
 
 __all__ = ["character_meshes", "near_face", "points_of", "report_left_out"]
 

@@ -20,8 +20,9 @@ from usdface.io.usd.clip_variants import (
     report_unbound,
 )
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.metrics import metrics_of, to_si
 from usdface.io.usd.motion_keys import continuous_parts
-from usdface.io.usd.rig import rig_of_stage, spaces_of_meshes, staged_skeletons
+from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.rigid_animation import (
     RigidMotion,
     add_rigid_joints,
@@ -30,8 +31,8 @@ from usdface.io.usd.rigid_animation import (
     prefixes,
 )
 from usdface.io.usd.shared_shapes import ShapeNames, separate_shapes
+from usdface.io.usd.skel_bindings import spaces_of_meshes, staged_skeletons
 from usdface.io.usd.skeletons import StagedSkeleton
-from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import VertexCache, add_cache_shapes, find_vertex_caches
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake, frame_step

@@ -11,7 +11,9 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.head_motion import HEAD_OP
-from usdface.io.usd.stage import Metrics, Stage, metrics_of, new_layer, save_layer
+from usdface.io.usd.metrics import Metrics, metrics_of, new_layer
+from usdface.io.usd.save_layers import save_layer
+from usdface.io.usd.stage import Stage
 from usdface.options import DeliverOptions
 
 __all__ = ["check_delivery", "write_deliverable"]

@@ -14,13 +14,13 @@ from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix
+from usdface.io.usd.metrics import metrics_of, to_si
 from usdface.io.usd.rendered_meshes import (
     outside_meshes,
     placed_meshes,
     placed_roots,
     rendered_meshes,
 )
-from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import points_move
 from usdface.io.usd.world_transforms import world_transform
 

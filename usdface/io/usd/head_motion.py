@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.geometry.rigid_fit import Pose
-from usdface.io.usd.stage import matrices
+from usdface.io.usd.value_arrays import matrices
 from usdface.retarget.head_joint import face_joint
 from usdface.retarget.joint_motion import JointMotion, joint_track, matrices_of
 from usdface.rigs import Mesh, Skeleton

@@ -13,22 +13,14 @@ from pxr import Sdf, Usd
 
 from usdface.io.atomic import all_or_none, remove_when_written
 from usdface.io.layer_paths import LayerPaths, layer_paths
-from usdface.io.usd.animation import (
-    author,
-    closure_animation,
-    express_animation,
-    solve_animation,
-)
+from usdface.io.usd.animation import closure_animation, express_animation, solve_animation
+from usdface.io.usd.animation_write import author
 from usdface.io.usd.fingerprint import is_unedited, sign
 from usdface.io.usd.generation import mark_generation
+from usdface.io.usd.metrics import Metrics, new_layer
+from usdface.io.usd.save_layers import relative_asset, save_layer
 from usdface.io.usd.shot import StagedShot
-from usdface.io.usd.stage import (
-    Metrics,
-    new_layer,
-    open_stage,
-    relative_asset,
-    save_layer,
-)
+from usdface.io.usd.stage import open_stage
 from usdface.io.usd.stronger_opinions import check_shown
 from usdface.schemas import write_fallback_types
 from usdface.shot.shot import ShotResult

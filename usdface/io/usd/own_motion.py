@@ -10,9 +10,9 @@ from usdface.clips import JointsTake
 from usdface.findings import Finding, finding
 from usdface.io.transforms import compose
 from usdface.io.usd.animated_joints import animated_joints
-from usdface.io.usd.rig import skinned_by
 from usdface.io.usd.rigid_animation import transform_time_codes
 from usdface.io.usd.shot import ShotPrims, StagedShot
+from usdface.io.usd.skel_bindings import skinned_by
 from usdface.io.usd.world_transforms import world_transform
 from usdface.schemas import tokens
 from usdface.shot.shot import ShotResult

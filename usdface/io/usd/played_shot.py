@@ -12,11 +12,11 @@ from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.findings import Finding
 from usdface.io.layer_paths import layer_paths
-from usdface.io.usd.animation import OCCLUDED_INPUT
+from usdface.io.usd.animation_write import OCCLUDED_INPUT
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.metrics import Metrics, metrics_of, to_si
 from usdface.io.usd.shot import StagedShot, base_weights, read_shot
-from usdface.io.usd.stage import Metrics, metrics_of, to_si
 from usdface.schemas import tokens
 from usdface.shot.played_shot import PlayedShot
 from usdface.takes import WeightsTake
