@@ -10,7 +10,6 @@ from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
 from usdface.findings import Finding
-from usdface.hooks import Hook
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.generation import generation_of, outdated_gltf
@@ -30,7 +29,8 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.shot.report import report_of
-from usdface.shot.retarget import retarget, retarget_in_stages
+from usdface.shot.retarget import retarget_run
+from usdface.shot.run import RetargetRun
 from usdface.shot.shot import ShotResult
 from usdface.verdict.judge import refuse_unusable
 
@@ -141,18 +141,13 @@ def process(
         staged, findings = read_shot(stage, str(path), folder)
         outputs.check_shown(stage, staged)
         outputs.check_delivery(stage, staged, delivery)
+    run = RetargetRun(options=options, hooks=hooks, progress=progress)
     kept = _stage_cache(cache, path)
-    pieced = _pieced_stages(pieces, path, options, asset_root, hooks, kept)
-    solved, reported = _retarget(
-        stage,
-        staged,
-        skipped + findings,
-        options,
-        hooks,
-        progress,
-        earlier=solved,
-        cache=pieced or kept,
-    )
+    if pieces:
+        run = replace(run, stages=_pieced_stages(Path(pieces), path, run, asset_root, kept))
+    elif kept is not None:
+        run = replace(run, stages=kept)
+    solved, reported = _retarget(stage, staged, skipped + findings, run, earlier=solved)
     if strict:
         refuse_unusable(reported.verdict)
     generation = generation_of(solved, outputs.root_of(path))
@@ -218,15 +213,8 @@ def apply(
     with progress.step("read"):
         hooks, skipped = installed_hooks(skip_hooks)
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
-    solved, reported = _retarget(
-        stage,
-        staged,
-        skipped + findings,
-        options,
-        hooks,
-        progress,
-        earlier=solved,
-    )
+    run = RetargetRun(options=options, hooks=hooks, progress=progress)
+    solved, reported = _retarget(stage, staged, skipped + findings, run, earlier=solved)
     with progress.step("write"):
         content = solve_animation(solved, weight_deviations(reported), reported.verdict)
         expressed, closed = express_animation(solved), closure_animation(solved)
@@ -253,53 +241,44 @@ def _stage_cache(folder: StrPath | None, shot: Path) -> "StageCache | None":
 
 
 def _pieced_stages(
-    folder: StrPath | None,
+    folder: Path,
     shot: Path,
-    options: ProcessOptions,
+    run: RetargetRun,
     asset_root: StrPath | None,
-    hooks: Sequence[Hook],
     others: "StageCache | None",
-) -> "PiecedStages | None":
-    if folder is None or not str(folder):
-        return None
+) -> "PiecedStages":
     from usdface.pipeline.long_take import PiecedStages, check_no_hooks  # only for long takes
 
-    check_no_hooks(hooks)
-    return PiecedStages(shot, Path(folder), options, asset_root, others)
+    check_no_hooks(run.hooks)
+    return PiecedStages(shot, folder, run.options, asset_root, others)
 
 
 def _retarget(
     stage: Stage,
     staged: StagedShot,
     findings: list[Finding],
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
+    run: RetargetRun,
     earlier: ShotResult | None,
-    cache: "StageCache | PiecedStages | None" = None,
 ) -> tuple[ShotResult, Result[ShotResult]]:
     """Retarget a shot that was read from a stage; return it, and the result without files."""
-    if earlier is None and cache is not None:
-        solved = retarget_in_stages(staged.shot, options, hooks, progress, cache)
-    elif earlier is None:
-        solved = retarget(staged.shot, options=options, hooks=hooks, on_progress=progress)
+    if earlier is None:
+        solved = retarget_run(staged.shot, run)
     else:
-        solved = correct_earlier(staged.shot, earlier, options, hooks, progress)
-    with progress.step("report"):
+        solved = correct_earlier(staged.shot, earlier, run)
+    with run.progress.step("report"):
         report = report_of(solved)
     summary = dict(report.summary)
     if solved.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
-    if cache is not None:
-        summary["stages"] = dict(cache.used)
-    details = report.details | hook_report(hooks)
+    if run.stages.used is not None:
+        summary["stages"] = dict(run.stages.used)
+    details = report.details | hook_report(run.hooks)
     rig = staged.shot.rig
     unusual = (*report_size(rig), *report_stray(rig))
-    not_kept = cache.not_kept if cache is not None else ()
     lost = (
         *report_undriven(stage, staged),
         *report_replaced(stage, staged, solved),
         *report_detached(stage, staged, solved),
     )
-    found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *not_kept)
+    found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *run.stages.not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)

@@ -22,12 +22,13 @@ from usdface.retarget.recorded_gaze import gaze_pins
 from usdface.retarget.solution import Solution
 from usdface.shot.character_head import character_head
 from usdface.shot.correct import check_gains, correct_solved, with_gains
+from usdface.shot.run import RetargetRun
 from usdface.shot.shot import Shot, ShotResult, SolvedShot
-from usdface.shot.solve import Stages, Uncached, solve_shot
+from usdface.shot.solve import solve_shot
 from usdface.shot.stage_inputs import express_inputs, solve_inputs
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["express_again", "retarget", "retarget_in_stages", "with_overrides"]
+__all__ = ["express_again", "retarget", "retarget_run", "with_overrides"]
 
 ValueT = TypeVar("ValueT")
 
@@ -79,78 +80,45 @@ def retarget(
     >>> max(peaks, key=peaks.get)
     'anger'
     """
-    names = {*shot.rig.shape_names, *shot.mesh.shape_names}
-    check_pins(shot.setup.pins, names, len(shot.take.times))
-    return retarget_in_stages(shot, options, hooks, Progress.of(on_progress), Uncached())
+    run = RetargetRun(options=options, hooks=hooks, progress=Progress.of(on_progress))
+    return retarget_run(shot, run)
 
 
 @one_blas_thread()
 @solve_errors()
-def retarget_in_stages(
-    shot: Shot,
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
-    stages: Stages,
-) -> ShotResult:
-    """Retarget a shot, with stages that an earlier run may have computed.
+def retarget_run(shot: Shot, run: RetargetRun) -> ShotResult:
+    """Retarget a shot, with stages that an earlier run may have computed; see `retarget`.
 
-    Parameters
-    ----------
-    shot : Shot
-    options : ProcessOptions
-    hooks : sequence of Hook
-        With any, nothing is cached: their inputs are unknown.
-    progress : Progress
-    stages : Stages
-        Returns the value of "solve" and of "express", kept or computed, and within the first that
-        of "clean", which other characters may share.
+    With hooks nothing is cached: their inputs are unknown.
     """
-    check_gains(shot, options.gains)
-    shot = with_overrides(shot, options)
-    if hooks:
-        stages = Uncached()
-    solved = stages.stage(
-        "solve", solve_inputs(shot), {}, lambda: solve_shot(shot, hooks, progress, stages)
-    )
-    shot = with_gains(replace(shot, take=solved.take), options.gains)
-    options = replace(options, gains={})
+    names = {*shot.rig.shape_names, *shot.mesh.shape_names}
+    check_pins(shot.setup.pins, names, len(shot.take.times))
+    check_gains(shot, run.options.gains)
+    shot = with_overrides(shot, run.options)
+    if run.hooks:
+        run = run.uncached
+    solved = run.stages.stage("solve", solve_inputs(shot), {}, lambda: solve_shot(shot, run))
+    shot = with_gains(replace(shot, take=solved.take), run.options.gains)
+    run = replace(run, options=replace(run.options, gains={}))
 
     def compute() -> ShotResult:
-        return _express_shot(shot, solved, options, hooks, progress)
+        with run.progress.step("solve"):
+            result = _exaggerated_shot(shot, solved, run)
+        return _corrected(result, run)
 
-    if options.trace:  # for an explanation, which is computed once
+    if run.options.trace:  # for an explanation, which is computed once
         return compute()
-    inputs = (express_inputs(shot), options, solved)
+    inputs = (express_inputs(shot), run.options, solved)
     given = {
         **{"shot": shot, "solution": solved.solution, "solved": solved.weights, "solve": solved},
         **{"system": shot.system, "repairs": solved.repairs},
     }
-    return stages.stage("express", inputs, given, compute)
-
-
-def _express_shot(
-    shot: Shot,
-    solved: SolvedShot,
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
-) -> ShotResult:
-    """Exaggerate, correct and close the solved weights of a shot, whose take is the cleaned one."""
-    with progress.step("solve"):
-        result = _exaggerated_shot(shot, solved, options, hooks)
-    return _corrected(result, options, hooks, progress)
+    return run.stages.stage("express", inputs, given, compute)
 
 
 @one_blas_thread()
 @solve_errors()
-def express_again(
-    shot: Shot,
-    solved: SolvedShot,
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
-) -> ShotResult:
+def express_again(shot: Shot, solved: SolvedShot, run: RetargetRun) -> ShotResult:
     """Return what `retarget` does, with a solve of an earlier run.
 
     Parameters
@@ -159,20 +127,17 @@ def express_again(
         Expressions, rules, gains, exaggeration and closure may differ from those of that run.
     solved : SolvedShot
         Of the same take and rig with the same settings of the solve.
-    options : ProcessOptions
-    hooks : sequence of Hook
-    progress : Progress
-        Gets no step "solve".
+    run : RetargetRun
+        Its progress gets no step "solve".
     """
-    shot = with_gains(replace(with_overrides(shot, options), take=solved.take), options.gains)
-    with progress.step("express"):
-        result = _exaggerated_shot(shot, solved, options, hooks)
-    return _corrected(result, options, hooks, progress)
+    shot = replace(with_overrides(shot, run.options), take=solved.take)
+    shot = with_gains(shot, run.options.gains)
+    with run.progress.step("express"):
+        result = _exaggerated_shot(shot, solved, run)
+    return _corrected(result, run)
 
 
-def _exaggerated_shot(
-    shot: Shot, solved: SolvedShot, options: ProcessOptions, hooks: Sequence[Hook]
-) -> ShotResult:
+def _exaggerated_shot(shot: Shot, solved: SolvedShot, run: RetargetRun) -> ShotResult:
     """Return the result before its correction, with the findings up to there."""
     face, solution = shot.face, solved.solution
     weights = exaggerated(
@@ -183,9 +148,9 @@ def _exaggerated_shot(
         pins=shot.setup.pins,
         limits=shot.setup.solve.limits,
     )
-    weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
+    weights, findings = run_hooks(run.hooks, "weights_solved", weights, shot)
     regions, failed = _region_residuals(face, solution)
-    motion, new_findings = character_head(shot, face, solution) if options.head else (None, [])
+    motion, new_findings = character_head(shot, face, solution) if run.options.head else (None, [])
     findings += new_findings
     findings += turned_at_neutral(motion, shot.take.source) if motion else []
     eyes, new_findings = recorded_eyes(shot.take, shot.rig, face.mesh, shot.setup)
@@ -203,11 +168,9 @@ def _exaggerated_shot(
     )
 
 
-def _corrected(
-    result: ShotResult, options: ProcessOptions, hooks: Sequence[Hook], progress: Progress
-) -> ShotResult:
+def _corrected(result: ShotResult, run: RetargetRun) -> ShotResult:
     """Correct and close an exaggerated result; its findings stay."""
-    corrected = correct_solved(result, options, hooks, progress)
+    corrected = correct_solved(result, run)
     found = (*result.findings, *corrected.findings)
     return replace(corrected, findings=timed(found, result.shot.take.times.tolist()))
 
