@@ -139,25 +139,25 @@ def process(
         stage = open_shot(path, outputs.root)
         read = outputs.check(path, overwrite)
         staged, findings = read_shot(stage, str(path), folder)
-        outputs.check_shown(stage, staged)
-        outputs.check_delivery(stage, staged, delivery)
+        outputs.check_shown(staged)
+        outputs.check_delivery(staged, delivery)
     run = RetargetRun(options=options, hooks=hooks, progress=progress)
     kept = _stage_cache(cache, path)
     if pieces:
         run = replace(run, stages=_pieced_stages(Path(pieces), path, run, asset_root, kept))
     elif kept is not None:
         run = replace(run, stages=kept)
-    solved, reported = _retarget(stage, staged, skipped + findings, run, earlier=solved)
+    solved, reported = _retarget(staged, skipped + findings, run, earlier=solved)
     if strict:
         refuse_unusable(reported.verdict)
     generation = generation_of(solved, outputs.root_of(path))
     with all_or_none():
         with progress.step("gltf") if gltf else nullcontext():
-            lost = outputs.write_gltf(stage, staged, solved, hooks, read, generation)
+            lost = outputs.write_gltf(staged, solved, hooks, read, generation)
         with progress.step("draw") if figure or sheet else nullcontext():
             outputs.draw(solved, reported)
         with progress.step("write"):
-            written = outputs.write_layers(path, stage, staged, reported, generation)
+            written = outputs.write_layers(path, staged, reported, generation)
     with progress.step("deliver") if deliver else nullcontext():
         lost += outputs.write_deliverable(written[0], staged, delivery)
     written += outputs.others(read)
@@ -214,7 +214,7 @@ def apply(
         hooks, skipped = installed_hooks(skip_hooks)
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
     run = RetargetRun(options=options, hooks=hooks, progress=progress)
-    solved, reported = _retarget(stage, staged, skipped + findings, run, earlier=solved)
+    solved, reported = _retarget(staged, skipped + findings, run, earlier=solved)
     with progress.step("write"):
         content = solve_animation(solved, weight_deviations(reported), reported.verdict)
         expressed, closed = express_animation(solved), closure_animation(solved)
@@ -228,7 +228,7 @@ def apply(
         if closed is not None:
             content = replace(content, closure=closed.closure)
         content = replace(content, weights=solved.weights.weights)
-        found = apply_animation(stage, staged, content)
+        found = apply_animation(staged, content)
     return replace(reported, findings=(*reported.findings, *found), seconds=progress.seconds)
 
 
@@ -254,7 +254,6 @@ def _pieced_stages(
 
 
 def _retarget(
-    stage: Stage,
     staged: StagedShot,
     findings: list[Finding],
     run: RetargetRun,
@@ -276,9 +275,9 @@ def _retarget(
     rig = staged.shot.rig
     unusual = (*report_size(rig), *report_stray(rig))
     lost = (
-        *report_undriven(stage, staged),
-        *report_replaced(stage, staged, solved),
-        *report_detached(stage, staged, solved),
+        *report_undriven(staged),
+        *report_replaced(staged, solved),
+        *report_detached(staged, solved),
     )
     found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *run.stages.not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)

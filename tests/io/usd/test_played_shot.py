@@ -111,7 +111,7 @@ def test_what_is_occluded_comes_back_as_such_and_the_layers_are_finite(
     inputs = Inputs(np.where(hidden, np.nan, played.inputs), played.unit)
     content = Animation(staged.prims.tokens, played.solved.weights, None, inputs=inputs)
     content = replace(content, emotions=dict(played.emotions))
-    author(layer, stage, staged, content)
+    author(layer, staged, content)
     written = [np.asarray(v) for v in samples_of(layer, tokens.INPUTS)]
     assert np.isfinite(written).all()
     layer.Export(str(tmp_path / "over.usda"))

@@ -55,7 +55,7 @@ def animation_path(prims: ShotPrims) -> str:
     return prims.animation or f"{prims.skel_root}/{_ANIMATION}"
 
 
-def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) -> list[Finding]:
+def apply_animation(shot: StagedShot, animation: Animation) -> list[Finding]:
     """Author one animation as overs on the edit target of an open stage, all of it or nothing.
 
     Properties of an earlier result that this one lacks are removed.
@@ -70,13 +70,13 @@ def apply_animation(stage: Usd.Stage, shot: StagedShot, animation: Animation) ->
     OutputError
         If the edit target cannot be edited, or is not among the stage's own layers.
     """
-    layer = editable_layer(stage)
+    layer = editable_layer(shot.stage)
     # USD scales the time codes of a layer by the ratio of its timeCodesPerSecond to the stage's.
-    offset = stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
+    offset = shot.stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
     codes = np.array([offset * code for code in shot.codes.tolist()])
     overs = Sdf.Layer.CreateAnonymous(".usda")
-    author(overs, stage, replace(shot, codes=codes), animation, shot.codes.tolist())
-    return put_overs(overs, stage, _is_result) + hidden_by(overs, stage)
+    author(overs, replace(shot, codes=codes), animation, shot.codes.tolist())
+    return put_overs(overs, shot.stage, _is_result) + hidden_by(overs, shot.stage)
 
 
 def _is_result(name: str) -> bool:
@@ -103,7 +103,6 @@ def editable_layer(stage: Usd.Stage) -> Sdf.Layer:
 
 def author(
     layer: Sdf.Layer,
-    stage: Usd.Stage,
     shot: StagedShot,
     animation: Animation,
     stage_codes: list[float] | None = None,
@@ -116,7 +115,7 @@ def author(
     with Sdf.ChangeBlock():
         anim = Sdf.CreatePrimInLayer(layer, animation_path(prims))
         if not prims.animation:
-            define_animation(layer, stage, anim, prims)
+            define_animation(layer, shot.stage, anim, prims)
         if animation.names != prims.tokens:
             _attribute(
                 anim, "blendShapes", Sdf.ValueTypeNames.TokenArray, uniform=True
@@ -132,7 +131,7 @@ def author(
         if prims.head is not None:
             author_head(
                 layer,
-                stage,
+                shot.stage,
                 (prims.skel_root, str(anim.path)),
                 prims.head,
                 animation.motion,

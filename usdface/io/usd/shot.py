@@ -61,6 +61,7 @@ class StagedShot:
 
     Attributes
     ----------
+    stage : Usd.Stage
     shot : Shot
         In metres, seconds, Y up.
     prims : ShotPrims
@@ -72,6 +73,7 @@ class StagedShot:
         From stage space to that of the rig, which looks along +z.
     """
 
+    stage: Usd.Stage
     shot: Shot
     prims: ShotPrims
     codes: FloatArray
@@ -185,7 +187,7 @@ def _read(
     base = base_weights(stage, prims, take, codes)
     exaggeration = read_exaggeration(prim, codes)
     shot = Shot(rig, take, setup, system, expressions, layout, gains, base, exaggeration)
-    return StagedShot(shot, prims, codes, metrics, to_rig), findings
+    return StagedShot(stage, shot, prims, codes, metrics, to_rig), findings
 
 
 def _retarget_prims(stage: Usd.Stage) -> list[Usd.Prim]:
