@@ -115,13 +115,7 @@ def export_scene(
 
     with progress.step("certify"):
         certificate, new_findings = certify_conversion(
-            stage,
-            output,
-            exported=True,
-            every_frame=every_frame,
-            clip=options.clip,
-            purposes=options.purpose,
-            influences=options.influences,
+            stage, output, exported=True, every_frame=every_frame, options=options
         )
     found = findings + new_findings
     return _certified(written, found, summary, progress, certificate, details)

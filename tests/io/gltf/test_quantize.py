@@ -24,7 +24,7 @@ from usdface.takes import WeightsTake
 def written(rig: Rig, folder: Path, clips: list[Clip] | None = None) -> tuple[Path, Path]:
     plain, small = folder / "plain.glb", folder / "small.glb"
     write_gltf(rig, plain, clips or [])
-    found = write_gltf(rig, small, clips or [], quantize=True)
+    found = write_gltf(rig, small, clips or [], ExportOptions(quantize=True))
     assert [f.code for f in found].count("POINTS_ROUNDED") == len(rig.meshes)
     return plain, small
 

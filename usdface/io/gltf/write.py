@@ -40,6 +40,7 @@ from usdface.io.gltf.write_skeleton import (
 )
 from usdface.io.inputs import among
 from usdface.io.udim import texture_files, untiled
+from usdface.options import ExportOptions
 from usdface.rigs import Mesh, Rig, Skeleton
 
 __all__ = ["write_gltf"]
@@ -49,9 +50,7 @@ def write_gltf(
     rig: Rig,
     path: Path,
     clips: Sequence[Clip] = (),
-    pointer: bool = False,
-    quantize: bool = False,
-    influences: int = 0,
+    options: ExportOptions = ExportOptions(),
     read: Iterable[Path] = (),
     metadata: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Finding]:
@@ -69,13 +68,9 @@ def write_gltf(
     path : Path
         Ends in .glb or .gltf.
     clips : sequence of Clip
-    pointer : bool
-        Give each weight a channel of its own, too, by KHR_animation_pointer.
-    quantize : bool
-        Store vertices as 16-bit integers (`usdface.io.gltf.quantize`); POINTS_ROUNDED says by how
-        much they are off at most.
-    influences : int
-        Joints that a point keeps at most; 0 = all (`usdface.io.gltf.limit_influences`).
+    options : ExportOptions
+        `pointer`, `quantize` (POINTS_ROUNDED says by how much vertices are off at most) and
+        `influences` have an effect.
     read : iterable of Path
         Files that textures beside a .gltf must not replace; those of the rig's own never are.
     metadata : mapping of str to str
@@ -96,7 +91,7 @@ def write_gltf(
     Source: glTF 2.0 specification, sections 3.5 (scenes), 3.7 (meshes, skins), 3.11
     (animations). Equal input gives equal bytes.
     """
-    builder = BufferBuilder(quantize)
+    builder = BufferBuilder(options.quantize)
     rig, found = untiled(rig)
     uv_names = uv_order(rig)
     textures = TextureBuilder(uv_names)
@@ -115,7 +110,7 @@ def write_gltf(
     beside = textures.into(document, builder, path, among(kept))
     skeleton = animated_skeleton(rig, clips)
     if skeleton is not None:
-        rig, new_findings = _with_fewer_influences(rig, skeleton, clips, influences)
+        rig, new_findings = _with_fewer_influences(rig, skeleton, clips, options.influences)
         found += new_findings
     held = len(skeleton.joints) if skeleton else 0
     carriers, boxed = _write_meshes(rig, by_name, held, uv_names, document, builder, found)
@@ -127,7 +122,7 @@ def write_gltf(
         roots += write_skeleton(skeleton, document, builder, found)
         write_dequantising_skins(skeleton, boxed, document, builder)
         joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
-    found += _write_clips(clips, carriers, joints, builder, pointer, document)
+    found += _write_clips(clips, carriers, joints, builder, options.pointer, document)
     write_scene(rig.cameras, rig.lights, document, roots)
     nodes = {path: node for path, (node, _) in joints.items()}
     group_nodes, new_findings = write_groups(rig, carriers, nodes, document, roots)
@@ -135,7 +130,7 @@ def write_gltf(
     found += _write_avatar(rig, carriers, nodes, group_nodes, document)
     scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
     document.scenes = [scene]
-    _name_extensions(document, quantize)
+    _name_extensions(document, options.quantize)
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found
