@@ -46,12 +46,12 @@ def test_names_are_printed_as_they_are_and_keys_as_labels(
     """Blend shapes may be called eye_L or tear_mm; only keys of the report are ours."""
     summary = {
         "least_certain": {"eye_L": 0.5, "tear_mm": 0.25},
-        "new_markers": {"dot_1": {"shapes_hardly_seen": 3}},
+        "new_markers": {"dot_1": {"shapes_undetermined": 3}},
     }
     print_result(Result(None, (), (), summary), "text")
     assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
         "least certain eye_L 0.5, tear_mm 0.25",
-        "new markers dot_1: shapes hardly seen 3",
+        "new markers dot_1: shapes undetermined 3",
     ]
 
 
@@ -150,12 +150,12 @@ def test_a_figure_without_entries_is_none(capsys: pytest.CaptureFixture[str]) ->
 
 def test_records_have_a_line_each_and_a_range_its_word(capsys: pytest.CaptureFixture[str]) -> None:
     """As the places of 24 new markers: in one line they were a wall."""
-    places = {name: {"place": "left brow", "shapes_hardly_seen": 3} for name in ("a", "b")}
+    places = {name: {"place": "left brow", "shapes_undetermined": 3} for name in ("a", "b")}
     summary = {"new_markers": places, "neutral_frames": [0, 29], "peak_frames": [3, 9]}
     print_result(Result(None, (), (), summary), "text")
     assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
-        "new markers a: left brow, shapes hardly seen 3",
-        "b: left brow, shapes hardly seen 3",
+        "new markers a: left brow, shapes undetermined 3",
+        "b: left brow, shapes undetermined 3",
         "neutral frames 0 to 29",
         "peak frames 3, 9",
     ]
