@@ -168,10 +168,10 @@ def _summary(take: MarkerTake | WeightsTake) -> dict[str, Any]:
         "rate_hz": round(take.rate, 3),
     }
     if isinstance(take, MarkerTake):
-        hidden = 1.0 - float(take.visible.mean())
+        occluded = 1.0 - float(take.visible.mean())
         return summary | {
             "markers": len(take.names),
             "dimension": take.dimension,
-            "occluded_percent": round(100 * hidden, 2),
+            "occluded_percent": round(100 * occluded, 2),
         }
     return summary | {"blend_shapes": len(take.names)}

@@ -287,6 +287,6 @@ def _fit(
 def _some_frames(is_visible: BoolArray) -> IntArray:
     """Return `_TRIAL_FRAMES` frames of a take, and some of each marker (F, M) that these hide."""
     frames = np.arange(0, len(is_visible), -(-len(is_visible) // _TRIAL_FRAMES))
-    hidden = np.flatnonzero(~is_visible[frames].any(axis=0))
-    others = [np.flatnonzero(is_visible[:, marker])[:FEWEST_FRAMES] for marker in hidden]
+    occluded = np.flatnonzero(~is_visible[frames].any(axis=0))
+    others = [np.flatnonzero(is_visible[:, marker])[:FEWEST_FRAMES] for marker in occluded]
     return np.asarray(np.unique(np.concatenate([frames, *others])))

@@ -84,11 +84,11 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     motion = _rms_motion(solution)
     noise = np.sqrt(3.0) * solution.noise
     seen = visible(take.positions)[:, [take.names.index(name) for name in markers]]
-    hidden = 1.0 - seen.mean(axis=0)
+    occluded = 1.0 - seen.mean(axis=0)
     found = {
         "NOISE_LARGE": Measured(_share(noise, motion)),
         "MARKER_ASTRAY": _worst("markers", markers, human_mm * away),
-        "MARKERS_OCCLUDED": Measured(float(hidden.mean()), "markers", _most(markers, hidden)),
+        "MARKERS_OCCLUDED": Measured(float(occluded.mean()), "markers", _most(markers, occluded)),
         "NEUTRAL_AT_LIMIT": neutral_at_limit(result.shot.setup, solution, face),
         "BINDING_UNSURE": _unsure(result),
     }
