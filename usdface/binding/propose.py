@@ -32,6 +32,7 @@ from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.marker_name_places import named_places
 from usdface.face.place_descriptions import place_descriptions
+from usdface.findings import Finding
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
@@ -96,14 +97,8 @@ def propose(
     names = tuple(take.names[i] for i in used)
     found = _registered(take, used, surface, setup, _anchors(names, given, surface), find_neutral)
     chosen = _one_vertex_each(found.markers)
-    confidence, failed = advice(
-        "confidence of the proposed vertices",
-        lambda: np.round(placement_confidence(found.markers, chosen), 3),
-        np.full(len(chosen), np.nan),
-    )
+    confidence, failed = _confidence(found, chosen)
     check, off = found.check, _off_face(found.markers)
-    doubtful = check.contradicted | check.exchanged
-    confidence = np.where(doubtful, np.minimum(confidence, 0.0), confidence)
     new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
     bound, unsure = new[~(confidence[new] < _UNSURE)], new[confidence[new] < _UNSURE]
     wrong = tuple((names[anchor.marker], anchor) for anchor in found.doubted)
@@ -191,6 +186,17 @@ def _registered(
             registered, check = register_markers(surface, observations)
     named = observations.named is not None
     return _Registered(registered, check, named, doubted, neutral, peaks)
+
+
+def _confidence(found: _Registered, chosen: IntArray) -> tuple[FloatArray, list[Finding]]:
+    """Return the confidence (M,) of chosen vertices, 0 where names say another; NaN = unknown."""
+    confidence, failed = advice(
+        "confidence of the proposed vertices",
+        lambda: np.round(placement_confidence(found.markers, chosen), 3),
+        np.full(len(chosen), np.nan),
+    )
+    doubtful = found.check.contradicted | found.check.exchanged
+    return np.where(doubtful, np.minimum(confidence, 0.0), confidence), failed
 
 
 def _given_places(names: Sequence[str], given: dict[str, int], mesh: Mesh) -> FloatArray:

@@ -14,6 +14,7 @@ from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import KEYWORDS, Combined, Proposition, Rule, rule_name
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable, check_counts
+from usdface.io.fuzzy_formats.draft import Draft, read_text
 from usdface.io.fuzzy_formats.fis_keywords import (
     AGGREGATIONS,
     AND,
@@ -28,7 +29,7 @@ from usdface.io.fuzzy_formats.fis_keywords import (
 )
 from usdface.io.fuzzy_formats.fis_sections import Section, check_announced, located, sections
 from usdface.io.fuzzy_formats.format_limits import kept_in_range
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
+from usdface.io.fuzzy_formats.metadata_comments import finish
 
 __all__ = ["read_fis"]
 

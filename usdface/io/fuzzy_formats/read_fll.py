@@ -11,9 +11,10 @@ from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
 from usdface.fuzzy.rules import Rule, parse_rule
 from usdface.fuzzy.variables import Term, Variable
+from usdface.io.fuzzy_formats.draft import Draft, read_text, set_once
 from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, SAMPLES, T_NORMS
 from usdface.io.fuzzy_formats.format_limits import repeated_singletons
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text, set_once
+from usdface.io.fuzzy_formats.metadata_comments import finish
 
 __all__ = ["read_fll"]
 

@@ -155,6 +155,25 @@ def _write_surface(
         surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
     )
     shown, glow = ("emissiveColor", "") if material.unlit else ("diffuseColor", "emissiveColor")
+    for name, (kind, value) in _surface_values(material, shown).items():
+        surface.CreateInput(name, kind).Set(value)
+    _write_approximations(prim.GetPrim(), material, found)
+    for node in _nodes(material, shown, glow):
+        asset = files.asset(node.texture, f"{path.name}_{node.role}")
+        if asset:
+            reader = _texture_reader(prim, node, asset)
+            for name, channel in node.inputs:
+                kind = _KINDS.get(name, _FLOAT)
+                output = _FLOAT if len(channel) == 1 else Sdf.ValueTypeNames.Float3
+                surface.CreateInput(name, kind).ConnectToSource(
+                    reader.CreateOutput(channel, output)
+                )
+    if material.vertex_colours:
+        _write_vertex_colours(prim, surface, material, found)
+
+
+def _surface_values(material: Material, shown: str) -> dict[str, tuple[Sdf.ValueTypeName, object]]:
+    """Return the values of a surface's inputs, by name; `shown` has the base colour."""
     values: dict[str, tuple[Sdf.ValueTypeName, object]] = {
         "diffuseColor": (_COLOR, Gf.Vec3f(0.0)),
         "emissiveColor": (_COLOR, Gf.Vec3f(*material.emissive)),
@@ -173,29 +192,21 @@ def _write_surface(
         values["opacityMode"] = (Sdf.ValueTypeNames.Token, "presence")
     if material.alpha_mode == "mask":
         values["opacityThreshold"] = (_FLOAT, material.alpha_cutoff)
-    for name, (kind, value) in values.items():
-        surface.CreateInput(name, kind).Set(value)
+    return values
+
+
+def _write_approximations(prim: Usd.Prim, material: Material, found: list[Finding]) -> None:
+    """Keep what the shader cannot show as metadata, and report it."""
+    path = str(prim.GetPath())
     if material.unlit:
-        write_metadata(prim.GetPrim(), "unlit", True)
+        write_metadata(prim, "unlit", True)
         message = "unlit is written as a surface that glows and reflects little"
-        found.append(finding("FEATURE_APPROXIMATED", str(path), message, feature="unlit"))
+        found.append(finding("FEATURE_APPROXIMATED", path, message, feature="unlit"))
     if material.normal_scale != 1 and material.normal_texture:
         # USD's validators want the scale of a normal map to be 2.
-        write_metadata(prim.GetPrim(), "normalScale", material.normal_scale)
+        write_metadata(prim, "normalScale", material.normal_scale)
         message = "the strength of the normal map is kept for glTF only; USD shows all of it"
-        found.append(finding("FEATURE_APPROXIMATED", str(path), message, feature="normal_strength"))
-    for node in _nodes(material, shown, glow):
-        asset = files.asset(node.texture, f"{path.name}_{node.role}")
-        if asset:
-            reader = _texture_reader(prim, node, asset)
-            for name, channel in node.inputs:
-                kind = _KINDS.get(name, _FLOAT)
-                output = _FLOAT if len(channel) == 1 else Sdf.ValueTypeNames.Float3
-                surface.CreateInput(name, kind).ConnectToSource(
-                    reader.CreateOutput(channel, output)
-                )
-    if material.vertex_colours:
-        _write_vertex_colours(prim, surface, material, found)
+        found.append(finding("FEATURE_APPROXIMATED", path, message, feature="normal_strength"))
 
 
 def _nodes(material: Material, shown: str, glow: str) -> list[_Node]:

@@ -30,7 +30,7 @@ from usdface.io.usd.skeleton import read_skin
 from usdface.io.usd.skeletons import join_skeletons
 from usdface.io.usd.stage import open_stage
 from usdface.io.usd.vertex_cache import points_move
-from usdface.rigs import Mesh, Rig, Skin
+from usdface.rigs import Mesh, Rig, Skeleton, Skin
 
 __all__ = ["read_rig", "rig_of_stage"]
 
@@ -116,6 +116,31 @@ def _rig(
     si: FloatArray,
 ) -> tuple[Rig, list[Finding]]:
     roots = skel_roots(stage, root)
+    skeleton, meshes, findings = _skinned_meshes(stage, roots, root, joints, purposes, si)
+    if not meshes:
+        raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
+    looks = tuple(meshes) if root else read_material_variants(stage, meshes)
+    named, materials, new_findings = read_mesh_materials(stage, looks, asset_root)
+    top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
+    name = top.GetDisplayName() or top.GetName()
+    source = stage.GetRootLayer().realPath
+    rig = Rig(name, named, skeleton, materials, source)
+    findings += new_findings
+    if root:  # a character, not a scene
+        return rig, findings
+    rig, new_findings = _with_scene(rig, stage, top, si)
+    return rig, findings + new_findings
+
+
+def _skinned_meshes(
+    stage: Usd.Stage,
+    roots: list[Usd.Prim],
+    root: str,
+    joints: bool,
+    purposes: Collection[str],
+    si: FloatArray,
+) -> tuple[Skeleton | None, list[Mesh], list[Finding]]:
+    """Read the meshes under `root`, or all of a scene, and the one skeleton that moves them."""
     bound, skeletons = skel_bindings(roots)
     xforms = UsdGeom.XformCache(_START)
     given, findings = read_skeletons(skeletons, xforms, si, joints, single=bool(root))
@@ -145,19 +170,14 @@ def _rig(
             mesh = replace(mesh, shapes=())
             findings.append(finding("MESH_OUTSIDE", mesh.path))
         meshes += [mesh] if mesh else []
-    if not meshes:
-        raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
-    looks = tuple(meshes) if root else read_material_variants(stage, meshes)
-    named, materials, new_findings = read_mesh_materials(stage, looks, asset_root)
-    top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
-    name = top.GetDisplayName() or top.GetName()
-    source = stage.GetRootLayer().realPath
-    rig = Rig(name, named, skeleton, materials, source)
-    findings += new_findings
-    if root:  # a character, not a scene
-        return rig, findings
-    cameras, lights, new_findings = read_scene(stage, si)
-    findings += new_findings
+    return skeleton, meshes, findings
+
+
+def _with_scene(
+    rig: Rig, stage: Usd.Stage, top: Usd.Prim, si: FloatArray
+) -> tuple[Rig, list[Finding]]:
+    """Return the rig with what stands around it: cameras, lights, groups, data of others."""
+    cameras, lights, findings = read_scene(stage, si)
     extras, new_findings = read_extras(top)
     findings += new_findings
     asset, new_findings = read_asset(top)
