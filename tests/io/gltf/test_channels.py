@@ -4,11 +4,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from clips import plays, read_one
+from clips import evaluate_gltf, plays, read_one
 
 from usdface.errors import InputError
 from usdface.io.gltf.read import read_gltf
-from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.options import ExportOptions
 from usdface.rigs import Rig

@@ -24,7 +24,7 @@ from usdface.io.gltf.reference_player.gltf_file import PlayerFile
 from usdface.io.gltf.reference_player.morph_targets import PlayerTargets, Target
 from usdface.io.gltf.reference_player.node_motion import PlayerNodes, Space
 
-__all__ = ["PlayerClip", "evaluate_clips", "evaluate_gltf"]
+__all__ = ["PlayerClip", "evaluate_clips"]
 
 _BROKEN = (
     ArithmeticError,
@@ -52,11 +52,6 @@ class PlayerClip:
     times: FloatArray
     cubic: bool
     decoded: bool = False
-
-
-def evaluate_gltf(path: Path) -> tuple[PlayerMesh, ...]:
-    """Evaluate the default scene of a .glb or .gltf in its first animation."""
-    return evaluate_clips(path)[0].meshes
 
 
 def evaluate_clips(path: Path, asset_root: Path | None = None) -> tuple[PlayerClip, ...]:
