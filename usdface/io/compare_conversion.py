@@ -154,7 +154,7 @@ def _nearest(keys: FloatArray, times: FloatArray) -> FloatArray:
 
 
 def _evaluated_usd(mesh: UsdMesh, codes: FloatArray, influences: int = 0) -> EvaluatedMesh:
-    asked = mesh.held_by(influences)
+    requested = mesh.with_influences(influences)
     return EvaluatedMesh(
         mesh.name,
         mesh.shapes,
@@ -162,7 +162,7 @@ def _evaluated_usd(mesh: UsdMesh, codes: FloatArray, influences: int = 0) -> Eva
         lambda frames: mesh.points_at(codes[frames]),
         lambda frames: mesh.normals_at(codes[frames]),
         lambda frames: mesh.linear_morph_at(codes[frames]),
-        asked=None if asked is None else _evaluated_usd(asked, codes),
+        requested=None if requested is None else _evaluated_usd(requested, codes),
     )
 
 

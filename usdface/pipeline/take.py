@@ -86,7 +86,7 @@ def make_take(
     _check_sources(sources, calibration, sync)
     drawn = None if sheet is None else Path(sheet)
     progress = Progress.of(on_progress)
-    beside = [Path(each) for each in _beside(options) if each]
+    beside = [Path(each) for each in _other_files(options) if each]
     check_usd_name(output)
     check_outputs([output, drawn], files_read(*sources, calibration, *beside))
     check_replaced([(output, "take")], overwrite)
@@ -122,7 +122,7 @@ def make_take(
     )
 
 
-def _beside(options: TakeOptions) -> tuple[StrPath | None, ...]:
+def _other_files(options: TakeOptions) -> tuple[StrPath | None, ...]:
     return options.names, options.fixes, options.bind, options.rig
 
 

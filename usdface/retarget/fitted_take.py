@@ -189,10 +189,8 @@ def fit_take(
         setup: RetargetSetup,
     ) -> tuple[_TakeSolver, FaceFit, RetargetSetup, list[Finding]]:
         prepared, own, notes = prepare_markers(take, bound, setup, surface)
-        noisy, seen = (
-            prepared.frames if correct_neutral else None,
-            views and views.of(prepared.names),
-        )
+        noisy = prepared.frames if correct_neutral else None
+        seen = views and views.of(prepared.names)
         solver = _TakeSolver(take.times, prepared, shape_names, noisy, seen, progress)
         fit, found = _fit(take, solver, own)
         return solver, fit, own, notes + found

@@ -28,13 +28,13 @@ def from_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The files that a worker was asked about."""
     names: list[str] = []
-    ask = sandbox._ask
+    ask = sandbox._open_in_worker
 
     def listed(python: str, path: Path) -> dict[str, object]:
         names.append(path.name)
         return ask(python, path)
 
-    monkeypatch.setattr(sandbox, "_ask", listed)
+    monkeypatch.setattr(sandbox, "_open_in_worker", listed)
     return names
 
 

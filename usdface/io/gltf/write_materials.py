@@ -98,7 +98,7 @@ def _written(
         doubleSided=material.double_sided,
         extras=extras_with_metadata(material.extras),
     )
-    _factors(result, material, found)
+    _set_factors(result, material, found)
     return result
 
 
@@ -123,7 +123,7 @@ def _metallic_roughness(
     return images.packed((None, rough, metal))
 
 
-def _factors(result: pygltflib.Material, material: Material, found: list[Finding]) -> None:
+def _set_factors(result: pygltflib.Material, material: Material, found: list[Finding]) -> None:
     """Set the numbers of a material, and the extensions that some of them need."""
     strength = max(1.0, *material.emissive)
     glow = [value / strength for value in material.emissive]

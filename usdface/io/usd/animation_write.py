@@ -121,7 +121,7 @@ def author(
                 anim, "blendShapes", Sdf.ValueTypeNames.TokenArray, uniform=True
             ).default = Vt.TokenArray(animation.names)
         _attribute(anim, "blendShapeWeights", Sdf.ValueTypeNames.FloatArray)
-        _array_samples(layer, anim, "blendShapeWeights", shot.codes, animation.weights)
+        _write_arrays(layer, anim, "blendShapeWeights", shot.codes, animation.weights)
         if animation.solution is not None:
             _author_solution(layer, shot, animation.solution, animation.regions)
         if animation.deviations:
@@ -142,7 +142,7 @@ def author(
         for name, curve in animation.closure.items():
             prim = Sdf.CreatePrimInLayer(layer, prims.retarget)
             _attribute(prim, name, Sdf.ValueTypeNames.Float)
-            _samples(layer, prim, name, codes, _floats(curve))
+            _write_samples(layer, prim, name, codes, _floats(curve))
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)
         if animation.emotions:
@@ -153,10 +153,10 @@ def _author_expressions(layer: Sdf.Layer, shot: StagedShot, animation: Animation
     system, codes = Sdf.CreatePrimInLayer(layer, shot.prims.fuzzy), shot.codes.tolist()
     for name, curve in animation.emotions.items():
         _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
-        _samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
+        _write_samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
     if animation.firing is not None:
         _attribute(system, tokens.FIRING, Sdf.ValueTypeNames.FloatArray)
-        _array_samples(layer, system, tokens.FIRING, shot.codes, animation.firing)
+        _write_arrays(layer, system, tokens.FIRING, shot.codes, animation.firing)
     if animation.inputs is not None:
         _author_inputs(layer, system, animation.inputs, shot)
 
@@ -166,7 +166,7 @@ def _author_inputs(
 ) -> None:
     rows = np.where(np.isnan(inputs.values), OCCLUDED_INPUT, inputs.values)
     _attribute(system, tokens.INPUTS, Sdf.ValueTypeNames.FloatArray)
-    _array_samples(layer, system, tokens.INPUTS, shot.codes, rows)
+    _write_arrays(layer, system, tokens.INPUTS, shot.codes, rows)
     unit = inputs.unit / shot.metrics.meters_per_unit
     _attribute(system, tokens.INPUTS_UNIT, Sdf.ValueTypeNames.Double, uniform=True).default = unit
 
@@ -194,7 +194,7 @@ def _attribute(
     return existing or Sdf.AttributeSpec(prim, name, kind, variability)
 
 
-def _samples(
+def _write_samples(
     layer: Sdf.Layer, prim: Sdf.PrimSpec, name: str, codes: list[float], values: object
 ) -> None:
     path = prim.path.AppendProperty(name)
@@ -202,14 +202,14 @@ def _samples(
         layer.SetTimeSample(path, code, value)
 
 
-def _array_samples(
+def _write_arrays(
     layer: Sdf.Layer, prim: Sdf.PrimSpec, name: str, codes: FloatArray, rows: FloatArray
 ) -> None:
     """Author a float array (F, N) or an array of vectors (F, N, 3), a sample a frame."""
     kind = Vt.Vec3fArray if rows.ndim == 3 else Vt.FloatArray
     for frames in frame_blocks(len(codes)):
         values = map(kind.FromNumpy, rows[frames].astype(np.float32))
-        _samples(layer, prim, name, codes[frames].tolist(), values)
+        _write_samples(layer, prim, name, codes[frames].tolist(), values)
 
 
 def _floats(values: FloatArray) -> list[float]:
@@ -224,28 +224,28 @@ def _author_solution(
     codes = shot.codes.tolist()
     unit = shot.metrics.meters_per_unit
     _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
-    _samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
+    _write_samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
     for region, curve in regions.items():
         name = tokens.RESIDUAL_PREFIX + region
         _attribute(prim, name, Sdf.ValueTypeNames.Float)
-        _samples(layer, prim, name, codes, _floats(curve / unit))
+        _write_samples(layer, prim, name, codes, _floats(curve / unit))
     pose = matrices_of(solution.pose)
     if solution.posed_in_space:
         pose = to_si(shot.metrics) @ pose @ np.linalg.inv(to_si(shot.metrics))
     _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
-    _samples(layer, prim, tokens.HEAD_TRANSFORM, codes, matrices(pose))
+    _write_samples(layer, prim, tokens.HEAD_TRANSFORM, codes, matrices(pose))
     _attribute(prim, tokens.FEATURE_POINTS, Sdf.ValueTypeNames.Point3fArray)
     to_stage = np.linalg.inv(shot.to_rig)
     for frames in frame_blocks(len(codes)):
         features = solution.feature_points[frames] @ to_stage[:3, :3]
-        _array_samples(layer, prim, tokens.FEATURE_POINTS, shot.codes[frames], features)
+        _write_arrays(layer, prim, tokens.FEATURE_POINTS, shot.codes[frames], features)
     used = _attribute(prim, tokens.SOLVED_MARKERS, Sdf.ValueTypeNames.TokenArray, uniform=True)
     used.default = Vt.TokenArray(solution.markers)
     _attribute(prim, tokens.SOLVED_DISTANCES, Sdf.ValueTypeNames.FloatArray)
     for frames in frame_blocks(len(codes)):
         distances = solution.distances[frames]
         distances = np.where(np.isnan(distances), OCCLUDED_DISTANCE, distances / unit)
-        _array_samples(layer, prim, tokens.SOLVED_DISTANCES, shot.codes[frames], distances)
+        _write_arrays(layer, prim, tokens.SOLVED_DISTANCES, shot.codes[frames], distances)
 
 
 def _author_verdict(layer: Sdf.Layer, shot: StagedShot, verdict: Verdict) -> None:

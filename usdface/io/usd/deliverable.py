@@ -74,8 +74,8 @@ def write_deliverable(
     layer.defaultPrim = prim.name
     times = (frames * (metrics.time_codes_per_second / rate)).tolist()
     with Sdf.ChangeBlock():
-        _weights(layer, prim, query, frames.tolist(), times)
-        _joints(layer, prim, query, frames.tolist(), times)
+        _write_weights(layer, prim, query, frames.tolist(), times)
+        _write_joints(layer, prim, query, frames.tolist(), times)
     for moved in stage.Traverse():
         if moved.HasAttribute(HEAD_OP):
             message = "the head's motion is on the SkelRoot, which is no animation: it stays behind"
@@ -114,7 +114,7 @@ def _frames(
     return np.arange(low, high + 1), (max(start, low), min(end, high)), findings
 
 
-def _weights(
+def _write_weights(
     layer: Sdf.Layer,
     prim: Sdf.PrimSpec,
     query: UsdSkel.AnimQuery,
@@ -129,7 +129,7 @@ def _weights(
         layer.SetTimeSample(values.path, frame, query.ComputeBlendShapeWeights(time))
 
 
-def _joints(
+def _write_joints(
     layer: Sdf.Layer,
     prim: Sdf.PrimSpec,
     query: UsdSkel.AnimQuery,

@@ -35,7 +35,7 @@ def report_detached(staged: StagedShot, result: ShotResult) -> list[Finding]:
     for path, points in places.items():
         moves = carried.get(path, np.zeros(len(points), bool))
         if moves.mean() < _CARRIED and _is_inside(points, box):
-            distance = _way(points.mean(axis=0), motion)
+            distance = _largest_shift(points.mean(axis=0), motion)
             behind |= {path: distance} if distance > _SEEN else {}
     if not behind:
         return []
@@ -76,7 +76,7 @@ def _is_inside(points: FloatArray, box: FloatArray) -> bool:
     return bool(inside.mean() >= _INSIDE)
 
 
-def _way(point: FloatArray, motion: Pose) -> float:
+def _largest_shift(point: FloatArray, motion: Pose) -> float:
     """Return how far (m) a pose takes a point (3,) at most."""
     moved = motion.rotations @ point + motion.translations
     return float(np.linalg.norm(moved - point, axis=1).max())

@@ -55,7 +55,7 @@ class UsdMesh:
         """Whether its points change over time."""
         return points_move(self._mesh)
 
-    def held_by(self, most: int) -> "UsdMesh | None":
+    def with_influences(self, most: int) -> "UsdMesh | None":
         """Return it with the `most` strongest joints at each point; None if none has more."""
         bound = self._bound
         if bound is None or not 0 < most < bound.skinning.GetNumInfluencesPerComponent():

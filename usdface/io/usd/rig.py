@@ -182,7 +182,7 @@ def _with_scene(
     findings += new_findings
     asset, new_findings = read_asset(top)
     findings += new_findings
-    groups, joint_extras, hung, new_findings = read_groups(stage, si, rig.meshes)
+    groups, joint_extras, grouped, new_findings = read_groups(stage, si, rig.meshes)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
-    rig = replace(rig, meshes=hung, groups=groups, joint_extras=joint_extras)
+    rig = replace(rig, meshes=grouped, groups=groups, joint_extras=joint_extras)
     return rig, findings + new_findings

@@ -59,11 +59,11 @@ def _with_remedy(error: str) -> str:
 
     As where a shot was moved without its rig and take, or a result without its layers.
     """
-    said = error.removesuffix(".").removesuffix("; skipping")
-    lost = said.startswith(("Could not open asset @", "Could not load sublayer @"))
-    if not lost or " -- " in said:  # the file is there, and the reason given
-        return said
-    return f"{said}; move that file there, or make the file that names it again"
+    text = error.removesuffix(".").removesuffix("; skipping")
+    lost = text.startswith(("Could not open asset @", "Could not load sublayer @"))
+    if not lost or " -- " in text:  # the file is there, and the reason given
+        return text
+    return f"{text}; move that file there, or make the file that names it again"
 
 
 def check_clocks(stage: Usd.Stage) -> None:

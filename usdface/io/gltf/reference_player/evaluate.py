@@ -26,15 +26,11 @@ from usdface.io.gltf.reference_player.node_motion import PlayerNodes, Space
 
 __all__ = ["PlayerClip", "evaluate_clips"]
 
+# Raised by JSON of the wrong form.
 _BROKEN = (
-    ArithmeticError,
-    AttributeError,
-    LookupError,
-    OSError,
-    TypeError,
-    ValueError,
+    *(ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError),
     struct.error,
-)  # raised by JSON of the wrong form
+)
 _TRANSFORMS = ("translation", "rotation", "scale")
 _Space = Callable[[PlayerNodes], Space]
 
