@@ -17,7 +17,8 @@ from usdface.correction.expression_layer import SideTrace
 from usdface.face.mirror import Side
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.norms import most_of
-from usdface.fuzzy.rules import Condition, Proposition, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Condition, Proposition
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.take_write import write_take

@@ -10,7 +10,8 @@ from typing import Any
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
-from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.draft import Draft, read_text, set_once
 from usdface.io.fuzzy_formats.fcl_keywords import (

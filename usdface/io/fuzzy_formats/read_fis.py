@@ -11,7 +11,8 @@ from typing import Any, Literal
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
-from usdface.fuzzy.rules import KEYWORDS, Combined, Proposition, Rule, rule_name
+from usdface.fuzzy.rule_parser import KEYWORDS
+from usdface.fuzzy.rules import Combined, Proposition, Rule, rule_name
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable, check_counts
 from usdface.io.fuzzy_formats.draft import Draft, read_text

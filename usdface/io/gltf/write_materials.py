@@ -11,7 +11,8 @@ import pygltflib
 
 from usdface.findings import Finding, finding
 from usdface.io.gltf.extras import extras_with_metadata
-from usdface.io.gltf.image import GltfImage, channels_image, has_alpha, to_gltf_image
+from usdface.io.gltf.image import GltfImage, channels_image, to_gltf_image
+from usdface.io.gltf.image_kind import has_alpha
 from usdface.io.gltf.textures import TextureBuilder
 from usdface.materials import AlphaMode, Material, Texture
 
