@@ -1,4 +1,4 @@
-"""How a shot is retargeted this time: nothing of it belongs to the shot."""
+"""A run of the main job: options, hooks, progress and cached stages, whatever the shot."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

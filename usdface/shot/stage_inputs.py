@@ -1,4 +1,4 @@
-"""What the stages of a retarget depend on: with equal inputs, an earlier result stands."""
+"""Inputs of the stages of a retarget: with equal ones, an earlier result is still right."""
 
 from dataclasses import replace
 

@@ -129,7 +129,7 @@ def test_a_layer_is_known_by_the_file_that_is_composed_of_it(
     open_stage(root)
     part.write_bytes(part.read_bytes() + b"\n")
     open_stage(root)
-    open_layer(part, anew=True, within=root)
+    open_layer(part, reread=True, within=root)
     assert asked[3:] == ["root.usda", "root.usda"]
 
 

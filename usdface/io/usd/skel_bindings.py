@@ -1,4 +1,4 @@
-"""How UsdSkel binds the meshes of a stage: their SkelRoots, skeletons and bind spaces."""
+"""UsdSkel bindings of the meshes of a stage: SkelRoots, skeletons and bind spaces."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 @dataclass(frozen=True, slots=True)
 class BoundMesh:
-    """How UsdSkel binds one mesh."""
+    """The UsdSkel binding of one mesh."""
 
     skeleton: Usd.Prim
     query: UsdSkel.SkinningQuery

@@ -92,8 +92,8 @@ def is_usd(path: Path) -> bool:
     return bool(suffix) and Sdf.FileFormat.FindByExtension(suffix) is not None
 
 
-def open_layer(path: Path, *, anew: bool = False, within: Path | None = None) -> Sdf.Layer:
-    """Open one layer, without those that it names; `anew`: as the file is, whoever holds it.
+def open_layer(path: Path, *, reread: bool = False, within: Path | None = None) -> Sdf.Layer:
+    """Open one layer, without those that it names; `reread`: as the file is now.
 
     `within` is a file that is composed of it, if one is known.
 
@@ -104,7 +104,7 @@ def open_layer(path: Path, *, anew: bool = False, within: Path | None = None) ->
     """
     try_to_open(path, within)
     with usd_errors(str(path)):
-        read = Sdf.Layer.OpenAsAnonymous if anew else Sdf.Layer.FindOrOpen
+        read = Sdf.Layer.OpenAsAnonymous if reread else Sdf.Layer.FindOrOpen
         layer = read(str(path))
     if not layer:
         raise InputError(f"{path} cannot be read as USD", "FILE_UNREADABLE")
