@@ -45,11 +45,11 @@ def read_groups(
     joints, new_findings = json_values(scope, read_metadata(scope).get("joints", {}))
     found += new_findings
     known = {group.path for group in groups}
-    hung = []
+    grouped = []
     for mesh in meshes:
         path = str(read_metadata(stage.GetPrimAtPath(mesh.path)).get("group", ""))
-        hung.append(replace(mesh, group=path) if path in known else mesh)
-    return tuple(groups), joints, tuple(hung), found
+        grouped.append(replace(mesh, group=path) if path in known else mesh)
+    return tuple(groups), joints, tuple(grouped), found
 
 
 def paths_of_groups(stage: Usd.Stage) -> set[str]:
@@ -60,10 +60,10 @@ def paths_of_groups(stage: Usd.Stage) -> set[str]:
 
 
 def _scope(stage: Usd.Stage) -> Usd.Prim | None:
-    return next((p for p in stage.Traverse() if p.GetName() == _SCOPE and _ours(p)), None)
+    return next((p for p in stage.Traverse() if p.GetName() == _SCOPE and _holds_groups(p)), None)
 
 
-def _ours(prim: Usd.Prim) -> bool:
+def _holds_groups(prim: Usd.Prim) -> bool:
     return prim.IsA(UsdGeom.Scope) and read_metadata(prim).get("groups") is True
 
 

@@ -11,7 +11,7 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.held_layers import hold
-from usdface.io.usd.stage import metrics_of
+from usdface.io.usd.metrics import metrics_of
 
 __all__ = ["report_mixed_metrics"]
 

@@ -1,0 +1,49 @@
+"""All of a scene that its rig has no place for."""
+
+from collections.abc import Sequence
+
+from pxr import Usd
+
+from usdface.findings import Finding
+from usdface.io.usd.groups import paths_of_groups
+from usdface.io.usd.materials import report_unbound_materials
+from usdface.io.usd.metrics import missing_metrics
+from usdface.io.usd.rendered_meshes import report_unconverted
+from usdface.io.usd.skel_bindings import skel_bindings, skel_roots
+from usdface.io.usd.unconverted_data import (
+    report_empty_groups,
+    report_unbound_skeletons,
+    report_unconverted_data,
+    report_unconverted_variants,
+)
+from usdface.io.usd.unconverted_mesh_parts import report_unconverted_parts
+from usdface.rigs import Mesh
+
+__all__ = ["report_unconverted_scene"]
+
+
+def report_unconverted_scene(
+    stage: Usd.Stage, meshes: Sequence[Mesh], top: Usd.Prim
+) -> list[Finding]:
+    """Return findings on what a stage has beside the meshes of its rig.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+    meshes : sequence of Mesh
+        Those of the rig, with prim paths of their materials.
+    top : Usd.Prim
+        The prim whose extras are those of the scene.
+    """
+    kept = {str(top.GetPath()), *(mesh.path for mesh in meshes), *paths_of_groups(stage)}
+    _, skeletons = skel_bindings(skel_roots(stage))
+    return [
+        *missing_metrics(stage),
+        *report_unconverted(stage),
+        *report_unconverted_parts(stage, meshes),
+        *report_unconverted_data(stage, kept),
+        *report_unconverted_variants(stage),
+        *report_unbound_skeletons(stage, skeletons),
+        *report_empty_groups(stage, kept),
+        *report_unbound_materials(stage, meshes),
+    ]
