@@ -81,6 +81,16 @@ def edited(**changes):
     return json.dumps(document)
 
 
+def test_a_camera_of_a_list_without_a_matrix_gives_its_take_to_no_other(tmp_path):
+    path = tmp_path / "a.json"
+    document = json.loads(write_json(make_cameras(3)))
+    listed = document["cameras"] if isinstance(document, dict) else document
+    del listed[0]["camera_matrix"]
+    path.write_text(json.dumps({"cameras": listed}))
+    with pytest.raises(InputError, match=r"camera 1 of the list has no matrix of 9 numbers"):
+        read_calibration(path)
+
+
 @pytest.mark.parametrize(
     ("file", "text", "words"),
     [

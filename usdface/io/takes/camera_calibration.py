@@ -75,7 +75,7 @@ def read_calibration(path: Path) -> tuple[Camera, ...]:
             pair = [{k: v for k, v in each.items() if k not in ("r", "t")} for each in pair]
         entries = [("camera 1", shared | still | pair[0]), ("camera 2", shared | plain | pair[1])]
     else:
-        entries = _entries(document)
+        entries = _entries(path, document)
     if len(entries) < 2:
         raise InputError(
             f"{path}: {len(entries)} cameras with a matrix; expected two or more: "
@@ -120,13 +120,21 @@ def _numbered(document: Mapping[str, Any], camera: int) -> dict[str, Any]:
     return {k.removesuffix(ends): v for k, v in _plain(document).items() if k.endswith(ends)}
 
 
-def _entries(document: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+def _entries(path: Path, document: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
+    """Return the cameras of a list or a map; what is no camera may stand beside those of a map."""
     cameras = _plain(document).get("cameras", document)
     if isinstance(cameras, list):
         named = [(f"camera {n}", each) for n, each in enumerate(cameras, 1)]
     else:
         named = list(cameras.items()) if isinstance(cameras, dict) else []
     found = [(str(name), _plain(each)) for name, each in named if isinstance(each, dict)]
+    bare = [name for name, each in found if _find(each, "matrix") is None]
+    if bare and isinstance(cameras, list):  # those after it would take its place
+        raise InputError(
+            f"{path}: {bare[0]} of the list has no matrix of 9 numbers; "
+            "give it one, or remove it with its take",
+            "SCHEMA_BROKEN",
+        )
     return [
         (str(each.get("name") or name)[:40], each)
         for name, each in found
