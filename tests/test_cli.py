@@ -97,9 +97,14 @@ def test_strict_makes_warnings_fail(folder: Path, capfd: pytest.CaptureFixture[s
     assert main(shot_command(folder)) == 0
     assert "warning EXPRESSION_UNKNOWN" in capfd.readouterr().out
     assert main(shot_command(folder, "--strict")) == 1
+    reason = (
+        "usdface: failed, as --strict counts warnings as errors: SHAPE_UNKNOWN, EXPRESSION_UNKNOWN"
+    )
+    assert capfd.readouterr().err.splitlines()[-1].startswith(reason)
     # Nothing to warn about.
     shot = str(folder / "shot.usda")
     assert main(["process", shot, "--no-express", "--strict"]) == 0
+    assert "--strict" not in capfd.readouterr().err
 
 
 def test_check_fails_on_errors_without_strict(folder: Path) -> None:
