@@ -478,6 +478,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "keep_source",
         "the target format or this version does not support a feature",
     ),
+    "HELPERS_DROPPED": (
+        "info",
+        "nothing",
+        "helper faces of MakeHuman's base mesh, which clothes and joints are fitted to, are left "
+        "out: they are no skin",
+    ),
     "FEATURE_APPROXIMATED": (
         "warning",
         "compare",
@@ -741,6 +747,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "info",
         "calibrate",
         "the calibration take does not show how the performer makes a blend shape",
+    ),
+    "CALIBRATION_UNUSED": (
+        "info",
+        "nothing",
+        "a performer's file says nothing of a take of weights: it is of markers",
     ),
     "PERFORMER_UNMATCHED": (
         "warning",
