@@ -829,6 +829,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "correct_settings",
         "an attribute of another type is replaced by the result",
     ),
+    "RESULT_ABSENT": (
+        "warning",
+        "process_again",
+        "a shot was not processed: its take does not move the face",
+    ),
     "RESULT_HIDDEN": (
         "warning",
         "correct_stage",
