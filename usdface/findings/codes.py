@@ -716,6 +716,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     ),
     "TAKE_STILL": ("warning", "check_recording", "no marker moves in the whole take"),
     "WEIGHTS_CLIPPED": ("warning", "nothing", "recorded weights outside 0 to 1 were clipped"),
+    "WEIGHTS_OVERSHOT": (
+        "info",
+        "nothing",
+        "recorded weights outside 0 to 1 by a hundredth at most, as of recorders, were clipped",
+    ),
     "FRAME_UNSOLVED": (
         "warning",
         "look_at_frames",
