@@ -116,6 +116,16 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "check_recording",
         "the file holds more frames than it announces; they are not read",
     ),
+    "FRAMES_UNANNOUNCED": (
+        "warning",
+        "check_recording",
+        "the file holds more frames than it announces; all are read",
+    ),
+    "MARKERS_MISCOUNTED": (
+        "warning",
+        "check_recording",
+        "the file holds more or fewer markers than it announces; all are read",
+    ),
     "FRAMES_DROPPED": (
         "info",
         "nothing",

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.takes.announced import compare_frames
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import (
     Row,
@@ -77,9 +78,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         start_timecode=_start(rows[top][1], data, about, rate),
     )
     take, findings = finish_take(raw, options)
-    if announced > len(data):
-        message = "the header announces {expected_count:g} frames, the file holds {frame_count}"
-        findings.insert(0, finding("FRAMES_MISSING", str(path), message, announced, len(data)))
+    findings = compare_frames(path, announced, len(data)) + findings
     if ignored:
         message = "only measured markers are read, not {channels}"
         findings.insert(0, finding("CHANNEL_IGNORED", str(path), message, ignored))
