@@ -25,6 +25,7 @@ from usdface.io.staging import finish_dead_runs
 from usdface.io.usd.errors import one_line, usd_errors, usd_message
 from usdface.io.usd.held_layers import hold_layers, hold_specs
 from usdface.io.usd.sandbox import try_to_open
+from usdface.io.usd_names import unusable_part
 from usdface.plain_text import plain
 
 __all__ = [
@@ -104,6 +105,8 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
             if layer.realPath in left_out:
                 stage.MuteLayer(layer.identifier)
     check_clocks(stage)
+    if broken and (fault := unusable_part(path)):
+        raise InputError(f"{path} does not compose: {fault}", "FILE_UNREADABLE")
     for error in broken:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {_with_remedy(error)}", "SCHEMA_BROKEN")
@@ -297,7 +300,16 @@ def rate_of(times: FloatArray) -> float:
 
 
 def relative_asset(target: Path, owner: Path) -> str:
-    """Return `target` as an asset path that the layer at `owner` can name, relative to it."""
+    """Return `target` as an asset path that the layer at `owner` can name, relative to it.
+
+    Raises
+    ------
+    OutputError
+        If USD would not find it.
+    """
+    for path in (target, owner):
+        if fault := unusable_part(path):
+            raise OutputError(f"a USD file cannot refer to {target}: {fault}")
     relative = Path(os.path.relpath(target.resolve(), owner.resolve().parent)).as_posix()
     return relative if relative.startswith("..") else f"./{relative}"
 
