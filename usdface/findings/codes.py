@@ -758,6 +758,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the performer's file does not know markers as they are bound; there the shapes are the "
         "character's",
     ),
+    "PERFORMER_OTHER": (
+        "warning",
+        "calibrate",
+        "the take's face differs from that of the performer's file as another person's does",
+    ),
     "PERFORMER_SHAPES_UNUSED": (
         "info",
         "calibrate",
