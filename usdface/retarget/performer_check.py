@@ -9,6 +9,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.nearest_points import nearest_points
 from usdface.geometry.rigid_fit import similarity_fit
 from usdface.geometry.rigid_modes import motion_basis
 
@@ -59,9 +60,7 @@ def shared_difference(before: FloatArray, now: FloatArray, displacements: FloatA
     shown = shown - pose @ (pose.T @ shown)
     normal = shown.T @ shown + (_LEFT / _SHOWN) ** 2 * np.eye(shown.shape[1])
     left = (away - shown @ np.linalg.solve(normal, shown.T @ away)).reshape(-1, 3)
-    apart = np.linalg.norm(now[:, None] - now, axis=2)
-    np.fill_diagonal(apart, np.inf)
-    around = left[np.argsort(apart, axis=1)[:, :_AROUND]].mean(axis=1)
+    around = left[nearest_points(now, _AROUND)].mean(axis=1)
     square = float((left**2).mean())
     by_chance = square * np.sqrt(2.0 / (left.size * _AROUND))
     shared = float((left * around).mean()) - _UNLIKELY * by_chance
