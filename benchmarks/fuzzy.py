@@ -26,7 +26,7 @@ import numpy as np
 
 from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import write_fuzzy_file

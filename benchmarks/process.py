@@ -22,7 +22,7 @@ from usdface.cli import main as usdface
 from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig import read_rig
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.takes import MarkerTake
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -3,7 +3,7 @@
 from expression_systems import expression_system
 
 from usdface.expression_system import ExpressionSystem, MarkerFeature
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 
 __all__ = ["chin"]

@@ -5,6 +5,8 @@ from pathlib import Path
 from usdface.clips import Clip
 from usdface.findings import Finding
 from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh
+from usdface.io.gltf.reference_player.evaluate import evaluate_clips
 from usdface.io.usd.clips import clips_of_stage
 from usdface.io.usd.stage import Stage
 from usdface.rigs import Rig
@@ -28,3 +30,8 @@ def read_one(path: Path) -> tuple[Rig, WeightsTake | None, list[Finding]]:
 
 def weights_of_stage(stage: Stage) -> WeightsTake | None:
     return weights_in(clips_of_stage(stage)[0])
+
+
+def evaluate_gltf(path: Path) -> tuple[PlayerMesh, ...]:
+    """Return the meshes of a file in its first animation, as the reference player has them."""
+    return evaluate_clips(path)[0].meshes

@@ -3,7 +3,7 @@
 from expression_systems import expression_system
 
 from usdface.expression_system import MarkerFeature
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 

@@ -7,7 +7,8 @@ from hypothesis import strategies as st
 
 from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.fuzzy.norms import AGGREGATIONS, HEDGES, S_NORMS, T_NORMS
-from usdface.fuzzy.rules import Combined, Condition, Proposition, Rule, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Combined, Condition, Proposition, Rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.rule_text import condition_text
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from worlds import World, make_world
 
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.takes import MarkerTake
 
 SHOWN = {

@@ -10,7 +10,7 @@ from worlds import make_world
 
 from usdface.cli import main
 from usdface.expression_system import MarkerFeature, Measure
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.schemas import tokens

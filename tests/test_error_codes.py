@@ -18,7 +18,7 @@ from usdface.io.bind_file import read_bind
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.options import BindOptions, MapOptions, RigOptions, TakeOptions
 from usdface.pipeline import calibrate, make_shot, process
 from usdface.retarget.bound_points import BoundPoints

@@ -5,7 +5,7 @@ from expression_systems import expression_system
 
 from usdface.errors import InputError
 from usdface.expression_system import MarkerFeature
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 
 SYSTEM = expression_system(

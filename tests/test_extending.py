@@ -48,8 +48,8 @@ def test_the_recording_is_read_with_the_findings_of_any_other(recording: Path) -
     assert take.names == ("chin", "nose")
     assert take.rate == 60 and take.source == "performance.xyz"
     np.testing.assert_allclose(take.positions[0], [[0, -0.012, 0.008], [0, 0.03, 0.095]])
-    (hidden,) = findings
-    assert (hidden.code, hidden.message) == ("MARKER_OCCLUDED", "hidden in 1 of 2 frames")
+    (occluded,) = findings
+    assert (occluded.code, occluded.message) == ("MARKER_OCCLUDED", "occluded in 1 of 2 frames")
 
 
 def test_options_hold_for_it(recording: Path) -> None:

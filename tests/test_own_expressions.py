@@ -13,7 +13,7 @@ from usdface.io.expressions_file import read_expressions_file
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import explain
 from usdface.takes import MarkerTake
 

@@ -15,7 +15,7 @@ from pxr import Gf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray, frozen
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup

@@ -36,7 +36,7 @@ from benchmarks.footage.film import (
     temporary_folder,
 )
 from usdface.face.curve_mapping import rename_weights
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.takes import MarkerTake, WeightsTake
 
 RATE, FRAMES, REST, SWING = 30.0, 90, 15, 20.0

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.sequence.show import CHARACTERS, make_show
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import make_shot, process
 from usdface.pipeline.reading import read_take
 from usdface.takes import MarkerTake

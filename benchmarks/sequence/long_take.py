@@ -13,7 +13,7 @@ from usdface.arrays import FloatArray
 from usdface.face.curve_mapping import rename_weights
 from usdface.io.takes.files import read_take
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.options import ProcessOptions
 from usdface.pipeline.kept_pieces import KeptPieces
 from usdface.pipeline.schemas import register_schemas

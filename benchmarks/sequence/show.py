@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.io.bind_file import read_bind
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import make_shot
 from usdface.pipeline.reading import read_take
 from usdface.rigs import Rig

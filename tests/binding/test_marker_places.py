@@ -29,7 +29,7 @@ def test_the_first_markers_go_where_shapes_move_most_and_leave_less_and_less_uns
     found = marker_places(MESH, NONE, count=20, noise=3e-4)
     moved = np.linalg.norm(MESH.offsets_at(found.vertices), axis=2).max(axis=0)
     assert (moved > 0).all() and len(set(found.vertices.tolist())) == 20
-    left = [len(found.unseen_before), *(len(rest) for rest in found.unseen)]
+    left = [len(found.undetermined_before), *(len(rest) for rest in found.undetermined)]
     assert left[0] == len(MESH.shape_names) and left == sorted(left, reverse=True)
     assert left[-1] == 0
 
@@ -38,9 +38,9 @@ def test_a_marker_that_is_missing_is_asked_for() -> None:
     kept = {name: v for name, v in WORLD.points.items() if not name.startswith("lid")}
     present = Binding(tuple(kept), np.array(list(kept.values())))
     found = marker_places(MESH, present, count=2, noise=3e-4)
-    assert {"eyeBlinkLeft", "eyeBlinkRight"} <= set(found.unseen_before)
+    assert {"eyeBlinkLeft", "eyeBlinkRight"} <= set(found.undetermined_before)
     assert {"left eye", "right eye"} == {where.split(",")[0] for where in found.where}
-    assert not {"eyeBlinkLeft", "eyeBlinkRight"} & set(found.unseen[-1])
+    assert not {"eyeBlinkLeft", "eyeBlinkRight"} & set(found.undetermined[-1])
     extended = found.binding(present)
     assert extended.markers[: len(kept)] == tuple(kept)
     assert set(extended.markers[len(kept) :]) == {"left_eye_1", "right_eye_1"}
@@ -249,7 +249,7 @@ def test_a_face_of_another_size_takes_the_same_places(size: float) -> None:
     faces = [slit_face(), slit_face().scaled(size)]
     one, other = (marker_places(mesh, NONE, count=6, noise=3e-4) for mesh in faces)
     np.testing.assert_array_equal(one.vertices, other.vertices)
-    assert one.unseen == other.unseen
+    assert one.undetermined == other.undetermined
     rooms = []
     for mesh in faces:
         with pytest.raises(InputError) as caught:

@@ -11,7 +11,7 @@ from worlds import World, make_world
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.takes import MarkerTake
 
 

@@ -44,7 +44,7 @@ def test_points_that_coincide_at_rest_are_told_apart_by_their_motion() -> None:
 def test_what_was_asked_for_is_an_error_but_no_warning() -> None:
     cut = ANIMATED.copy()
     cut[5, 7, 1] += 2e-3
-    source = mesh(ANIMATED, asked=mesh(cut, np.radians(3)))
+    source = mesh(ANIMATED, requested=mesh(cut, np.radians(3)))
     certificate = certify([source], [mesh(cut[:, ::-1], np.radians(3))], FRAMES)
     np.testing.assert_allclose(certificate.vertex_largest, 2e-3, rtol=1e-9)
     np.testing.assert_allclose(certificate.normal_largest, 3, rtol=1e-9)

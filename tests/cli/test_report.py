@@ -9,7 +9,7 @@ from usdface.findings import finding
 from usdface.result import Result
 
 FINDINGS = (
-    finding("MARKER_OCCLUDED", "nose [1]", "hidden in 3 of 9 frames"),
+    finding("MARKER_OCCLUDED", "nose [1]", "occluded in 3 of 9 frames"),
     finding("SHAPE_UNSEEN", "a"),
     *(finding("SHAPE_EMPTY", f"[bold]{i}[/bold]") for i in range(6)),
 )
@@ -46,20 +46,24 @@ def test_names_are_printed_as_they_are_and_keys_as_labels(
     """Blend shapes may be called eye_L or tear_mm; only keys of the report are ours."""
     summary = {
         "least_certain": {"eye_L": 0.5, "tear_mm": 0.25},
-        "new_markers": {"dot_1": {"shapes_hardly_seen": 3}},
+        "new_markers": {"dot_1": {"shapes_undetermined": 3}},
     }
     print_result(Result(None, (), (), summary), "text")
     assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
         "least certain eye_L 0.5, tear_mm 0.25",
-        "new markers dot_1: shapes hardly seen 3",
+        "new markers dot_1: shapes undetermined 3",
     ]
 
 
 def test_what_is_said_of_one_is_not_said_of_all(capsys: pytest.CaptureFixture[str]) -> None:
-    hidden = [finding("MARKER_OCCLUDED", m, f"hidden in {k} of 9") for k, m in enumerate("abcdef")]
-    print_result(Result(None, (), tuple(hidden)), "text")
+    occluded = [
+        finding("MARKER_OCCLUDED", m, f"occluded in {k} of 9") for k, m in enumerate("abcdef")
+    ]
+    print_result(Result(None, (), tuple(occluded)), "text")
     printed = capsys.readouterr().out
-    assert printed == "info MARKER_OCCLUDED: hidden in 0 of 9 (a); others: b, c, d, e and 1 more\n"
+    assert (
+        printed == "info MARKER_OCCLUDED: occluded in 0 of 9 (a); others: b, c, d, e and 1 more\n"
+    )
 
 
 def test_of_several_errors_the_largest_is_said(capsys: pytest.CaptureFixture[str]) -> None:
@@ -83,9 +87,11 @@ def test_of_several_errors_the_largest_is_said(capsys: pytest.CaptureFixture[str
 def test_a_file_that_all_are_in_is_named_once(
     wheres: list[str], message: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    hidden = [finding("MARKER_OCCLUDED", w, f"hidden in {k} of 9") for k, w in enumerate(wheres)]
-    print_result(Result(None, (), tuple(hidden)), "text")
-    assert capsys.readouterr().out == f"info MARKER_OCCLUDED: hidden in 0 of 9 {message}\n"
+    occluded = [
+        finding("MARKER_OCCLUDED", w, f"occluded in {k} of 9") for k, w in enumerate(wheres)
+    ]
+    print_result(Result(None, (), tuple(occluded)), "text")
+    assert capsys.readouterr().out == f"info MARKER_OCCLUDED: occluded in 0 of 9 {message}\n"
 
 
 def test_each_thing_that_a_code_warns_of_is_said(capsys: pytest.CaptureFixture[str]) -> None:
@@ -150,12 +156,12 @@ def test_a_figure_without_entries_is_none(capsys: pytest.CaptureFixture[str]) ->
 
 def test_records_have_a_line_each_and_a_range_its_word(capsys: pytest.CaptureFixture[str]) -> None:
     """As the places of 24 new markers: in one line they were a wall."""
-    places = {name: {"place": "left brow", "shapes_hardly_seen": 3} for name in ("a", "b")}
+    places = {name: {"place": "left brow", "shapes_undetermined": 3} for name in ("a", "b")}
     summary = {"new_markers": places, "neutral_frames": [0, 29], "peak_frames": [3, 9]}
     print_result(Result(None, (), (), summary), "text")
     assert [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()] == [
-        "new markers a: left brow, shapes hardly seen 3",
-        "b: left brow, shapes hardly seen 3",
+        "new markers a: left brow, shapes undetermined 3",
+        "b: left brow, shapes undetermined 3",
         "neutral frames 0 to 29",
         "peak frames 3, 9",
     ]

@@ -22,7 +22,7 @@ from usdface.correction.gains import Gains
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.options import CorrectionOptions

@@ -14,7 +14,7 @@ from usdface.errors import InputError
 from usdface.expression_system import MarkerFeature
 from usdface.face.bound_face import bound_face
 from usdface.face.mirror import SIDES
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.options import FEATURE_SMOOTHING, PIN_REACH
 from usdface.retarget.bound_points import BoundPoints

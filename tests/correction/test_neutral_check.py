@@ -6,7 +6,7 @@ from pxr import Sdf, Usd
 from worlds import make_world
 
 from usdface.cli import main
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.rule_design.paper_system import EMOTIONS
 from usdface.schemas import tokens
 

@@ -4,7 +4,7 @@ from expression_systems import expression_system
 from usdface.correction.rule_check import check_rules, fires_at_neutral
 from usdface.expression_system import MarkerFeature
 from usdface.findings import Finding
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 
 TERMS = (

@@ -9,7 +9,7 @@ from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.errors import InputError
 from usdface.figures.explanation import write_explanation_figure
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.rigs import Rig
 from usdface.setup.binding import Binding

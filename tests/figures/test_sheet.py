@@ -64,6 +64,6 @@ def test_the_want_of_matplotlib_is_told_before_the_work(
         raise AssertionError("solved before the check")
 
     monkeypatch.setattr("usdface.figures.picture.find_spec", lambda _: None)
-    monkeypatch.setattr("usdface.pipeline.processing.retarget", work)
+    monkeypatch.setattr("usdface.pipeline.processing.retarget_run", work)
     assert main(["process", str(shot), option, str(tmp_path / "a.png")]) != 0
     assert "usdface[plot]" in capsys.readouterr().err

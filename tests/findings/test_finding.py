@@ -64,7 +64,7 @@ def test_prose_and_errors_are_no_values() -> None:
 
 def test_values_are_as_many_as_the_keys_of_the_message() -> None:
     with pytest.raises(ValueError):
-        finding("MARKER_OCCLUDED", "chin", "hidden in {count} of {frame_count} frames", 3)
+        finding("MARKER_OCCLUDED", "chin", "occluded in {count} of {frame_count} frames", 3)
 
 
 def test_frames_have_their_times() -> None:

@@ -6,7 +6,7 @@ import pytest
 
 from usdface.errors import InputError
 from usdface.fuzzy.inference import evaluate, rules_firing_at
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 

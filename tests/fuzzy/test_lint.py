@@ -1,7 +1,7 @@
 import pytest
 
 from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 

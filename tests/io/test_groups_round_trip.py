@@ -10,6 +10,7 @@ from usdface.io.gltf.document import load_document
 from usdface.io.gltf.nodes import node_tree
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
+from usdface.options import ExportOptions
 from usdface.pipeline import export_scene, import_scene
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0]], "<f4")
@@ -135,7 +136,7 @@ def test_too_many_groups_are_announced(write_glb, tmp_path: Path, monkeypatch) -
 def test_quantised_meshes_stay_in_their_groups(write_glb, tmp_path: Path) -> None:
     source = write_glb(tmp_path / "a.glb", scene(), [POINTS, JOINTS, WEIGHTS])
     rig, _, _ = read_gltf(source)
-    write_gltf(rig, tmp_path / "b.glb", quantize=True)
+    write_gltf(rig, tmp_path / "b.glb", options=ExportOptions(quantize=True))
     back, _, _ = read_gltf(tmp_path / "b.glb")
     hat = next(mesh for mesh in rig.meshes if mesh.name == "Hut")
     same = next(mesh for mesh in back.meshes if mesh.name == "Hut")

@@ -12,7 +12,7 @@ from usdface.cli import main
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.io.bind_file import read_bind
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.papers.image_points import compare_ways
 from usdface.retarget.rbf import fit_paper_map
 from usdface.setup.retarget_setup import RetargetSetup

@@ -11,7 +11,7 @@ from worlds import make_world, write_live_link
 
 from usdface.cli import main
 from usdface.errors import InputError
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import make_bind_page
 
 

@@ -10,7 +10,7 @@ from pxr import Usd, UsdSkel
 from worlds import make_world
 
 from usdface.cli import main
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 
 CUT = """TITLE: reel
 

@@ -10,7 +10,7 @@ from worlds import make_world
 
 from usdface.cli import main
 from usdface.hooks import Hook
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import long_take
 from usdface.shot import piece_cuts
 

@@ -14,7 +14,7 @@ from worlds import animation_of, camera_pixels, filmed, make_world, write_live_l
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.takes import MarkerTake, WeightsTake
 
 

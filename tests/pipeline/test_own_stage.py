@@ -9,7 +9,7 @@ from processed import Done, run
 from pxr import Sdf, Usd
 from worlds import animation_of
 
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 
 
 @pytest.fixture

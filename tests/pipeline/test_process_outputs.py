@@ -32,7 +32,7 @@ def refused(
         before = {path: path.read_bytes() for path in shot.parent.rglob("*") if path.is_file()}
         with monkeypatch.context() as patched:
             patched.chdir(shot.parent)
-            patched.setattr(processing, "retarget", solve)
+            patched.setattr(processing, "retarget_run", solve)
             assert main(["process", "shot.usda", *options]) == 1
         after = {path: path.read_bytes() for path in shot.parent.rglob("*") if path.is_file()}
         assert after == before

@@ -10,7 +10,7 @@ from worlds import World, animation_of, make_world
 import usdface
 from usdface import InputError, OutputError
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.schemas import tokens
 
 

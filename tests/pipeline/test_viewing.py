@@ -11,7 +11,7 @@ from worlds import camera_pixels, make_world, write_live_link
 from usdface.cli import main
 from usdface.errors import InputError, OutputError
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.options import ViewOptions
 from usdface.pipeline import export_scene, make_shot, view
 from usdface.rigs import Mesh, Rig

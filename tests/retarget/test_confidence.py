@@ -212,15 +212,15 @@ def world(bound: list[int], moving_head: bool = False, axes: int = 3) -> Confide
 
 def test_a_shape_that_no_marker_sees_keeps_its_prior_and_its_place_is_named() -> None:
     result = world([0, 3, 9, 12])
-    assert result.unseen == {2: 6}
+    assert result.remedies == {2: 6}
     assert result.deviations[2] == pytest.approx(OPTIONS.spread, rel=0.05)
     assert np.delete(result.deviations, 2).max() < 0.1
     assert result.places[0] == 6
 
 
 def test_a_marker_at_the_named_place_shows_the_shape() -> None:
-    result = world([0, 3, 9, 12, world([0, 3, 9, 12]).unseen[2]])
-    assert not result.unseen and result.deviations.max() < 0.1
+    result = world([0, 3, 9, 12, world([0, 3, 9, 12]).remedies[2]])
+    assert not result.remedies and result.deviations.max() < 0.1
 
 
 def test_no_place_is_named_where_one_marker_would_not_determine_the_shape() -> None:
@@ -229,7 +229,7 @@ def test_no_place_is_named_where_one_marker_would_not_determine_the_shape() -> N
     result = confidence_of(
         MotionModel.linear(PLACES, alike, 3, False), np.array([0, 3, 9, 12]), STEP, USUAL
     )
-    assert result.unseen == {2: None, 5: None, 6: None}
+    assert result.remedies == {2: None, 5: None, 6: None}
 
 
 def test_places_are_the_best_of_all_one_at_a_time() -> None:

@@ -42,11 +42,11 @@ def report(positions: np.ndarray, without: str = "-") -> SolveReport:
     )
 
 
-def test_without_a_place_for_another_marker_what_is_hardly_seen_is_named_all_the_same() -> None:
+def test_without_a_place_for_another_marker_what_is_undetermined_is_named_all_the_same() -> None:
     noise = 3e-4 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
     setup, solution = solved(WORLD, WORLD.take.positions + noise, without="lid")
     result = solve_report(bound_face(MESH, setup), setup, solution, free=np.zeros(0, np.int64))
-    hidden = result.details["confidence"]["hardly_seen"]
+    hidden = result.details["confidence"]["undetermined"]
     assert hidden == {"eyeBlinkLeft": None, "eyeBlinkRight": None}
     assert "next markers" not in result.summary
 
@@ -93,12 +93,12 @@ def test_a_shape_that_lost_its_markers_is_said_with_the_place_that_would_show_it
     noise = 3e-4 * np.random.default_rng(0).normal(size=WORLD.take.positions.shape)
     result = report(WORLD.take.positions + noise, without="lid")
     names = {"eyeBlinkLeft", "eyeBlinkRight"}
-    hidden = result.details["confidence"]["hardly_seen"]
+    hidden = result.details["confidence"]["undetermined"]
     assert names <= set(hidden)
-    assert {f.code for f in result.findings} == {"SHAPE_UNSURE"}
+    assert {f.code for f in result.findings} == {"SHAPE_UNDETERMINED"}
     for name in names:
         moved = np.linalg.norm(MESH.offsets_at(np.array([hidden[name]])), axis=2)[:, 0]
         assert MESH.shape_names[int(moved.argmax())] == name
     assert all(name in result.summary["least_certain"] for name in names)
     sure = report(WORLD.take.positions + noise)
-    assert names.isdisjoint(sure.details["confidence"]["hardly_seen"])
+    assert names.isdisjoint(sure.details["confidence"]["undetermined"])

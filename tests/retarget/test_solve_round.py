@@ -35,7 +35,7 @@ def begun(positions: np.ndarray, moving_head: bool = True) -> tuple[ObservedTake
     take = ObservedTake(TIMES, positions, seen, rows, over, None, 0.0)
     pose = rigid_fit(FACE, positions)[0] if moving_head else Pose.identity(FRAMES)
     space = fit_map(FACE, FACE, MapOptions())
-    nothing = np.zeros(take.hidden.shape)
+    nothing = np.zeros(take.occluded.shape)
     return take, Round(0, pose, pose.to_head(positions), space, KNOWN, nothing)
 
 
@@ -53,10 +53,12 @@ def test_rounds_settle_at_weights_and_pose() -> None:
 
 def test_a_round_leaves_what_it_is_given() -> None:
     take, before = begun(MOVING.to_take(STILL))
-    kept = before.here.copy(), before.occluded.copy(), before.pose.rotations.copy()
+    kept = before.here.copy(), before.occluded_residual.copy(), before.pose.rotations.copy()
     one, other = next_round(take, before), next_round(take, before)
     assert before.number == 0 and one.number == 1
-    for array, was in zip((before.here, before.occluded, before.pose.rotations), kept, strict=True):
+    for array, was in zip(
+        (before.here, before.occluded_residual, before.pose.rotations), kept, strict=True
+    ):
         np.testing.assert_array_equal(array, was)
     assert one.iterate is not None and other.iterate is not None
     np.testing.assert_array_equal(one.iterate.weights, other.iterate.weights)
@@ -69,7 +71,7 @@ def test_a_known_pose_stays() -> None:
     assert after.settled(take)
 
 
-def test_markers_that_are_hidden_are_no_settled_take_at_first() -> None:
+def test_markers_that_are_occluded_are_no_settled_take_at_first() -> None:
     """They are interpolated until the pose has settled, and the rig's prediction from then on."""
     positions = STILL.copy()
     positions[20:25, 3] = np.nan

@@ -12,7 +12,7 @@ from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
 from usdface.face.expression_poses import EMOTIONS, expressions_for
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.options import FEATURE_SMOOTHING
 from usdface.rule_design.design import design_system
 from usdface.setup.expression import Expression

@@ -21,7 +21,7 @@ def test_every_example_is_left_out_once(examples):
 def test_left_out_recordings_are_heard_right(examples):
     found = cross_validate(examples, "recording")
     assert found.tested == len(examples.emotions)
-    assert found.accuracy == 1
+    assert found.right == found.tested > 0
     assert (found.counts == np.diag(np.diag(found.counts))).all()
     assert all(found.margins_of(name).min() > 0.5 for name in examples.names)
     assert found.findings() == []
@@ -70,7 +70,6 @@ def test_what_is_left_out_is_what_there_are_several_of(examples):
     assert list(folds(one, "none")) == []
     nothing = cross_validate(one, "none")
     assert nothing.tested == 0
-    assert np.isnan(nothing.accuracy)
 
 
 @pytest.mark.slow

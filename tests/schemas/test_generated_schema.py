@@ -14,7 +14,7 @@ from pxr import Sdf
 from usdface import options
 from usdface.expression_system import Axis, FaceUnit, MarkerFeature, Measure
 from usdface.fuzzy import system
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Variable, VariableKind
 from usdface.schemas import plugin_dir, tokens
 

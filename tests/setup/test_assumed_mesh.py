@@ -12,7 +12,7 @@ from pxr import Sdf
 from worlds import make_world
 
 from usdface.cli import main
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.options import BindOptions
 from usdface.pipeline import make_bind_page
 

@@ -17,10 +17,11 @@ from usdface.correction.expression_layer import SideTrace
 from usdface.face.mirror import Side
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.norms import most_of
-from usdface.fuzzy.rules import Condition, Proposition, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Condition, Proposition
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import explain
 from usdface.schemas import tokens
 from usdface.setup.expression import Expression

@@ -100,7 +100,7 @@ def test_a_run_of_the_bundle_gives_the_same_bytes(tmp_path: Path) -> None:
 def make_long_shot(folder: Path, frames: int) -> Path:
     from dataclasses import replace
 
-    from usdface.io.usd.take import write_take
+    from usdface.io.usd.take_write import write_take
 
     shot = make_shot(folder)
     take = make_world().take

@@ -1,7 +1,7 @@
 """The findings of a resolved binding: markers and curves left over, frames detected."""
 
 from usdface.binding.proposal import proposal_findings
-from usdface.binding.resolve_binding import ResolvedBinding
+from usdface.binding.resolved_binding import ResolvedBinding
 from usdface.face.curve_mapping import unknown_curves
 from usdface.face.weights_from_neutral import rest_kept
 from usdface.findings import Finding, finding, timed

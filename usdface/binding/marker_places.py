@@ -68,16 +68,16 @@ class MarkerPlaces:
     vertices : (K,) int64
     where : tuple of str, length K
         Descriptions, such as "left cheek, 14 mm from marker m7".
-    unseen_before : tuple of str
+    undetermined_before : tuple of str
         Shapes that the present markers do not determine.
-    unseen : tuple of tuple of str, length K
-        Shapes still not determined with the first 1, 2, ... new markers.
+    undetermined : tuple of tuple of str, length K
+        Shapes still undetermined with the first 1, 2, ... new markers.
     """
 
     vertices: IntArray
     where: tuple[str, ...]
-    unseen_before: tuple[str, ...]
-    unseen: tuple[tuple[str, ...], ...]
+    undetermined_before: tuple[str, ...]
+    undetermined: tuple[tuple[str, ...], ...]
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen(self.vertices, np.int64))
@@ -188,11 +188,11 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
         raise InputError(f"{count} new markers are requested; expected {expected}", "SETTING_WRONG")
     vertices = places[shown.places]
     bound = np.concatenate([binding.points, vertices])
-    unseen = [
-        _confidence(human, bound, bound=present + k, wanted=0, noise=noise).hidden
+    undetermined = [
+        _confidence(human, bound, bound=present + k, wanted=0, noise=noise).undetermined
         for k in range(count + 1)
     ]
-    named = [tuple(mesh.shape_names[s] for s in hidden.tolist()) for hidden in unseen]
+    named = [tuple(mesh.shape_names[s] for s in shapes.tolist()) for shapes in undetermined]
     where = place_descriptions(face, vertices)
     return MarkerPlaces(vertices, where, named[0], tuple(named[1:]))
 

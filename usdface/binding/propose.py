@@ -10,6 +10,7 @@ from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
 from usdface.binding.confidence import placement_confidence
+from usdface.binding.distinct_markers import distinct_markers
 from usdface.binding.explaining_neutral import explaining_neutral
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.binding.held_poses import held_poses
@@ -21,17 +22,14 @@ from usdface.binding.neutral_frames import MOST_PEAKS, check_frames, distant_fra
 from usdface.binding.observations import observe
 from usdface.binding.peak_motion import targets_of
 from usdface.binding.pose_search import RegisteredMarkers
-from usdface.binding.proposal import ContradictedName, DuplicateMarker, Proposal
+from usdface.binding.proposal import ContradictedName, Proposal
 from usdface.binding.registration import squared_errors, total_errors
-from usdface.binding.stabilised_take import (
-    FEWEST_MARKERS,
-    StabilisedTake,
-    stabilised_markers,
-)
+from usdface.binding.stabilised_take import StabilisedTake, stabilised_markers
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.marker_name_places import named_places
 from usdface.face.place_descriptions import place_descriptions
+from usdface.findings import Finding
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
@@ -39,15 +37,9 @@ from usdface.takes import MarkerTake
 
 __all__ = ["propose"]
 
-# Fewer markers fit any face. With three anchors, which determine the pose, as many as
-# `neutral_frames` needs are enough.
-_FEWEST, _ANCHORS = 8, 3
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
 _OFF_FACE = 0.25
-# Markers that stay this near to each other are one [share of their spread; ICT: 0.7 mm]: less than
-# a marker's own size.
-_SAME_MARKER = 0.01
 # Vertices that are more likely wrong than right are not bound.
 _UNSURE = 0.5
 # Upper bound of squared errors, for the assignment of one vertex each.
@@ -85,7 +77,7 @@ def propose(
         whole = take
         take = lifted_take(whole, surface, _given_places(whole.names, given, mesh))
         placeless = tuple(name for name in whole.names if name not in take.names)
-    used, duplicates = _usable(take, given)
+    used, duplicates = distinct_markers(take, given)
     if len(surface.vertices) < len(used):
         raise InputError(
             f"the blend shapes of mesh {mesh.name!r} move a visible surface of only "
@@ -96,14 +88,8 @@ def propose(
     names = tuple(take.names[i] for i in used)
     found = _registered(take, used, surface, setup, _anchors(names, given, surface), find_neutral)
     chosen = _one_vertex_each(found.markers)
-    confidence, failed = advice(
-        "confidence of the proposed vertices",
-        lambda: np.round(placement_confidence(found.markers, chosen), 3),
-        np.full(len(chosen), np.nan),
-    )
+    confidence, failed = _confidence(found, chosen)
     check, off = found.check, _off_face(found.markers)
-    doubtful = check.contradicted | check.exchanged
-    confidence = np.where(doubtful, np.minimum(confidence, 0.0), confidence)
     new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
     bound, unsure = new[~(confidence[new] < _UNSURE)], new[confidence[new] < _UNSURE]
     wrong = tuple((names[anchor.marker], anchor) for anchor in found.doubted)
@@ -193,6 +179,17 @@ def _registered(
     return _Registered(registered, check, named, doubted, neutral, peaks)
 
 
+def _confidence(found: _Registered, chosen: IntArray) -> tuple[FloatArray, list[Finding]]:
+    """Return the confidence (M,) of chosen vertices, 0 where names say another; NaN = unknown."""
+    confidence, failed = advice(
+        "confidence of the proposed vertices",
+        lambda: np.round(placement_confidence(found.markers, chosen), 3),
+        np.full(len(chosen), np.nan),
+    )
+    doubtful = found.check.contradicted | found.check.exchanged
+    return np.where(doubtful, np.minimum(confidence, 0.0), confidence), failed
+
+
 def _given_places(names: Sequence[str], given: dict[str, int], mesh: Mesh) -> FloatArray:
     """Return the places of given vertices: (M, 3) [m], NaN for markers without one."""
     nowhere = np.full(3, np.nan)
@@ -210,43 +207,6 @@ def _contradicted_names(
         ContradictedName(names[i], place.description if (place := named[i]) else "", found)
         for i, found in zip(some.tolist(), place_descriptions(nobody, vertices[some]), strict=True)
     )
-
-
-def _usable(
-    take: MarkerTake, given: dict[str, int]
-) -> tuple[IntArray, tuple[DuplicateMarker, ...]]:
-    """Return the indices of visible markers without duplicates, and the duplicates."""
-    used = np.flatnonzero(take.visible.any(axis=0))
-    copies = _copies(take, used, given)
-    used = np.delete(used, sorted(copies))
-    anchored = len(given.keys() & {take.names[i] for i in used})
-    least = FEWEST_MARKERS if anchored >= _ANCHORS else _FEWEST
-    if len(used) < least:
-        apart = " at different places" if copies else ""
-        raise InputError(
-            f"the take {take.source} shows {len(used)} markers{apart}; proposing their vertices "
-            f"takes {_FEWEST}, or {FEWEST_MARKERS} of which three are in --bind bind.json",
-            "MARKERS_TOO_FEW",
-        )
-    return used, tuple(copies.values())
-
-
-def _copies(take: MarkerTake, used: IntArray, given: dict[str, int]) -> dict[int, DuplicateMarker]:
-    """Return the markers that are always at the position of another, by index into `used`."""
-    if len(used) < 2:
-        return {}
-    positions = take.positions
-    middle = np.nanmedian(positions[:, used], axis=0)
-    size = np.sqrt(((middle - np.median(middle, axis=0)) ** 2).sum(axis=1).mean())
-    copies: dict[int, DuplicateMarker] = {}
-    near = np.linalg.norm(middle[:, None] - middle, axis=2) < _SAME_MARKER * size
-    for a, b in np.argwhere(np.triu(near, 1)).tolist():
-        apart = np.linalg.norm(positions[:, used[a]] - positions[:, used[b]], axis=1)
-        if a not in copies and not (apart > _SAME_MARKER * size).any():
-            copy, original = (a, b) if take.names[used[b]] in given else (b, a)
-            duplicate = DuplicateMarker(take.names[used[copy]], take.names[used[original]])
-            copies.setdefault(copy, duplicate)
-    return copies
 
 
 def _peaks(

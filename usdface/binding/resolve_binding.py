@@ -1,19 +1,15 @@
 """The binding of a shot: read from a file, proposed, or completed by a proposal."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from usdface.binding.bound_neutral import bound_neutral
-from usdface.binding.neutral_frames import (
-    check_frames,
-    neutral_frames,
-    peak_frames,
-    shows_poses,
-)
+from usdface.binding.neutral_frames import check_frames, neutral_frames, peak_frames, shows_poses
 from usdface.binding.proposal import Proposal, proposal_findings
 from usdface.binding.propose import propose
 from usdface.binding.propose_film import propose_film
+from usdface.binding.resolved_binding import ResolvedBinding, UnsureBindingError
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
@@ -30,68 +26,10 @@ from usdface.setup.performer_face import PerformerFace
 from usdface.setup.retarget_setup import RetargetSetup, unbound
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = [
-    "ResolvedBinding",
-    "UnsureBindingError",
-    "resolve_binding",
-]
-
+__all__ = ["resolve_binding"]
 
 # Findings that explain why most places are unsure.
 _REASONS = ("SIDES_EXCHANGED", "NAMES_UNUSED")
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class ResolvedBinding:
-    """A bound mesh, and the setup with binding, neutral and peak frames.
-
-    Attributes
-    ----------
-    mesh : Mesh
-        The bound one.
-    setup : RetargetSetup
-        Peak frames are in it where they are named, requested or used to propose vertices.
-    proposal : Proposal or None
-        None where all vertices are given.
-    missing : tuple of str
-        Bound markers that the take does not have.
-    unbound : tuple of str
-        Markers of the take that the binding leaves out; a proposal may bind them.
-    neutral_found : bool
-        The neutral frames were detected.
-    other_take : str
-        The take whose neutral and peak frames the binding names, if it is another; "" if not.
-    by_unit : tuple of str
-        Curves that drive blend shapes of another name, of the same action units.
-    mesh_assumed : bool
-        Vertices are given without the name of their mesh, and several have blend shapes.
-    """
-
-    mesh: Mesh
-    setup: RetargetSetup
-    proposal: Proposal | None = None
-    missing: tuple[str, ...] = ()
-    unbound: tuple[str, ...] = ()
-    neutral_found: bool = False
-    other_take: str = ""
-    by_unit: tuple[str, ...] = ()
-    mesh_assumed: bool = False
-
-
-class UnsureBindingError(InputError):
-    """More proposed vertices are unsure than markers are bound.
-
-    Parameters
-    ----------
-    message : str
-    mesh : Mesh
-    setup : RetargetSetup
-        The proposal, for a person to check.
-    """
-
-    def __init__(self, message: str, mesh: Mesh, setup: RetargetSetup) -> None:
-        super().__init__(message, "BINDING_UNSURE")
-        self.mesh, self.setup = mesh, setup
 
 
 def resolve_binding(
@@ -126,15 +64,18 @@ def resolve_binding(
         If more of them are unsure than markers are bound.
     """
     mesh = _bound_mesh(character, take, given)
+    assumed = given is not None and is_mesh_assumed(character, given.binding)
     if isinstance(take, MarkerTake):
-        return _of_markers(take, character, mesh, given, options, performer)
+        resolved = _of_markers(take, mesh, given, options, performer)
+        return replace(resolved, mesh_assumed=assumed)
     named = given is not None and not given.neutral_assumed
     setup = _requested(given or unbound(take), options)
     check_frames(take, None if options.neutral == "auto" else setup.neutral, setup.peaks)
     try:
-        return _of_weights(take, character, mesh, setup, named, options)
+        resolved = _of_weights(take, character.shape_names, mesh, setup, named, options)
     except InputError as error:
         raise InputError(f"{source}: {error}" if source else str(error), error.code) from error
+    return replace(resolved, mesh_assumed=assumed)
 
 
 def _bound_mesh(
@@ -165,7 +106,6 @@ def _bound_mesh(
 
 def _of_markers(
     take: MarkerTake,
-    character: Rig,
     mesh: Mesh,
     given: RetargetSetup | None,
     options: BindOptions,
@@ -180,13 +120,7 @@ def _of_markers(
     setup = _requested(given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64))), options)
     # Those that the binding names do not count where others are found.
     check_frames(take, None if find_neutral else setup.neutral, setup.peaks)
-    resolved = ResolvedBinding(
-        mesh,
-        setup,
-        neutral_found=find_neutral,
-        other_take=other_take,
-        mesh_assumed=is_mesh_assumed(character, setup.binding),
-    )
+    resolved = ResolvedBinding(mesh, setup, neutral_found=find_neutral, other_take=other_take)
     resolved = _compared(resolved, take)
     looking = proposing or find_neutral or options.peaks == "auto"
     labelled = _labelled(take, setup) if looking else take
@@ -225,13 +159,13 @@ def _proposed(take: MarkerTake, mesh: Mesh, setup: RetargetSetup, find_neutral: 
 
 def _of_weights(
     take: WeightsTake,
-    character: Rig,
+    names: tuple[str, ...],
     mesh: Mesh,
     setup: RetargetSetup,
     named: bool,
     options: BindOptions,
 ) -> ResolvedBinding:
-    """Return the binding of a take of weights, whose curves are matched by map, name or unit.
+    """Return the binding of a take of weights to blend shapes, by map, name or action unit.
 
     Its neutral frames are detected only where the options say so. The weights of neutral frames
     that are named or detected are subtracted.
@@ -242,19 +176,12 @@ def _of_weights(
     if setup.neutral_removed is None:
         named = (named or options.neutral is not None) and setup.neutral is not None
         setup = replace(setup, neutral_removed=named)
-    names = character.shape_names
     by_unit = curves_by_unit(*undecided(take.names, names, setup.curves), setup.curves)
     setup = replace(setup, curves={**setup.curves, **by_unit})
     rename_weights(take, names, setup.curves)  # refused now, and not when it is played
     if not setup.binding.markers and take.head is None:
         setup = replace(setup, neutral_assumed=False)  # nothing is measured from it
-    return ResolvedBinding(
-        mesh,
-        setup,
-        neutral_found=found,
-        by_unit=tuple(by_unit),
-        mesh_assumed=is_mesh_assumed(character, setup.binding),
-    )
+    return ResolvedBinding(mesh, setup, neutral_found=found, by_unit=tuple(by_unit))
 
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:

@@ -75,8 +75,8 @@ def _residual(
 ) -> tuple[BoolArray, FloatArray]:
     """Return where markers are seen (F, M), and their residual in the image (F, M, 2) [m].
 
-    Those of a frame that is a false detection are not; residuals are 0 where hidden. `error` [m] is
-    expected of a marker, the others are as in `_seen`.
+    Those of a frame that is a false detection are not; residuals are 0 where occluded. `error` [m]
+    is expected of a marker, the others are as in `_seen`.
     """
     known = visible(image)
     before = pose.to_take(placed)
@@ -91,7 +91,7 @@ def _residual(
 def _seen(
     image: FloatArray, camera: PinholeCamera, pose: Pose, placed: FloatArray, error: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the residual in the image, and how places and poses change it; 0 where hidden.
+    """Return the residual in the image, and how places and poses change it; 0 where occluded.
 
     Parameters
     ----------

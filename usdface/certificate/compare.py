@@ -49,7 +49,7 @@ def certify(
         Evaluated at the same F moments. Meshes, and the shapes of a mesh, belong together by
         name, or by place where there are equally many. What a result that is stored as whole
         numbers is off by their rounding is in the errors, but not in the excess; nor is what a
-        source is off from `EvaluatedMesh.asked`.
+        source is off from `EvaluatedMesh.requested`.
     frames : (n,) int64
         Frames whose points and normals are compared; weights are in all frames.
     time_drift : float [s]
@@ -137,17 +137,17 @@ def _compare(
     vertex: ErrorTotals,
     normal: ErrorTotals,
 ) -> None:
-    asked = one.asked or one
-    sums = _linear_morphs(asked, other, frames)
-    pairs = vertex_pairs(asked, other, frames, sums)
-    if one.asked is None:
+    requested = one.requested or one
+    sums = _linear_morphs(requested, other, frames)
+    pairs = vertex_pairs(requested, other, frames, sums)
+    if one.requested is None:
         _add_errors(one, other, frames, sums, pairs, vertex, normal)
         return
     # The errors are those against the source, what is beyond the request those against its change.
     before = vertex.excess, normal.excess
     _add_errors(one, other, frames, _linear_morphs(one, other, frames), pairs, vertex, normal)
     beyond = ErrorTotals(), ErrorTotals()
-    _add_errors(asked, other, frames, sums, pairs, *beyond)
+    _add_errors(requested, other, frames, sums, pairs, *beyond)
     for total, excess, found in zip((vertex, normal), before, beyond, strict=True):
         total.set_excess(excess, found)
 

@@ -34,10 +34,10 @@ class ErrorTotals:
         self.total += times * float(values.sum())
         self.count += times * values.size
 
-    def set_excess(self, before: float, asked: "ErrorTotals") -> None:
-        """Let the excess be that of a source as asked for, or one of `before` if that is larger."""
-        self.excess = max(before, asked.excess)
-        self.rounding = max(self.rounding, asked.rounding)
+    def set_excess(self, before: float, requested: "ErrorTotals") -> None:
+        """Let the excess be that of a source as requested, or one of `before` if that is larger."""
+        self.excess = max(before, requested.excess)
+        self.rounding = max(self.rounding, requested.rounding)
 
     @property
     def mean(self) -> float:

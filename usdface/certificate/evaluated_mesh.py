@@ -26,7 +26,7 @@ class EvaluatedMesh:
         moves points.
     steps : StoredSteps or None
         Where it is stored as whole numbers.
-    asked : EvaluatedMesh or None
+    requested : EvaluatedMesh or None
         With the same vertices, as a request changes it; None where none does.
     """
 
@@ -37,4 +37,4 @@ class EvaluatedMesh:
     normals_at: Callable[[IntArray], FloatArray | None]
     linear_morph: Callable[[IntArray], LinearMorph | None] = lambda frames: None
     steps: StoredSteps | None = None
-    asked: "EvaluatedMesh | None" = None
+    requested: "EvaluatedMesh | None" = None

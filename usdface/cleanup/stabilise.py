@@ -81,6 +81,8 @@ def _initial(positions: FloatArray, valid: BoolArray) -> FloatArray:
     never = ~valid.any(axis=0)
     if never.any():
         filled[:, never] = np.nanmean(positions[valid], axis=0)
-    hidden = np.repeat(~valid, axes, axis=1)
-    flat = interpolate_gaps(filled.reshape(frames, -1), hidden, np.arange(frames, dtype=np.float64))
+    occluded = np.repeat(~valid, axes, axis=1)
+    flat = interpolate_gaps(
+        filled.reshape(frames, -1), occluded, np.arange(frames, dtype=np.float64)
+    )
     return flat.reshape(positions.shape)

@@ -30,7 +30,7 @@ _COMMANDS = {
     "take": ("convert", "convert a recorded take to USD"),
     "markers": ("shot", "choose the most informative vertices for markers"),
     "shot": ("shot", "bind a take to a rig, with expressions and a fuzzy system"),
-    "calibrate": ("process", "measure a performer's gains, as shares of the character's shapes"),
+    "calibrate": ("calibrate", "measure a performer's gains, as shares of the character's shapes"),
     "process": ("process", "retarget a shot, correct its expressions, write layers"),
     "sequence": ("sequence", "process many shots: those that are out of date, side by side"),
     "conform": ("conform", "write a show file for a cut: which range of which take, by timecode"),

@@ -10,7 +10,7 @@ OUTCOMES: dict[str, str] = {
     "take": "Writes the take as USD. Prints its frames, rate, markers and the share that is "
     "occluded.",
     "markers": "Prints a vertex for each marker, the most informative first, and how many blend "
-    "shapes are still hardly determined with it. -o writes them as a binding.",
+    "shapes are still undetermined with it. -o writes them as a binding.",
     "shot": "Writes a shot, which references rig and take and holds binding, expression poses and "
     "fuzzy system. Prints their numbers.",
     "calibrate": "Writes the calibration of the performer: gains and directions of the movements, "

@@ -1,7 +1,6 @@
-"""The commands `process` and `calibrate`: solve a shot, or a performer's gains."""
+"""The command `process`: solve a shot."""
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,6 @@ from usdface.cli.command import (
     EDITED_RESULT,
     add_asset_root,
     add_command,
-    add_output,
     add_overwrite,
     add_skip_hook,
     report,
@@ -23,8 +21,9 @@ from usdface.options import EXAGGERATION_PARTS, DeliverOptions, ProcessOptions
 
 if TYPE_CHECKING:
     from usdface.result import Result
+from usdface.cli.process_job import write_job
 
-__all__ = ["add_calibrate", "add_process"]
+__all__ = ["add_process"]
 
 # Files of a result, by their options, which are arguments of `usdface.process`.
 _OUTPUTS = ("output", "gltf", "figure", "sheet", "deliver", "in_place")
@@ -191,7 +190,7 @@ def _process(parsed: argparse.Namespace) -> int:
         raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
     delivery = _delivery(parsed)
     if parsed.openjd:
-        return _write_job(parsed)
+        return write_job(parsed)
     if parsed.pieces:
         solved = _solve_pieces(parsed, options)
         if parsed.piece:
@@ -259,51 +258,6 @@ def _outputs(parsed: argparse.Namespace) -> dict[str, Any]:
     return {name: getattr(parsed, name) for name in _OUTPUTS}
 
 
-# Options that a job repeats: of all its steps, and of the last.
-_OF_STEPS = (
-    *("no_express", "no_closure", "no_head", "no_clean", "solve", "exaggeration", "gains"),
-    *("asset_root", "skip_hooks", "trusted"),
-)
-_OF_LAST = (
-    *("gltf", "figure", "sheet", "deliver", "start", "end", "handles", "rate", "cache"),
-    *("output", "in_place", "overwrite", "strict"),
-)
-
-
-def _write_job(parsed: argparse.Namespace) -> int:
-    from usdface.pipeline.farm_jobs import write_pieces_job
-
-    with progress(parsed) as step:
-        result = write_pieces_job(
-            parsed.shot,
-            parsed.pieces,
-            parsed.openjd,
-            chunk=1 if parsed.chunk is None else parsed.chunk,
-            words=_words(parsed, _OF_STEPS),
-            last=_words(parsed, _OF_LAST),
-            asset_root=parsed.asset_root,
-            on_progress=step,
-        )
-    return report(parsed, result)
-
-
-def _words(parsed: argparse.Namespace, names: Sequence[str]) -> list[str]:
-    """Return options as words of the command line; without those that were not given."""
-    given = vars(parsed)
-    words = []
-    for name in names:
-        value = not given[name[3:]] if name.startswith("no_") else given[name]
-        option = "--" + {"skip_hooks": "skip-hook"}.get(name, name.replace("_", "-"))
-        if value is True:
-            words.append(option)
-        elif isinstance(value, list | tuple):
-            words += [word for each in value for word in (option, str(each))]
-        elif value not in (None, False, "", 0):
-            # A number may be negative, so it must not look like an option.
-            words.append(f"{option}={value}")
-    return words
-
-
 def _factors(option: str, text: str, otherwise: str = "") -> dict[str, float]:
     """Return the factors of a list such as 1.2,brows=1.5; a number alone is that of `otherwise`."""
     factors = {}
@@ -317,30 +271,3 @@ def _factors(option: str, text: str, otherwise: str = "") -> dict[str, float]:
             expected = "a number, or a region and a number: brows=1.5" if otherwise else "joy=0.5"
             raise InputError(f"--{option} {word}: expected {expected}", "SETTING_WRONG") from error
     return factors
-
-
-def add_calibrate(commands: Any, summary: str) -> None:
-    """Add `usdface calibrate`."""
-    command = add_command(commands, "calibrate", _calibrate, summary)
-    command.add_argument("shot", type=Path, help="a shot of an expressive take")
-    add_output(command, "the calibration, .json, for shot --calibration")
-    command.add_argument(
-        "--extremes",
-        action="store_true",
-        help="the take is a range of motion: each movement goes to its extreme",
-    )
-    add_overwrite(command)
-    add_skip_hook(command)
-
-
-def _calibrate(parsed: argparse.Namespace) -> int:
-    with progress(parsed) as step:
-        result = pipeline.calibrate(
-            parsed.shot,
-            parsed.output,
-            extremes=parsed.extremes,
-            overwrite=parsed.overwrite,
-            skip_hooks=parsed.skip_hooks,
-            on_progress=step,
-        )
-    return report(parsed, result)

@@ -11,11 +11,9 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.closure.eye_closing import EyeClosing
 from usdface.face.expression_poses import units_of
+from usdface.face.gaze_curves import GAZE_UNITS
 
 __all__ = ["without_glances"]
-
-# FACS: eyes that look to the left, to the right, up and down.
-_GAZE = frozenset((61, 62, 63, 64))
 
 
 def without_glances(
@@ -43,7 +41,7 @@ def without_glances(
     (F, T) float64
     """
     units = units_of(names)
-    gaze = [t for t, name in enumerate(names) if _GAZE & units.get(name, frozenset())]
+    gaze = [t for t, name in enumerate(names) if units.get(name, frozenset()) & {*GAZE_UNITS}]
     steady = weights.copy()
     for blink in closings:
         if blink.kind != "blink":

@@ -74,12 +74,12 @@ def coordinates_on(face: BoundFace, points: FloatArray) -> FaceCoordinates | Non
     flat = np.c_[corners[:, :2], np.ones(len(corners))]
     affine = np.linalg.lstsq(flat, np.array(average), rcond=None)[0]
     slits = np.zeros((len(points), 2), dtype=np.int64)
-    slits[:, 0] = _beside(points, lips, _NEAR["lips"] * unit)
-    slits[:, 1] = sum(_beside(points, eye, _NEAR["lids"] * unit) for eye in eyes)
+    slits[:, 0] = _side_of_slit(points, lips, _NEAR["lips"] * unit)
+    slits[:, 1] = sum(_side_of_slit(points, eye, _NEAR["lids"] * unit) for eye in eyes)
     return FaceCoordinates(np.c_[points[:, :2], np.ones(len(points))] @ affine, slits, unit)
 
 
-def _beside(points: FloatArray, slit: FloatArray, near: float) -> IntArray:
+def _side_of_slit(points: FloatArray, slit: FloatArray, near: float) -> IntArray:
     """Return 1 for points just above a slit (P, 3), -1 for those just below, 0 elsewhere."""
     slit = slit[slit[:, 0].argsort()]
     height = points[:, 1] - np.interp(points[:, 0], slit[:, 0], slit[:, 1])

@@ -8,12 +8,20 @@ from usdface.arrays import FloatArray
 from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit
 from usdface.face.shape_names import shape_key
 
-__all__ = ["GAZE_CURVES", "Side", "gaze_angles", "gaze_weights", "is_gaze_curve", "is_gaze_shape"]
+__all__ = [
+    "GAZE_CURVES",
+    "GAZE_UNITS",
+    "Side",
+    "gaze_angles",
+    "gaze_weights",
+    "is_gaze_curve",
+    "is_gaze_shape",
+]
 
 Side = Literal["left", "right"]
 
-# Eyes turn left, right, up, down.
-_GAZE_UNITS = (61, 62, 63, 64)
+# Action units of eyes that turn left, right, up and down.
+GAZE_UNITS = (61, 62, 63, 64)
 
 # Angle of an eye at weight 1 [rad]. In a phone's recorded range of motion (Live Link Face, 4,030
 # frames) the eyes' angles are these times the weights, R^2 0.9995 and more for each of four: fits
@@ -89,6 +97,6 @@ def gaze_weights(angles: FloatArray) -> FloatArray:
 _GAZE_SHAPES = frozenset(
     shape_key(name)
     for convention in NAMING_CONVENTIONS
-    for unit in _GAZE_UNITS
+    for unit in GAZE_UNITS
     for name, _ in convention.names(ActionUnit(unit))
 )

@@ -4,14 +4,13 @@ import numpy as np
 
 from usdface.arrays import IntArray
 from usdface.face.expression_poses import units_of
+from usdface.face.gaze_curves import GAZE_UNITS
 from usdface.face.shape_names import DIRECTIONS, shape_key
 
 __all__ = ["gaze_pairs", "mirrored_pairs", "symmetric_pairs"]
 
 # Left and right of these exclude each other.
 _DIRECTIONS = DIRECTIONS | {"eyelookin", "eyelookout"}
-# FACS: eyes that turn left, right, up and down.
-_GAZE = (61, 62, 63, 64)
 
 
 def mirrored_pairs(names: tuple[str, ...]) -> IntArray:
@@ -38,7 +37,7 @@ def gaze_pairs(names: tuple[str, ...]) -> IntArray:
     """
     units = units_of(names)
     directions = []
-    for unit in _GAZE:
+    for unit in GAZE_UNITS:
         sides = {shape_key(name)[1]: name for name, own in units.items() if unit in own}
         if {"left", "right"} <= sides.keys():
             directions.append((names.index(sides["left"]), names.index(sides["right"])))

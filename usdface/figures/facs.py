@@ -109,7 +109,7 @@ def _draw_moved(axes: Any, report: FacsReport, verdicts: list[ShapeVerdict]) -> 
             about += f": {verdict.shown}" + (f" and {verdict.second}" if verdict.second else "")
         axes.text(max(moved[row], 0.0) + 0.02 * far, row, about, fontsize=7, va="center")
     axes.tick_params(labelleft=False, labelsize=7)
-    axes.set_title("way of the unit's points [mm]; dashed: noise", fontsize=8)
+    axes.set_title("displacement of the unit's points [mm]; dashed: noise", fontsize=8)
     axes.set_xlim(min(0.0, *moved) if moved else 0.0, 1.5 * far)
 
 

@@ -19,7 +19,7 @@ _COLOURS = "RdYlGn"  # confidence 0 to 1
 def write_footage_sheet(footage: Footage, path: Path) -> None:
     """Draw images spread over a film, cut to the face: dots as ellipses with their names.
 
-    The colour of an ellipse is the confidence. Markers that are hidden are named below.
+    The colour of an ellipse is the confidence. Markers that are occluded are named below.
 
     Raises
     ------
@@ -69,11 +69,11 @@ def _draw_dots(axis: Any, footage: Footage, frame: int) -> None:
 
     tracks = footage.tracks
     colours = colormaps[_COLOURS]
-    hidden = []
+    occluded = []
     for number, name in enumerate(tracks.names):
         x, y = tracks.places[frame, number].tolist()
         if np.isnan(x):
-            hidden.append(name)
+            occluded.append(name)
             continue
         long, short, angle = tracks.ellipses[frame, number].tolist()
         colour = colours(tracks.confidence[frame, number])
@@ -90,7 +90,11 @@ def _draw_dots(axis: Any, footage: Footage, frame: int) -> None:
         )
         label = name.removeprefix("dot_")
         axis.annotate(label, (x, y), (4, 4), textcoords="offset points", fontsize=6, color=colour)
-    text = f"hidden: {', '.join(hidden[:6])}{' ...' if len(hidden) > 6 else ''}" if hidden else ""
+    text = (
+        f"occluded: {', '.join(occluded[:6])}{' ...' if len(occluded) > 6 else ''}"
+        if occluded
+        else ""
+    )
     axis.set_title(
         f"frame {frame}" + (" (reference)" if frame == tracks.reference else ""), fontsize=9
     )

@@ -140,13 +140,13 @@ def _draw_deviations(axes: Any, confidence: Mapping[str, Any], names: list[str])
     if not deviations:
         axes.set_axis_off()
         return
-    hidden = confidence.get("hardly_seen", {})
+    undetermined = confidence.get("undetermined", {})
     values = [deviations.get(name, 0.0) for name in names]
-    colours = ["#D55E00" if name in hidden else "0.55" for name in names]
+    colours = ["#D55E00" if name in undetermined else "0.55" for name in names]
     axes.barh(np.arange(len(names)), values, color=colours)
     axes.tick_params(labelleft=False)
     axes.set(
-        title="standard deviation\n(orange: hardly seen)", xlim=(0, max([0.1, *values]) * 1.05)
+        title="standard deviation\n(orange: undetermined)", xlim=(0, max([0.1, *values]) * 1.05)
     )
     axes.title.set_fontsize(9)
 

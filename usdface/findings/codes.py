@@ -731,7 +731,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the inner loops of the solve run in numpy, several times slower",
     ),
     "SHAPE_UNSEEN": ("info", "add_markers", "a blend shape moves no bound marker and stays at 0"),
-    "SHAPE_UNSURE": (
+    "SHAPE_UNDETERMINED": (
         "info",
         "add_markers",
         "the markers hardly determine a blend shape; one more may",

@@ -96,10 +96,10 @@ def finding(code: str, where: str, message: str = "", *values: object, **more: o
 
     Examples
     --------
-    >>> hidden = "hidden in {occluded_count} of {frame_count} frames"
-    >>> found = usdface.finding("MARKER_OCCLUDED", "chin", hidden, 3, 9)
+    >>> occluded = "occluded in {occluded_count} of {frame_count} frames"
+    >>> found = usdface.finding("MARKER_OCCLUDED", "chin", occluded, 3, 9)
     >>> found.severity, found.message
-    ('info', 'hidden in 3 of 9 frames')
+    ('info', 'occluded in 3 of 9 frames')
     >>> dict(found.values)
     {'occluded_count': 3, 'frame_count': 9}
     """

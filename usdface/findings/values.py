@@ -44,7 +44,7 @@ def filled_in(template: str, values: Sequence[object]) -> tuple[str, dict[str, o
     Parameters
     ----------
     template : str
-        ``"hidden in {occluded_count} of {frame_count} frames"``: written by us, never by a file.
+        ``"occluded in {occluded_count} of {frame_count} frames"``: written by us, never by a file.
     values : sequence
         Numbers, names, lists of names, errors.
 

@@ -70,11 +70,11 @@ def finished_tracks(
     together = (_film_share(areas, places) > _MERGED) & (fills < _ONE)
     share = _whole_share(np.where(together, np.nan, areas), places)
     merged = together | ((share > _MERGED) & (fills < _ONE))
-    hidden = seen & ((share < _PART) | merged)
+    occluded = seen & ((share < _PART) | merged)
     for values in (places, ellipses):
-        values[hidden] = np.nan
-    deviations[hidden] = np.nan
-    seen &= ~hidden
+        values[occluded] = np.nan
+    deviations[occluded] = np.nan
+    seen &= ~occluded
     deviations = _with_jitter(deviations, places)
     stray = _stray(places, seen)
     confidence = np.where(share < 1, ((share - _PART) / (_FULL - _PART)).clip(0.1, 1.0), 1.0)

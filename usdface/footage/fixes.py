@@ -18,7 +18,7 @@ _AXES, _PIXELS = 1.5, 4.0
 
 @dataclass(frozen=True, slots=True)
 class Fix:
-    """The corrected place of a marker in a frame (x right, y down [px]); None: hidden there."""
+    """The corrected place of a marker in a frame (x right, y down [px]); None: occluded there."""
 
     frame: int
     name: str
@@ -122,7 +122,7 @@ def _follow_anew(
 
 
 def _expected(frames: Sequence[Dots], table: IntArray, order: range) -> FloatArray:
-    """Return the place (M, 2) of each track where it is next seen, of those hidden at first."""
+    """Return the place (M, 2) of each track where it is next seen, of those occluded at first."""
     places = np.full((table.shape[1], 2), -1e6)
     for frame in reversed(order):
         seen = table[frame] >= 0

@@ -175,7 +175,7 @@ class _Tracks:
         calm = whole & (self.unseen == 0)
         blend = self.velocities + 0.5 * (change - self.velocities)
         self.velocities = np.where(calm[:, None], _INERTIA * blend, 0.0)
-        # A hidden dot goes along with its neighbours.
+        # An occluded dot goes along with its neighbours.
         if whole.any() and not whole.all():
             apart = np.linalg.norm(moved[~whole][:, None] - moved[whole], axis=2)
             weight = 1.0 / (apart**2 + (0.5 * spacing[~whole][:, None]) ** 2)
@@ -234,7 +234,7 @@ def follow(
     start : (M,) int64
         The dot of each track in the first frame, or HIDDEN.
     places : (M, 2) float64 [px]
-        Where hidden ones are expected there.
+        Where occluded ones are expected there.
     births : bool
         Whether dots that no track has begin tracks, which are appended.
     """

@@ -27,13 +27,13 @@ class Tracks:
     ----------
     names : tuple of str, length M
     places : (F, M, 2) float64 [px]
-        x right, y down; NaN = hidden.
+        x right, y down; NaN = occluded.
     deviations : (F, M) float64 [px]
-        Standard deviation of each coordinate; NaN = hidden.
+        Standard deviation of each coordinate; NaN = occluded.
     ellipses : (F, M, 3) float64
-        Half axes [px] and angle [rad] of each dot; NaN = hidden.
+        Half axes [px] and angle [rad] of each dot; NaN = occluded.
     confidence : (F, M) float64 [1]
-        0 = hidden, 1 = sure.
+        0 = occluded, 1 = sure.
     reference : int
         Frame in which the dots were named.
     cuts : tuple of int

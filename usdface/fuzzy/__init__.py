@@ -39,7 +39,8 @@ The tipper of MATLAB's Fuzzy Logic Toolbox: service and food from 0 to 10, the t
 from usdface.fuzzy.inference import Evaluation, evaluate, rules_firing_at
 from usdface.fuzzy.lint import rule_findings
 from usdface.fuzzy.membership import membership
-from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 

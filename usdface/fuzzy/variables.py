@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 
 from usdface.errors import InputError
 from usdface.fuzzy.membership import check_parameters
-from usdface.fuzzy.rules import KEYWORDS
+from usdface.fuzzy.rule_parser import KEYWORDS
 
 __all__ = ["Term", "Variable", "VariableKind", "check_choice", "check_counts", "check_unique"]
 

@@ -25,7 +25,7 @@ def fit_scale_and_translation(
     ----------
     points : (M, D) float64
     positions : (F, M, D) float64
-        NaN where hidden; at least two are seen in each frame.
+        NaN where occluded; at least two are seen in each frame.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Points far off from all others, such as one that was dragged away by mistake."""
+"""Points far off from all others, such as one that was dragged distances by mistake."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ _GAP = 4.0
 _FEW = 0.05
 
 
-def _away(points: FloatArray) -> FloatArray:
+def _distances(points: FloatArray) -> FloatArray:
     middle = np.median(points, axis=0) if len(points) else np.zeros(3)
     return np.asarray(np.linalg.norm(points - middle, axis=1))
 
@@ -28,14 +28,14 @@ def stray_points(points: FloatArray) -> BoolArray:
 
     A few, many times as far from the middle of all (the median) as the farthest of the others.
     """
-    away = _away(points)
-    limit = _last_before_gap(away)
-    return np.asarray(away > limit) if limit > 0.0 else np.zeros(len(points), dtype=bool)
+    distances = _distances(points)
+    limit = _last_before_gap(distances)
+    return np.asarray(distances > limit) if limit > 0.0 else np.zeros(len(points), dtype=bool)
 
 
 def usual_size(points: FloatArray) -> float:
     """Return the diameter about the middle of points (N, 3) that are not stray; 0 for none."""
-    return 2.0 * float(_away(points)[~stray_points(points)].max(initial=0.0))
+    return 2.0 * float(_distances(points)[~stray_points(points)].max(initial=0.0))
 
 
 def stray_point(points: FloatArray) -> Stray:
@@ -43,9 +43,9 @@ def stray_point(points: FloatArray) -> Stray:
     stray = np.flatnonzero(stray_points(points))
     if not len(stray):
         return ()
-    away = _away(points)
-    far = int(away.argmax())
-    times = 2.0 * float(away[far]) / usual_size(points)
+    distances = _distances(points)
+    far = int(distances.argmax())
+    times = 2.0 * float(distances[far]) / usual_size(points)
     message = (
         "point {point}{more} lies far off, {ratio:.3g} times as far from the middle as the others"
     )
@@ -81,14 +81,14 @@ def _more(count: int) -> Prose:
     return Prose(f" and {count - 1} more" if count > 1 else "")
 
 
-def _last_before_gap(away: FloatArray, least: float = 0.0) -> float:
+def _last_before_gap(distances: FloatArray, least: float = 0.0) -> float:
     """Return the largest of some distances before the gap that parts a few; infinite without one.
 
     Beyond the gap they are more than `least`.
     """
-    few = int(_FEW * len(away))
+    few = int(_FEW * len(distances))
     if not few:
         return np.inf
-    farthest = np.sort(away)[-few - 1 :]
+    farthest = np.sort(distances)[-few - 1 :]
     gaps = np.flatnonzero(farthest[1:] > np.maximum(_GAP * farthest[:-1], least))
     return float(farthest[gaps[0]]) if len(gaps) else np.inf

@@ -1,6 +1,5 @@
 """The certificate of a conversion between USD and glTF."""
 
-from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -19,8 +18,10 @@ from usdface.io.gltf.reference_player.evaluate import PlayerClip, evaluate_clips
 from usdface.io.usd.clip_variants import clip_stages
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluate import UsdMesh, evaluate_usd, has_keys, stage_keys
-from usdface.io.usd.stage import Stage, metrics_of
+from usdface.io.usd.metrics import metrics_of
+from usdface.io.usd.stage import Stage
 from usdface.io.usd.vertex_cache import is_cache_shape
+from usdface.options import ExportOptions
 
 __all__ = ["certify_conversion"]
 
@@ -35,10 +36,8 @@ def certify_conversion(
     *,
     exported: bool,
     every_frame: bool,
-    clip: str = "",
+    options: ExportOptions = ExportOptions(),
     asset_root: Path | None = None,
-    purposes: Collection[str] = (),
-    influences: int = 0,
 ) -> tuple[Certificate | None, list[Finding]]:
     """Compare a stage, evaluated by UsdSkel, with a glTF, evaluated by the reference player.
 
@@ -54,15 +53,11 @@ def certify_conversion(
         The stage is the source; else the file is.
     every_frame : bool
         Compare vertices at all moments, else at as many as take a fraction of a second.
-    clip : str
-        The one clip that was to be converted; "" = all.
+    options : ExportOptions
+        Of an export; `clip`, `purpose` and `influences` have an effect. The difference that fewer
+        influences make by themselves is in the errors, but no warning.
     asset_root : Path, optional
         A folder that buffers of the file may come from beside its own.
-    purposes : collection of str
-        Of meshes that were converted though a render does not show them.
-    influences : int
-        Joints that each point was to keep at most; 0 = all. The difference that this makes by
-        itself is in the errors, but no warning.
 
     Returns
     -------
@@ -72,15 +67,8 @@ def certify_conversion(
     """
     try:
         with usd_errors(stage.GetRootLayer().realPath):
-            certificate = _certificate(
-                stage,
-                evaluate_clips(gltf, asset_root),
-                exported,
-                every_frame,
-                clip,
-                purposes,
-                influences,
-            )
+            shown = evaluate_clips(gltf, asset_root)
+            certificate = _certificate(stage, shown, exported, every_frame, options)
     except Exception as error:  # of any kind: the written file does not depend on it
         if RAISING.get() and not isinstance(error, _NOT_EVALUATED):
             raise
@@ -95,26 +83,18 @@ def _certificate(
     shown: tuple[PlayerClip, ...],
     exported: bool,
     every_frame: bool,
-    clip: str,
-    purposes: Collection[str],
-    influences: int,
+    options: ExportOptions,
 ) -> Certificate:
     stages = list(clip_stages(stage))
     names = [stage_keys(staged)[0] for staged in stages]
     if len(stages) > 1:  # as one that stands still is none of several clips
         stages = [s for s in stages if has_keys(s)] or stages[:1]
-        stages = [s for s in stages if clip in ("", stage_keys(s)[0])]
+        stages = [s for s in stages if options.clip in ("", stage_keys(s)[0])]
         names = [stage_keys(staged)[0] for staged in stages]
     pairs, missing = match_names(names, [clip.name for clip in shown], "clip ")
+    budget = None if every_frame or not pairs else _QUICK // len(pairs)
     certificates = {
-        names[i]: _clip_certificate(
-            stages[i],
-            shown[j],
-            exported,
-            None if every_frame else _QUICK // len(pairs),
-            purposes,
-            influences,
-        )
+        names[i]: _clip_certificate(stages[i], shown[j], exported, budget, options)
         for i, j in pairs
     }
     decoded = any(clip.decoded for clip in shown)
@@ -126,10 +106,9 @@ def _clip_certificate(
     shown: PlayerClip,
     exported: bool,
     budget: int | None,
-    purposes: Collection[str],
-    influences: int,
+    options: ExportOptions,
 ) -> Certificate:
-    staged = evaluate_usd(stage, purposes)
+    staged = evaluate_usd(stage, options.purpose)
     _, codes, stage_times = stage_keys(stage)
     gltf_times = shown.times if len(shown.times) else np.zeros(1)
     # Keys that only one side has, for a curve or an inbetween, change no time.
@@ -145,7 +124,7 @@ def _clip_certificate(
     start = codes[0] - stage_times[0] * rate
     at_keys = codes[np.searchsorted(stage_times, there)]
     moments = np.where(exact, at_keys, start + times * rate)
-    usd = [_evaluated_usd(mesh, moments, influences) for mesh in staged]
+    usd = [_evaluated_usd(mesh, moments, options.influences) for mesh in staged]
     file = [_evaluated_gltf(mesh, times) for mesh in shown.meshes]
     if exported:
         cached = {mesh.name for mesh in staged if mesh.points_move}
@@ -182,7 +161,7 @@ def _nearest(keys: FloatArray, times: FloatArray) -> FloatArray:
 
 
 def _evaluated_usd(mesh: UsdMesh, codes: FloatArray, influences: int = 0) -> EvaluatedMesh:
-    asked = mesh.held_by(influences)
+    requested = mesh.with_influences(influences)
     return EvaluatedMesh(
         mesh.name,
         mesh.shapes,
@@ -190,7 +169,7 @@ def _evaluated_usd(mesh: UsdMesh, codes: FloatArray, influences: int = 0) -> Eva
         lambda frames: mesh.points_at(codes[frames]),
         lambda frames: mesh.normals_at(codes[frames]),
         lambda frames: mesh.linear_morph_at(codes[frames]),
-        asked=None if asked is None else _evaluated_usd(asked, codes),
+        requested=None if requested is None else _evaluated_usd(requested, codes),
     )
 
 

@@ -29,8 +29,7 @@ def _write_gltf(
 ) -> list[Finding]:
     from usdface.io.gltf.write import write_gltf
 
-    settings = options.pointer, options.quantize, options.influences
-    return write_gltf(rig, path, clips, *settings, read, metadata)
+    return write_gltf(rig, path, clips, options, read, metadata)
 
 
 GLTF = ExportTarget(

@@ -21,7 +21,7 @@ from usdface.face.expression_poses import EMOTIONS, ActionPose
 from usdface.face.facs_names import action_unit
 from usdface.io.json_values import checked_object
 from usdface.io.takes.text_table import read_text
-from usdface.io.usd.retarget_setup import read_expressions
+from usdface.io.usd.expressions import read_expressions
 from usdface.io.usd.stage import open_stage
 from usdface.schemas import tokens
 from usdface.setup.expression import Expression

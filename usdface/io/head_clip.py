@@ -38,7 +38,7 @@ def head_clip(
     if joint < 0 or rig.skeleton is None:
         joint, rest = 0, np.eye(4)[None]
         skeleton = Skeleton(("head",), ("head",), rest, rest)
-        rig = replace(rig, meshes=tuple(map(_hung, rig.meshes)), skeleton=skeleton)
+        rig = replace(rig, meshes=tuple(map(_moved_by_head, rig.meshes)), skeleton=skeleton)
     assert rig.skeleton is not None
     head = () if motion is None else (JointMotion(joint, motion),)
     tracks = [joint_track(rig.skeleton, each) for each in (*head, *eyes)]
@@ -46,6 +46,6 @@ def head_clip(
     return rig, JointsTake(names, times, *decompose(np.stack(tracks, axis=1)))
 
 
-def _hung(mesh: Mesh) -> Mesh:
+def _moved_by_head(mesh: Mesh) -> Mesh:
     count = (len(mesh.points), 1)
     return replace(mesh, skin=Skin(np.zeros(count, np.int64), np.ones(count)))

@@ -6,7 +6,8 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.gltf.image import image_type, pixels_of, to_gltf_image, to_png
+from usdface.io.gltf.image import pixels_of, to_gltf_image, to_png
+from usdface.io.gltf.image_kind import image_type
 from usdface.materials import Texture
 
 __all__ = ["LARGEST_SIDE", "page_image", "smaller"]

@@ -160,17 +160,15 @@ def compare_ways(
             "its binding",
             "TAKE_KIND_WRONG",
         )
-    known = [name for name in face.markers if name in take.names]
-    rest = neutral_markers(take.select(tuple(known)), setup.neutral)
-    names = tuple(name for name, seen in zip(known, visible(rest), strict=True) if seen)
-    if len(names) < 3:
+    frames = len(take.times)
+    if test_frame is not None and not 0 <= test_frame < frames:
         raise InputError(
-            f"{take.source}: {len(names)} bound markers are seen in the neutral frames; expected "
-            "three or more (name the dots as the binding does)",
-            "MARKERS_TOO_FEW",
+            f"there is no frame {test_frame} in {take.source}: it has the frames 0 to {frames - 1}",
+            "FRAMES_OUTSIDE",
         )
+    names, source = _neutral_dots(take, face, setup.neutral)
     bound = [face.markers.index(name) for name in names]
-    source, image = rest[visible(rest)], take.select(names)
+    image = take.select(names)
     target = face.neutral[bound]
     space = fit_paper_map(source, target)
     cleaned_take, cleaned, findings = clean(take, setup)
@@ -192,12 +190,6 @@ def compare_ways(
     if test_frame is None:
         moved = np.linalg.norm(points["reference" if true else DEFAULT] - target, axis=2)
         test_frame = int(np.argmax(np.where(visible(image), moved, 0.0).mean(axis=1)))
-    elif not 0 <= test_frame < len(image):
-        raise InputError(
-            f"there is no frame {test_frame} in {take.source}: it has the frames 0 to "
-            f"{len(image) - 1}",
-            "FRAMES_OUTSIDE",
-        )
     return ImagePoints(
         names,
         test_frame,
@@ -208,6 +200,22 @@ def compare_ways(
         {name: values[test_frame] for name, values in points.items()},
         tuple(_score(name, points, test_frame, solved.get(name), true) for name in _WAYS),
     ), [*findings, *found]
+
+
+def _neutral_dots(
+    take: MarkerTake, face: BoundFace, frames: tuple[int, int]
+) -> tuple[tuple[str, ...], FloatArray]:
+    """Return the bound markers that are seen in the neutral frames, and where: names, (M, 2)."""
+    known = [name for name in face.markers if name in take.names]
+    rest = neutral_markers(take.select(tuple(known)), frames)
+    names = tuple(name for name, seen in zip(known, visible(rest), strict=True) if seen)
+    if len(names) < 3:
+        raise InputError(
+            f"{take.source}: {len(names)} bound markers are seen in the neutral frames; expected "
+            "three or more (name the dots as the binding does)",
+            "MARKERS_TOO_FEW",
+        )
+    return names, rest[visible(rest)]
 
 
 _WAYS = (PAPER, PAPER_WEIGHTS, DEFAULT)

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from usdface.binding.binding_report import binding_findings
-from usdface.binding.resolve_binding import UnsureBindingError, resolve_binding
+from usdface.binding.resolve_binding import resolve_binding
+from usdface.binding.resolved_binding import UnsureBindingError
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.findings import Finding, finding

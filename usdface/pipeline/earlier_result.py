@@ -1,28 +1,20 @@
 """A shot that is corrected again with the solve of an earlier result."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from usdface.content_digest import known_digest
 from usdface.errors import InputError
-from usdface.hooks import Hook
-from usdface.options import ProcessOptions
-from usdface.progress import Progress
-from usdface.shot.retarget import express_again, solve_settings, with_overrides
+from usdface.shot.retarget import express_again, with_overrides
+from usdface.shot.run import RetargetRun
 from usdface.shot.shot import Shot, ShotResult, SolvedShot
+from usdface.shot.stage_inputs import solve_settings
 
 __all__ = ["correct_earlier"]
 
 
-def correct_earlier(
-    shot: Shot,
-    earlier: ShotResult,
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
-) -> ShotResult:
+def correct_earlier(shot: Shot, earlier: ShotResult, run: RetargetRun) -> ShotResult:
     """Return the result of a shot as it is now, with the solve of an earlier one.
 
     Parameters
@@ -30,18 +22,15 @@ def correct_earlier(
     shot : Shot
     earlier : ShotResult
         Of the same shot; expressions, rules, gains, exaggeration and closure may be others.
-    options : ProcessOptions
-        Of this run.
-    hooks : sequence of Hook
-    progress : Progress
+    run : RetargetRun
 
     Raises
     ------
     InputError
         If it is the result of another shot, or of other settings of the solve.
     """
-    solved = _same_solve(with_overrides(shot, options), earlier)
-    return express_again(shot, solved, options, hooks, progress)
+    solved = _same_solve(with_overrides(shot, run.options), earlier)
+    return express_again(shot, solved, run)
 
 
 def _same_solve(shot: Shot, earlier: ShotResult) -> SolvedShot:

@@ -18,9 +18,10 @@ from usdface.options import ProcessOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
-from usdface.shot.explanation import Explanation, check_frame, explain_result, nearest_frame
+from usdface.shot.explanation import Explanation, explain_result
 from usdface.shot.retarget import retarget
 from usdface.shot.shot import Shot
+from usdface.takes.frame_index import check_frame, frame_at
 
 __all__ = ["check_neutral", "explain"]
 
@@ -141,7 +142,7 @@ def _check_frame(times: FloatArray, frame: int | None, time: float | None) -> No
     if frame is not None:
         check_frame(times, frame)
     if time is not None:
-        nearest_frame(times, time)
+        frame_at(times, time)
 
 
 def _read(path: Path) -> tuple[Shot, list[Finding]]:

@@ -14,9 +14,10 @@ from usdface.options import ProcessOptions
 from usdface.rigs import Rig
 from usdface.shot.correct import check_gains
 from usdface.shot.piece_cuts import PieceCuts
-from usdface.shot.retarget import solve_inputs, with_overrides
+from usdface.shot.retarget import with_overrides
 from usdface.shot.retarget_pieces import EstimatedTake, estimate_shot, solve_cut
 from usdface.shot.shot import Shot, SolvedShot
+from usdface.shot.stage_inputs import solve_inputs
 from usdface.show.stage_cache import StageCache
 
 __all__ = ["KeptPieces"]

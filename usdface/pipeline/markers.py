@@ -54,8 +54,8 @@ def make_markers(
     Returns
     -------
     Result of Binding
-        With the new markers. Keys of the summary: ``markers_bound``, ``shapes_hardly_seen``, and
-        ``new_markers``, each with its place and how many shapes are hardly seen with it.
+        With the new markers. Keys of the summary: ``markers_bound``, ``shapes_undetermined``, and
+        ``new_markers``, each with its place and how many shapes are undetermined with it.
 
     Raises
     ------
@@ -97,16 +97,16 @@ def make_markers(
             from usdface.figures.binding import write_bind_figure
 
             write_bind_figure(mesh, binding, figure)
-    rows = zip(binding.markers[-len(found.where) :], found.where, found.unseen, strict=True)
+    rows = zip(binding.markers[-len(found.where) :], found.where, found.undetermined, strict=True)
     summary: dict[str, Any] = {
         "markers_bound": len(setup.binding.markers),
-        "shapes_hardly_seen": len(found.unseen_before),
+        "shapes_undetermined": len(found.undetermined_before),
         "new_markers": {
-            name: {"place": where, "shapes_hardly_seen": len(rest)} for name, where, rest in rows
+            name: {"place": where, "shapes_undetermined": len(rest)} for name, where, rest in rows
         },
     }
     details = {
         "vertices": found.vertices.tolist(),
-        "hardly_seen": {"before": found.unseen_before, "after": found.unseen[-1]},
+        "undetermined": {"before": found.undetermined_before, "after": found.undetermined[-1]},
     }
     return Result(binding, written, tuple(findings), summary, details, progress.seconds)

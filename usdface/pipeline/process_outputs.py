@@ -15,14 +15,15 @@ from usdface.io.gltf.external_files import check_gltf_name
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.layer_paths import layer_paths
 from usdface.io.overwrite_protection import OutputKind, check_replaced
-from usdface.io.usd.animation import animation_path
+from usdface.io.usd.animation_write import animation_path
 from usdface.io.usd.character_meshes import report_left_out
 from usdface.io.usd.generation import layer_generation
 from usdface.io.usd.layers import write_layers
 from usdface.io.usd.own_motion import own_joints, report_unmoved
 from usdface.io.usd.rigid_animation import merge_joint_takes
+from usdface.io.usd.save_layers import check_usd_name
 from usdface.io.usd.shot import StagedShot
-from usdface.io.usd.stage import Stage, check_usd_name, open_layer, open_stage
+from usdface.io.usd.stage import open_layer, open_stage
 from usdface.io.usd.stronger_opinions import check_weights_shown
 from usdface.options import DeliverOptions
 from usdface.result import Result
@@ -87,7 +88,7 @@ class ProcessOutputs:
         check_replaced(written, overwrite, within=root or shot)
         return read
 
-    def check_shown(self, stage: Stage, staged: StagedShot) -> None:
+    def check_shown(self, staged: StagedShot) -> None:
         """Refuse to put layers into a shot that hides their weights.
 
         Raises
@@ -95,19 +96,18 @@ class ProcessOutputs:
         OutputError
         """
         if self.in_place:
-            check_weights_shown(animation_path(staged.prims), stage.GetRootLayer())
+            check_weights_shown(animation_path(staged.prims), staged.stage.GetRootLayer())
 
-    def check_delivery(self, stage: Stage, staged: StagedShot, options: DeliverOptions) -> None:
+    def check_delivery(self, staged: StagedShot, options: DeliverOptions) -> None:
         """Refuse a deliverable of a range without a frame of the take."""
         if self.deliver is None:
             return
         from usdface.io.usd.deliverable import check_delivery  # only here: most runs write none
 
-        check_delivery(stage, self.deliver, staged.codes, options)
+        check_delivery(staged.stage, self.deliver, staged.codes, options)
 
     def write_gltf(
         self,
-        stage: Stage,
         staged: StagedShot,
         solved: ShotResult,
         hooks: Sequence[Hook],
@@ -129,25 +129,24 @@ class ProcessOutputs:
         moved: set[str] = set()
         if rig.skeleton is staged.shot.rig.skeleton:  # else a joint for the whole head is all of it
             moved |= {name for take in takes for name in take.joints}
-            own = own_joints(stage, staged, times, apart=moved)
+            own = own_joints(staged, times, apart=moved)
             takes += [own] if own is not None else []
             moved |= set(own.joints) if own is not None else set()
         clip = Clip("take", solved.weights, merge_joint_takes(takes))
         (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
-        findings += report_left_out(stage, staged) + report_unmoved(stage, staged, moved)
+        findings += report_left_out(staged) + report_unmoved(staged, moved)
         return findings + write_gltf(rig, self.gltf, clips, read=read, metadata=generation)
 
     def write_layers(
         self,
         shot: Path,
-        stage: Stage,
         staged: StagedShot,
         reported: Result[ShotResult],
         generation: Generation,
     ) -> list[Path]:
         """Write the layers of a result; return their files, the one to open first."""
         return write_layers(
-            shot, stage, staged, reported.value, root=self.root, in_place=self.in_place,
+            shot, staged, reported.value, root=self.root, in_place=self.in_place,
             verdict=reported.verdict, deviations=weight_deviations(reported),
             generation=generation["generation"],
         )  # fmt: skip

@@ -10,17 +10,12 @@ from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
 from usdface.findings import Finding
-from usdface.hooks import Hook
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.generation import generation_of, outdated_gltf
 from usdface.io.plugins import hook_report, installed_hooks
-from usdface.io.usd.animation import (
-    apply_animation,
-    closure_animation,
-    express_animation,
-    solve_animation,
-)
+from usdface.io.usd.animation import closure_animation, express_animation, solve_animation
+from usdface.io.usd.animation_write import apply_animation
 from usdface.io.usd.detached_meshes import report_detached
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.own_motion import report_replaced
@@ -34,7 +29,8 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.shot.report import report_of
-from usdface.shot.retarget import retarget, retarget_in_stages
+from usdface.shot.retarget import retarget_run
+from usdface.shot.run import RetargetRun
 from usdface.shot.shot import ShotResult
 from usdface.verdict.judge import refuse_unusable
 
@@ -143,30 +139,25 @@ def process(
         stage = open_shot(path, outputs.root)
         read = outputs.check(path, overwrite)
         staged, findings = read_shot(stage, str(path), folder)
-        outputs.check_shown(stage, staged)
-        outputs.check_delivery(stage, staged, delivery)
+        outputs.check_shown(staged)
+        outputs.check_delivery(staged, delivery)
+    run = RetargetRun(options=options, hooks=hooks, progress=progress)
     kept = _stage_cache(cache, path)
-    pieced = _pieced_stages(pieces, path, options, asset_root, hooks, kept)
-    solved, reported = _retarget(
-        stage,
-        staged,
-        skipped + findings,
-        options,
-        hooks,
-        progress,
-        earlier=solved,
-        cache=pieced or kept,
-    )
+    if pieces:
+        run = replace(run, stages=_pieced_stages(Path(pieces), path, run, asset_root, kept))
+    elif kept is not None:
+        run = replace(run, stages=kept)
+    solved, reported = _retarget(staged, skipped + findings, run, earlier=solved)
     if strict:
         refuse_unusable(reported.verdict)
     generation = generation_of(solved, outputs.root_of(path))
     with all_or_none():
         with progress.step("gltf") if gltf else nullcontext():
-            lost = outputs.write_gltf(stage, staged, solved, hooks, read, generation)
+            lost = outputs.write_gltf(staged, solved, hooks, read, generation)
         with progress.step("draw") if figure or sheet else nullcontext():
             outputs.draw(solved, reported)
         with progress.step("write"):
-            written = outputs.write_layers(path, stage, staged, reported, generation)
+            written = outputs.write_layers(path, staged, reported, generation)
     with progress.step("deliver") if deliver else nullcontext():
         lost += outputs.write_deliverable(written[0], staged, delivery)
     written += outputs.others(read)
@@ -222,15 +213,8 @@ def apply(
     with progress.step("read"):
         hooks, skipped = installed_hooks(skip_hooks)
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
-    solved, reported = _retarget(
-        stage,
-        staged,
-        skipped + findings,
-        options,
-        hooks,
-        progress,
-        earlier=solved,
-    )
+    run = RetargetRun(options=options, hooks=hooks, progress=progress)
+    solved, reported = _retarget(staged, skipped + findings, run, earlier=solved)
     with progress.step("write"):
         content = solve_animation(solved, weight_deviations(reported), reported.verdict)
         expressed, closed = express_animation(solved), closure_animation(solved)
@@ -244,7 +228,7 @@ def apply(
         if closed is not None:
             content = replace(content, closure=closed.closure)
         content = replace(content, weights=solved.weights.weights)
-        found = apply_animation(stage, staged, content)
+        found = apply_animation(staged, content)
     return replace(reported, findings=(*reported.findings, *found), seconds=progress.seconds)
 
 
@@ -257,53 +241,43 @@ def _stage_cache(folder: StrPath | None, shot: Path) -> "StageCache | None":
 
 
 def _pieced_stages(
-    folder: StrPath | None,
+    folder: Path,
     shot: Path,
-    options: ProcessOptions,
+    run: RetargetRun,
     asset_root: StrPath | None,
-    hooks: Sequence[Hook],
     others: "StageCache | None",
-) -> "PiecedStages | None":
-    if folder is None or not str(folder):
-        return None
+) -> "PiecedStages":
     from usdface.pipeline.long_take import PiecedStages, check_no_hooks  # only for long takes
 
-    check_no_hooks(hooks)
-    return PiecedStages(shot, Path(folder), options, asset_root, others)
+    check_no_hooks(run.hooks)
+    return PiecedStages(shot, folder, run.options, asset_root, others)
 
 
 def _retarget(
-    stage: Stage,
     staged: StagedShot,
     findings: list[Finding],
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
+    run: RetargetRun,
     earlier: ShotResult | None,
-    cache: "StageCache | PiecedStages | None" = None,
 ) -> tuple[ShotResult, Result[ShotResult]]:
     """Retarget a shot that was read from a stage; return it, and the result without files."""
-    if earlier is None and cache is not None:
-        solved = retarget_in_stages(staged.shot, options, hooks, progress, cache)
-    elif earlier is None:
-        solved = retarget(staged.shot, options=options, hooks=hooks, on_progress=progress)
+    if earlier is None:
+        solved = retarget_run(staged.shot, run)
     else:
-        solved = correct_earlier(staged.shot, earlier, options, hooks, progress)
-    with progress.step("report"):
+        solved = correct_earlier(staged.shot, earlier, run)
+    with run.progress.step("report"):
         report = report_of(solved)
     summary = dict(report.summary)
     if solved.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
-    if cache is not None:
-        summary["stages"] = dict(cache.used)
-    details = report.details | hook_report(hooks)
+    if run.stages.used is not None:
+        summary["stages"] = dict(run.stages.used)
+    details = report.details | hook_report(run.hooks)
     rig = staged.shot.rig
     unusual = (*report_size(rig), *report_stray(rig))
-    not_kept = cache.not_kept if cache is not None else ()
     lost = (
-        *report_undriven(stage, staged),
-        *report_replaced(stage, staged, solved),
-        *report_detached(stage, staged, solved),
+        *report_undriven(staged),
+        *report_replaced(staged, solved),
+        *report_detached(staged, solved),
     )
-    found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *not_kept)
+    found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *run.stages.not_kept)
     return solved, Result(solved, (), found, summary, details, verdict=report.verdict)

@@ -10,7 +10,7 @@ from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.overwrite_protection import check_replaced
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.stage import check_usd_name
+from usdface.io.usd.save_layers import check_usd_name
 from usdface.options import RigOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result

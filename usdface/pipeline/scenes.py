@@ -115,13 +115,7 @@ def export_scene(
 
     with progress.step("certify"):
         certificate, new_findings = certify_conversion(
-            stage,
-            output,
-            exported=True,
-            every_frame=every_frame,
-            clip=options.clip,
-            purposes=options.purpose,
-            influences=options.influences,
+            stage, output, exported=True, every_frame=every_frame, options=options
         )
     found = findings + new_findings
     return _certified(written, found, summary, progress, certificate, details)
@@ -178,7 +172,8 @@ def import_scene(
     from usdface.io.gltf.read import read_gltf
     from usdface.io.usd.clips_write import clock_of
     from usdface.io.usd.rig_write import write_rig
-    from usdface.io.usd.stage import check_usd_name, open_stage
+    from usdface.io.usd.save_layers import check_usd_name
+    from usdface.io.usd.stage import open_stage
 
     source, output = Path(source), Path(output)
     progress = Progress.of(on_progress)

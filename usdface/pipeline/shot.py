@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from usdface.binding.resolve_binding import UnsureBindingError
+from usdface.binding.resolved_binding import UnsureBindingError
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
@@ -18,10 +18,11 @@ from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.overwrite_protection import check_replaced
+from usdface.io.usd.save_layers import check_usd_name
 from usdface.io.usd.shared_layers import SharedLayers
 from usdface.io.usd.shot import read_character
 from usdface.io.usd.shot_write import write_shot
-from usdface.io.usd.stage import check_usd_name, default_prim, open_stage
+from usdface.io.usd.stage import default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
 from usdface.options import BindOptions
 from usdface.pipeline.schemas import register_schemas

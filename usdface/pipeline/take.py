@@ -16,8 +16,8 @@ from usdface.io.overwrite_protection import check_replaced
 from usdface.io.takes.camera_views import read_views
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS
-from usdface.io.usd.stage import check_usd_name
-from usdface.io.usd.take import write_take
+from usdface.io.usd.save_layers import check_usd_name
+from usdface.io.usd.take_write import write_take
 from usdface.options import TakeOptions
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -86,7 +86,7 @@ def make_take(
     _check_sources(sources, calibration, sync)
     drawn = None if sheet is None else Path(sheet)
     progress = Progress.of(on_progress)
-    beside = [Path(each) for each in _beside(options) if each]
+    beside = [Path(each) for each in _other_files(options) if each]
     check_usd_name(output)
     check_outputs([output, drawn], files_read(*sources, calibration, *beside))
     check_replaced([(output, "take")], overwrite)
@@ -122,7 +122,7 @@ def make_take(
     )
 
 
-def _beside(options: TakeOptions) -> tuple[StrPath | None, ...]:
+def _other_files(options: TakeOptions) -> tuple[StrPath | None, ...]:
     return options.names, options.fixes, options.bind, options.rig
 
 
@@ -168,10 +168,10 @@ def _summary(take: MarkerTake | WeightsTake) -> dict[str, Any]:
         "rate_hz": round(take.rate, 3),
     }
     if isinstance(take, MarkerTake):
-        hidden = 1.0 - float(take.visible.mean())
+        occluded = 1.0 - float(take.visible.mean())
         return summary | {
             "markers": len(take.names),
             "dimension": take.dimension,
-            "occluded_percent": round(100 * hidden, 2),
+            "occluded_percent": round(100 * occluded, 2),
         }
     return summary | {"blend_shapes": len(take.names)}

@@ -28,7 +28,7 @@ _HEAD = 1.0
 _FINEST = 1e-5
 # A shape is undetermined if its posterior deviation exceeds this share of the prior one: half of
 # the variance.
-_UNSEEN = 0.7
+_UNDETERMINED = 0.7
 # The spectrum is integrated at so many frequencies: within 1e-3 of a dense inverse in the tests.
 _FREQUENCIES = 256
 # Frames that count as independent evidence of a weight, at most: half a minute. Chosen with both
@@ -52,24 +52,24 @@ class Confidence:
     ----------
     deviations : (S,) float64 [1]
         Standard deviation of each weight where all markers are seen, before its bounds.
-    unseen : dict of int to int or None
-        Shapes that the markers hardly determine and more markers would, each with the vertex at
-        which one determines most of it; None where no single one does.
+    undetermined : (H,) int64
+        Shapes that the markers hardly determine.
+    remedies : dict of int to int or None
+        Undetermined shapes that more markers would determine, each with the vertex at which one
+        determines most of it; None where no single one does.
     places : (K,) int64
         The most informative vertices for the next markers, the best first (greedy D-optimal).
-    hidden : (H,) int64
-        Shapes that the markers hardly determine, whether another marker would help or not.
     """
 
     deviations: FloatArray
-    unseen: dict[int, int | None]
+    undetermined: IntArray
+    remedies: dict[int, int | None]
     places: IntArray
-    hidden: IntArray
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "deviations", frozen(self.deviations))
         object.__setattr__(self, "places", frozen(self.places, np.int64))
-        object.__setattr__(self, "hidden", frozen(self.hidden, np.int64))
+        object.__setattr__(self, "undetermined", frozen(self.undetermined, np.int64))
 
 
 def confidence_of(
@@ -116,22 +116,23 @@ def confidence_of(
     normal = variance * (np.linalg.inv(spread[:count, :count]) - expected)
     deviations = weight_deviations(normal, step, regularisation)
     before = np.diag(np.linalg.inv(expected))
-    hidden = np.flatnonzero(np.diag(spread)[:count] > _UNSEEN**2 * before)
+    undetermined = np.flatnonzero(np.diag(spread)[:count] > _UNDETERMINED**2 * before)
     free = np.setdiff1d(np.flatnonzero(np.abs(offsets).max(axis=(0, 2)) > 0.0), bound)
     if not len(free):
-        return Confidence(deviations, {}, np.zeros(0, np.int64), hidden)
+        return Confidence(deviations, undetermined, {}, np.zeros(0, np.int64))
     tried = rows[free]
     spreads, inverse = _at_places(spread, tried, variance)
     # Reduction of a shape's variance by a marker: (V, H).
-    across = spreads[:, :, hidden]
+    across = spreads[:, :, undetermined]
     falls = np.einsum("vah,vab,vbh->vh", across, inverse, across, optimize=True)
-    unseen = {
+    best, reductions = falls.argmax(axis=0), falls.max(axis=0)
+    remedies = {
         int(shape): int(free[place]) if fall >= _MOST * spread[shape, shape] else None
-        for shape, place, fall in zip(hidden, falls.argmax(axis=0), falls.max(axis=0), strict=True)
+        for shape, place, fall in zip(undetermined, best, reductions, strict=True)
         if fall > 0.0
     }
     places = free[_greedy(spread, tried, variance, wanted, points[free], room)]
-    return Confidence(deviations, unseen, places, hidden)
+    return Confidence(deviations, undetermined, remedies, places)
 
 
 def weight_deviations(

@@ -189,10 +189,8 @@ def fit_take(
         setup: RetargetSetup,
     ) -> tuple[_TakeSolver, FaceFit, RetargetSetup, list[Finding]]:
         prepared, own, notes = prepare_markers(take, bound, setup, surface)
-        noisy, seen = (
-            prepared.frames if correct_neutral else None,
-            views and views.of(prepared.names),
-        )
+        noisy = prepared.frames if correct_neutral else None
+        seen = views and views.of(prepared.names)
         solver = _TakeSolver(take.times, prepared, shape_names, noisy, seen, progress)
         fit, found = _fit(take, solver, own)
         return solver, fit, own, notes + found
@@ -287,6 +285,6 @@ def _fit(
 def _some_frames(is_visible: BoolArray) -> IntArray:
     """Return `_TRIAL_FRAMES` frames of a take, and some of each marker (F, M) that these hide."""
     frames = np.arange(0, len(is_visible), -(-len(is_visible) // _TRIAL_FRAMES))
-    hidden = np.flatnonzero(~is_visible[frames].any(axis=0))
-    others = [np.flatnonzero(is_visible[:, marker])[:FEWEST_FRAMES] for marker in hidden]
+    occluded = np.flatnonzero(~is_visible[frames].any(axis=0))
+    others = [np.flatnonzero(is_visible[:, marker])[:FEWEST_FRAMES] for marker in occluded]
     return np.asarray(np.unique(np.concatenate([frames, *others])))

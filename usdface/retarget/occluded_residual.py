@@ -20,9 +20,9 @@ _STEADY = 0.2
 
 
 def occluded_residual(
-    residual: FloatArray, hidden: BoolArray, times: FloatArray, *, noise: float, misfit: float
+    residual: FloatArray, occluded: BoolArray, times: FloatArray, *, noise: float, misfit: float
 ) -> FloatArray:
-    """Return the expected residual of coordinates where they are hidden, 0 elsewhere.
+    """Return the expected residual of coordinates where they are occluded, 0 elsewhere.
 
     The mean of an Ornstein-Uhlenbeck process between its values at both ends of a gap; from one
     end alone it decays. As far as residuals are noise, their mean is taken.
@@ -30,8 +30,8 @@ def occluded_residual(
     Parameters
     ----------
     residual : (F, N) float64 [m]
-        Observed less predicted coordinates; any value where hidden.
-    hidden : (F, N) bool
+        Observed less predicted coordinates; any value where occluded.
+    occluded : (F, N) bool
     times : (F,) float64 [s]
     noise, misfit : float [m]
         Standard deviations of a coordinate, by the markers and by the difference of the faces.
@@ -41,8 +41,8 @@ def occluded_residual(
     (F, N) float64 [m]
     """
     expected = np.zeros_like(residual)
-    columns = np.flatnonzero(hidden.any(axis=0))
-    seen = ~hidden[:, columns]
+    columns = np.flatnonzero(occluded.any(axis=0))
+    seen = ~occluded[:, columns]
     own = np.where(seen, residual[:, columns], 0.0)
     frames = np.arange(len(times))[:, None]
     before = np.maximum.accumulate(np.where(seen, frames, -1), axis=0)

@@ -33,8 +33,8 @@ from usdface.takes import visible
 __all__ = ["PoseAndWeights", "reach_of_ends", "solve_pose_and_weights"]
 
 # A bound on time. With 30 a take with gaps ends before its neutral is corrected four times: where
-# ten markers are hidden for half a second, weights of the small world of the tests are then off by
-# 4 to 8 % more than without the gap, with 40 by 0 to 2 %.
+# ten markers are occluded for half a second, weights of the small world of the tests are then off
+# by 4 to 8 % more than without the gap, with 40 by 0 to 2 %.
 _ROUNDS = 40
 # Corrections of the neutral. Weight errors by the exact ones after 2, 3 and 4 of them (5 frames of
 # 0.3 mm, ICT face, python -m benchmarks.known_answer): 0.44, 0.42, 0.41.
@@ -102,7 +102,7 @@ def solve_pose_and_weights(
     regularisation = known or Regularisation(
         0.0, 0.0, setup.solve, problem.free_names, size=rms_radius(target)
     )
-    in_head, no_residual = problem.pose.to_head(take.markers), np.zeros(take.hidden.shape)
+    in_head, no_residual = problem.pose.to_head(take.markers), np.zeros(take.occluded.shape)
     state = Round(0, problem.pose, in_head, problem.space, regularisation, no_residual)
     steps = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
     start, no_correction = problem.space.start, np.zeros((len(target), 3))

@@ -13,7 +13,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.face_fit import FaceFit, fit_at_places, fit_face
-from usdface.retarget.film.unobservable_shapes import unobservable_shapes, without_shapes
+from usdface.retarget.film.unseen_shapes import unseen_shapes, without_shapes
 from usdface.retarget.first_pose import first_pose, head_markers_few, in_posed_frames
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.neutral import neutral_markers, on_plane
@@ -109,11 +109,11 @@ def prepare_markers(
     names = tuple(setup.binding.markers[i] for i in used)
     positions, own = take.select(names), bound.select(np.array(used))
     setup, notes = determined(setup, take, positions, own.offsets)
-    unobservable = unobservable_shapes(own.offsets[..., : take.dimension])
+    unseen = unseen_shapes(own.offsets[..., : take.dimension])
     findings += notes + [
-        finding("SHAPE_UNSEEN", own.shape_names[k]) for k in np.flatnonzero(unobservable)
+        finding("SHAPE_UNSEEN", own.shape_names[k]) for k in np.flatnonzero(unseen)
     ]
-    points, model = own.rest, without_shapes(own.model, unobservable)
+    points, model = own.rest, without_shapes(own.model, unseen)
     neutral = _without_neutral_weights(neutral, points, model, own.shape_names, setup)
     frames = neutral_frames(positions, setup)
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None

@@ -56,7 +56,7 @@ def _bridged(times: FloatArray, gaze: FloatArray, seen: BoolArray) -> FloatArray
 
 def gaze_shapes(names: tuple[str, ...]) -> tuple[str, ...]:
     """Return the blend shapes of gaze among those of a rig, in any naming convention."""
-    idle = undecided(GAZE_CURVES, names, _told(names))[1]
+    idle = undecided(GAZE_CURVES, names, _driven_shapes(names))[1]
     return tuple(name for name in names if name not in idle)
 
 
@@ -76,11 +76,11 @@ def gaze_pins(take: MarkerTake, names: tuple[str, ...], setup: RetargetSetup) ->
         return ()
     frames = np.flatnonzero(~np.isnan(angles[:, 0]))
     curves = WeightsTake(GAZE_CURVES, take.times[frames], gaze_weights(angles[frames]))
-    weights, _ = rename_weights(curves, names, _told(names))
+    weights, _ = rename_weights(curves, names, _driven_shapes(names))
     pinned = {pin.shape for pin in setup.pins}
     return tuple(Pin(name, frames, weights.column(name)) for name in shapes if name not in pinned)
 
 
-def _told(names: tuple[str, ...]) -> dict[str, dict[str, float]]:
+def _driven_shapes(names: tuple[str, ...]) -> dict[str, dict[str, float]]:
     """Return the blend shapes of another naming convention that the curves of gaze drive."""
     return curves_by_unit(*undecided(GAZE_CURVES, names, {}))

@@ -96,11 +96,19 @@ def _confidence_report(
     confidence = _confidence(face.mesh, solution, held, places, room)
     deviations = within_bounds(confidence.deviations, solution.weights.weights, held)
     names = face.shape_names
-    hidden = {names[shape]: confidence.unseen.get(shape) for shape in confidence.hidden.tolist()}
-    unseen = {name: int(places[place]) for name, place in hidden.items() if place is not None}
+    helpful = {
+        names[shape]: None if place is None else int(places[place])
+        for shape in confidence.undetermined.tolist()
+        for place in [confidence.remedies.get(shape)]
+    }
     wanted = [int(places[place]) for place in confidence.places]
     least = np.argsort(-deviations, kind="stable")[:_NAMED]
-    there = np.array(list(dict.fromkeys([*unseen.values(), *wanted])), dtype=np.int64)
+    there = np.array(
+        list(
+            dict.fromkeys([*(vertex for vertex in helpful.values() if vertex is not None), *wanted])
+        ),
+        dtype=np.int64,
+    )
     named = dict(zip(there.tolist(), places_of(face, there), strict=True))
     summary: dict[str, Any] = {
         "weight_deviation_median": round(float(np.median(deviations)), 3),
@@ -113,27 +121,27 @@ def _confidence_report(
             "standard_deviation": {
                 name: round(float(value), 4) for name, value in zip(names, deviations, strict=True)
             },
-            "hardly_seen": {**dict.fromkeys(hidden), **unseen},
+            "undetermined": helpful,
             "next_marker_vertices": wanted,
             "places": [place.as_dict() for place in named.values()],
         },
     }
     found = [
-        _unsure(names[shape], named[int(places[place])] if place is not None else None)
-        for shape, place in confidence.unseen.items()
+        _undetermined(names[shape], named[int(places[place])] if place is not None else None)
+        for shape, place in confidence.remedies.items()
     ]
     return SolveReport(summary, details, found)
 
 
-def _unsure(shape: str, place: Place | None) -> Finding:
+def _undetermined(shape: str, place: Place | None) -> Finding:
     """Return the finding on a shape that markers hardly determine, and the place of a remedy."""
     if place is None:
         message = "hardly determined by the markers, nor by any single one more"
-        return finding("SHAPE_UNSURE", shape, message)
+        return finding("SHAPE_UNDETERMINED", shape, message)
     message = (
         "hardly determined by the markers; one more marker would determine most of it here: {place}"
     )
-    return finding("SHAPE_UNSURE", shape, message, Prose(place), **place.as_dict())
+    return finding("SHAPE_UNDETERMINED", shape, message, Prose(place), **place.as_dict())
 
 
 def _usual(solution: Solution, setup: RetargetSetup, face: BoundFace) -> Regularisation:

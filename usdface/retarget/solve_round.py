@@ -52,7 +52,7 @@ class ObservedTake:
     residual_space : ResidualSpace or None
         Noise and misfit of the typical marker are measured on it; None where they are known.
     least_noise : float [m]
-    hidden : (F, M * axes) bool
+    occluded : (F, M * axes) bool
         Coordinates of the rows that are occluded.
     """
 
@@ -63,10 +63,10 @@ class ObservedTake:
     linear: FloatArray | None
     residual_space: ResidualSpace | None
     least_noise: float
-    hidden: BoolArray = field(init=False)
+    occluded: BoolArray = field(init=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "hidden", np.repeat(~self.seen, self.rows.axes, axis=1))
+        object.__setattr__(self, "occluded", np.repeat(~self.seen, self.rows.axes, axis=1))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,7 +83,7 @@ class Round:
     space : SpaceMap
     regularisation : Regularisation
         With noise and misfit.
-    occluded : (F, M * axes) float64 [m]
+    occluded_residual : (F, M * axes) float64 [m]
         Residual of occluded markers.
     least_misfit : float [m]
     iterate : Iterate or None
@@ -99,7 +99,7 @@ class Round:
     here: FloatArray
     space: SpaceMap
     regularisation: Regularisation
-    occluded: FloatArray
+    occluded_residual: FloatArray
     least_misfit: float = 0.0
     iterate: Iterate | None = None
     observed: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
@@ -108,7 +108,7 @@ class Round:
 
     def settled(self, take: ObservedTake) -> bool:
         """Whether further rounds would hardly change the weights."""
-        if take.hidden.any() and self.number <= _HELD:
+        if take.occluded.any() and self.number <= _HELD:
             return False
         error = max(self.regularisation.noise, self.regularisation.misfit)
         return self.moved < max(_SETTLED_SHARE * error, _SETTLED)
@@ -124,14 +124,14 @@ class Round:
         rows = take.rows
         displaced = self.space.displacements(self.here[..., : rows.axes])
         observed = displaced[..., : rows.axes].reshape(len(displaced), -1)
-        hidden = np.isnan(observed)
-        if not hidden.any():
+        occluded = np.isnan(observed)
+        if not occluded.any():
             return displaced, observed
         if iterate is None:
             # A marker that no frame of a piece shows begins at rest.
-            return displaced, np.nan_to_num(interpolate_gaps(observed, hidden, take.times))
-        predicted = rows.displacements(iterate.weights) + self.occluded
-        return displaced, np.where(hidden, predicted, observed)
+            return displaced, np.nan_to_num(interpolate_gaps(observed, occluded, take.times))
+        predicted = rows.displacements(iterate.weights) + self.occluded_residual
+        return displaced, np.where(occluded, predicted, observed)
 
 
 def measured(take: ObservedTake, before: Round) -> Round:
@@ -160,12 +160,12 @@ def next_round(take: ObservedTake, before: Round) -> Round:
     iterate = rows.solve(observed, take.times, regularisation, before.iterate)
     residual = observed - rows.displacements(iterate.weights)
     # Over all coordinates, as the error is: what fills few markers changes few.
-    moved = rms(np.where(take.hidden, residual - before.occluded, 0.0))
+    moved = rms(np.where(take.occluded, residual - before.occluded_residual, 0.0))
     found = replace(begun, iterate=iterate, residual=residual, moved=moved)
-    if take.hidden.any():
+    if take.occluded.any():
         noise, misfit = regularisation.noise, regularisation.misfit
-        occluded = occluded_residual(residual, take.hidden, take.times, noise=noise, misfit=misfit)
-        found = replace(found, occluded=occluded)
+        kept = occluded_residual(residual, take.occluded, take.times, noise=noise, misfit=misfit)
+        found = replace(found, occluded_residual=kept)
     return found if take.linear is None else _posed(take, found, take.linear)
 
 

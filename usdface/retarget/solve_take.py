@@ -98,8 +98,8 @@ def solution_of(
     displaced, shapes = solved.displaced, learned.shapes
     weights = restored(solved.weights, take.times, learned.factors, shapes, shape_names, pins)
     predicted = shapes.displacements(weights).reshape(displaced.shape)
-    hidden = np.isnan(displaced)
-    misfit = np.where(hidden, 0.0, displaced - predicted)
+    occluded = np.isnan(displaced)
+    misfit = np.where(occluded, 0.0, displaced - predicted)
     if take.dimension == 2:
         misfit[..., 2] = 0.0
     is_visible = visible(displaced)
@@ -109,7 +109,7 @@ def solution_of(
         weights=WeightsTake(names, times, weights, take.rate, take.start_timecode, take.source),
         pose=solved.pose,
         residual=np.sqrt(squares.sum(axis=1) / np.maximum(is_visible.sum(axis=1), 1)),
-        feature_points=learned.points + np.where(hidden, predicted, displaced),
+        feature_points=learned.points + np.where(occluded, predicted, displaced),
         rest=learned.points,
         markers=learned.markers,
         neutral=learned.neutral,

@@ -128,9 +128,9 @@ def usable_markers(
             f"at least {LEAST_MARKERS} are needed. Bind more{other}",
             "MARKERS_TOO_FEW",
         )
-    hidden = np.isnan(positions[:, keep, 0]).sum(axis=0)
+    occluded = np.isnan(positions[:, keep, 0]).sum(axis=0)
     used = [known[k] for k in keep]
-    findings += occlusions([binding.markers[k] for k in used], hidden, len(positions))
+    findings += occlusions([binding.markers[k] for k in used], occluded, len(positions))
     return used, neutral[keep], findings
 
 
@@ -195,12 +195,12 @@ def determined(
     return setup, findings
 
 
-def occlusions(names: Sequence[str], hidden: IntArray, frames: int) -> list[Finding]:
-    """Report the markers that are hidden in some of the frames, by how many (M,)."""
-    message = "hidden in {occluded_count} of {frame_count} frames"
+def occlusions(names: Sequence[str], occluded: IntArray, frames: int) -> list[Finding]:
+    """Report the markers that are occluded in some of the frames, by how many (M,)."""
+    message = "occluded in {occluded_count} of {frame_count} frames"
     return [
         finding("MARKER_OCCLUDED", name, message, count, frames)
-        for name, count in zip(names, hidden.tolist(), strict=True)
+        for name, count in zip(names, occluded.tolist(), strict=True)
         if count
     ]
 

@@ -54,7 +54,7 @@ def solver_input(
 
 
 def _observed(take: MarkerTake, measured: BoolArray, head_markers: tuple[str, ...]) -> MarkerTake:
-    """Return a take without its filled gaps: the rig predicts hidden markers better.
+    """Return a take without its filled gaps: the rig predicts occluded markers better.
 
     Not those of the head markers where fewer than three were measured (F, M): no blend shape moves
     them, and without them the head's pose is unknown.

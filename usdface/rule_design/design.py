@@ -20,7 +20,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.full_face_expressions import moves_brows_and_mouth
 from usdface.face.mirror import midline, mirrored_markers
 from usdface.findings import Finding, finding
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread

@@ -27,7 +27,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.expression_system import Axis, ExpressionSystem, MarkerFeature
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 

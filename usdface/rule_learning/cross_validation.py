@@ -66,11 +66,6 @@ class Validation:
         return int(np.trace(self.counts))
 
     @property
-    def accuracy(self) -> float:
-        """Share of the tested examples that were recognised; NaN where none was tested."""
-        return self.right / self.tested if self.tested else np.nan
-
-    @property
     def untested(self) -> tuple[str, ...]:
         """Emotions without a test: they have no second recording or variant."""
         return tuple(n for n, row in zip(self.names, self.counts, strict=False) if not row.any())

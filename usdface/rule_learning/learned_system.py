@@ -14,7 +14,8 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.expression_system import ExpressionSystem, MarkerFeature
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.options import LEARNED_SMOOTHING, FeatureSpace

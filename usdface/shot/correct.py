@@ -21,6 +21,7 @@ from usdface.numerics.solve_errors import solve_errors
 from usdface.options import ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.pins import faded_at_pins
+from usdface.shot.run import RetargetRun
 from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import MarkerTake
 
@@ -70,16 +71,13 @@ def correct(
     >>> bool((without_joy.weights.weights[:, smile] <= result.weights.weights[:, smile]).all())
     True
     """
-    return correct_solved(result, options, hooks, Progress.of(on_progress))
+    run = RetargetRun(options=options, hooks=hooks, progress=Progress.of(on_progress))
+    return correct_solved(result, run)
 
 
-def correct_solved(
-    result: ShotResult,
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
-) -> ShotResult:
-    """Correct as `correct`, with the progress of a job."""
+def correct_solved(result: ShotResult, run: RetargetRun) -> ShotResult:
+    """Correct as `correct`, as a part of a run."""
+    options, progress = run.options, run.progress
     shot = with_gains(result.shot, options.gains)
     result = replace(result, shot=shot, corrected=None, closure=None, trace=None)
     face = shot.face
@@ -90,7 +88,7 @@ def correct_solved(
         with progress.step("express"):
             expressed = _express(face, result, trace=options.trace)
             findings += expressed.findings
-            weights, new_findings = _after_correction(result, expressed, hooks)
+            weights, new_findings = _after_correction(result, expressed, run.hooks)
             findings += new_findings
             result = replace(result, corrected=weights, trace=expressed.trace)
     if options.closure:

@@ -16,9 +16,9 @@ from usdface.expression_system import ExpressionSystem
 from usdface.fuzzy.rules import Proposition
 from usdface.numerics.local_maxima import highest
 from usdface.shot.shot import ShotResult
-from usdface.takes import frame_step
+from usdface.takes.frame_index import check_frame, frame_at
 
-__all__ = ["HALF_APART", "Explanation", "check_frame", "explain_result", "nearest_frame"]
+__all__ = ["HALF_APART", "Explanation", "explain_result"]
 
 # Least visible change of a weight: half a step of a percent slider.
 _VISIBLE = 0.005
@@ -93,7 +93,7 @@ class Explanation:
         InputError
             If the time lies outside the take by more than half a frame.
         """
-        return nearest_frame(self.times, seconds)
+        return frame_at(self.times, seconds)
 
     def frame(self, index: int) -> dict[str, Any]:
         """Return one frame as plain values for people and JSON.
@@ -247,34 +247,6 @@ class Explanation:
             "is": " ".join((*proposition.hedges, proposition.term)),
             "degree": round(float(traced.evaluation.memberships[proposition][index]), 4),
         }
-
-
-def check_frame(times: FloatArray, index: int) -> None:
-    """Refuse the index of a frame that a take with `times` (F,) [s] does not have.
-
-    Raises
-    ------
-    InputError
-    """
-    if not 0 <= index < len(times):
-        raise InputError(f"there is no frame {index}; the take has frames 0 to {len(times) - 1}")
-
-
-def nearest_frame(times: FloatArray, seconds: float) -> int:
-    """Return the frame nearest to a time, of a take with `times` (F,) [s].
-
-    Raises
-    ------
-    InputError
-        If the time lies outside the take by more than half a frame.
-    """
-    first, last = float(times[0]), float(times[-1])
-    slack = frame_step(times) / 2
-    if not first - slack <= seconds <= last + slack:
-        raise InputError(
-            f"there is no frame at {seconds:g} s; the take goes from {first:g} to {last:g} s"
-        )
-    return int(np.abs(times - seconds).argmin())
 
 
 def explain_result(result: ShotResult) -> Explanation:

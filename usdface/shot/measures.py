@@ -86,11 +86,11 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
     motion = _rms_motion(solution)
     noise = np.sqrt(3.0) * solution.noise
     seen = visible(take.positions)[:, [take.names.index(name) for name in markers]]
-    hidden = 1.0 - seen.mean(axis=0)
+    occluded = 1.0 - seen.mean(axis=0)
     found = {
         "NOISE_LARGE": Measured(_share(noise, motion)),
         "MARKER_ASTRAY": _worst("markers", markers, human_mm * away),
-        "MARKERS_OCCLUDED": Measured(float(hidden.mean()), "markers", _most(markers, hidden)),
+        "MARKERS_OCCLUDED": Measured(float(occluded.mean()), "markers", _most(markers, occluded)),
         "NEUTRAL_AT_LIMIT": neutral_at_limit(result.shot.setup, solution, face),
         "BINDING_UNSURE": _unsure(result),
     }
@@ -148,8 +148,8 @@ def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Meas
     """Measure how the resting markers lie on the character under the best similarity."""
     at = face.mesh.points[face.vertices_of(solution.markers)]
     try:
-        beside, scale = _beside(solution.neutral, at)
-        mirrored, _ = _beside(solution.neutral * [-1.0, 1.0, 1.0], at)
+        beside, scale = _similarity_residuals(solution.neutral, at)
+        mirrored, _ = _similarity_residuals(solution.neutral * [-1.0, 1.0, 1.0], at)
     except SolveError:  # all markers at one place
         return {}
     off = float(np.sqrt((beside**2).mean()))
@@ -164,7 +164,7 @@ def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Meas
     return found
 
 
-def _beside(source: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
+def _similarity_residuals(source: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:
     """Return the residual distances (M,) of the best similarity, and its scale."""
     linear, offset = similarity_fit(source, target)
     distances = np.linalg.norm(source @ linear + offset - target, axis=1)

@@ -46,7 +46,7 @@ class ShotReport:
         ``residual``, ``confidence``, ``travel`` and ``travel_by_part`` of a marker take;
         ``closings`` of its eyes.
     findings : tuple of Finding
-        Blend shapes that the markers hardly see, regions that are muted; ADVICE_FAILED for a part
+        Blend shapes that are undetermined, regions that are muted; ADVICE_FAILED for a part
         that is left out.
     verdict : Verdict or None
         None if it could not be given.

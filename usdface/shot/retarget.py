@@ -4,40 +4,31 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeVar
 
-import numpy as np
-
 from usdface.advice import advice
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
 from usdface.findings import Finding, timed
-from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
 from usdface.hooks import Hook, run_hooks
 from usdface.numerics.solve_errors import solve_errors
-from usdface.options import CleanOptions, ClosureOptions, ProcessOptions
+from usdface.options import CleanOptions, ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.exaggeration import exaggerated
-from usdface.retarget.head_motion import head_motion, turned_at_neutral
-from usdface.retarget.joint_motion import JointMotion
+from usdface.retarget.head_motion import turned_at_neutral
 from usdface.retarget.pins import check_pins, with_pins
-from usdface.retarget.recorded_eyes import recorded_eyes, turning_joints
+from usdface.retarget.recorded_eyes import recorded_eyes
 from usdface.retarget.recorded_gaze import gaze_pins
-from usdface.retarget.recorded_head import recorded_head
 from usdface.retarget.solution import Solution
+from usdface.shot.character_head import character_head
 from usdface.shot.correct import check_gains, correct_solved, with_gains
+from usdface.shot.run import RetargetRun
 from usdface.shot.shot import Shot, ShotResult, SolvedShot
-from usdface.shot.solve import Stages, Uncached, solve_shot
-from usdface.takes import MarkerTake, WeightsTake, visible
+from usdface.shot.solve import solve_shot
+from usdface.shot.stage_inputs import express_inputs, solve_inputs
+from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = [
-    "express_again",
-    "retarget",
-    "retarget_in_stages",
-    "solve_inputs",
-    "solve_settings",
-    "with_overrides",
-]
+__all__ = ["express_again", "retarget", "retarget_run", "with_overrides"]
 
 ValueT = TypeVar("ValueT")
 
@@ -89,97 +80,45 @@ def retarget(
     >>> max(peaks, key=peaks.get)
     'anger'
     """
-    names = {*shot.rig.shape_names, *shot.mesh.shape_names}
-    check_pins(shot.setup.pins, names, len(shot.take.times))
-    return retarget_in_stages(shot, options, hooks, Progress.of(on_progress), Uncached())
+    run = RetargetRun(options=options, hooks=hooks, progress=Progress.of(on_progress))
+    return retarget_run(shot, run)
 
 
 @one_blas_thread()
 @solve_errors()
-def retarget_in_stages(
-    shot: Shot,
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
-    stages: Stages,
-) -> ShotResult:
-    """Retarget a shot, with stages that an earlier run may have computed.
+def retarget_run(shot: Shot, run: RetargetRun) -> ShotResult:
+    """Retarget a shot, with stages that an earlier run may have computed; see `retarget`.
 
-    Parameters
-    ----------
-    shot : Shot
-    options : ProcessOptions
-    hooks : sequence of Hook
-        With any, nothing is cached: their inputs are unknown.
-    progress : Progress
-    stages : Stages
-        Returns the value of "solve" and of "express", kept or computed, and within the first that
-        of "clean", which other characters may share.
+    With hooks nothing is cached: their inputs are unknown.
     """
-    check_gains(shot, options.gains)
-    shot = with_overrides(shot, options)
-    if hooks:
-        stages = Uncached()
-    solved = stages.stage(
-        "solve", solve_inputs(shot), {}, lambda: solve_shot(shot, hooks, progress, stages)
-    )
-    shot = with_gains(replace(shot, take=solved.take), options.gains)
-    options = replace(options, gains={})
+    names = {*shot.rig.shape_names, *shot.mesh.shape_names}
+    check_pins(shot.setup.pins, names, len(shot.take.times))
+    check_gains(shot, run.options.gains)
+    shot = with_overrides(shot, run.options)
+    if run.hooks:
+        run = run.uncached
+    solved = run.stages.stage("solve", solve_inputs(shot), {}, lambda: solve_shot(shot, run))
+    shot = with_gains(replace(shot, take=solved.take), run.options.gains)
+    run = replace(run, options=replace(run.options, gains={}))
 
     def compute() -> ShotResult:
-        return _express_shot(shot, solved, options, hooks, progress)
+        with run.progress.step("solve"):
+            result = _exaggerated_shot(shot, solved, run)
+        return _corrected(result, run)
 
-    if options.trace:  # for an explanation, which is computed once
+    if run.options.trace:  # for an explanation, which is computed once
         return compute()
-    inputs = (_express_inputs(shot), options, solved)
+    inputs = (express_inputs(shot), run.options, solved)
     given = {
         **{"shot": shot, "solution": solved.solution, "solved": solved.weights, "solve": solved},
         **{"system": shot.system, "repairs": solved.repairs},
     }
-    return stages.stage("express", inputs, given, compute)
-
-
-def solve_inputs(shot: Shot) -> object:
-    """Return all that the solve of a shot depends on."""
-    return shot.take, solve_settings(shot)
-
-
-def solve_settings(shot: Shot) -> object:
-    """Return all that the solve of a shot depends on beside its take."""
-    setup = replace(shot.setup, closure=ClosureOptions(), exaggeration={})
-    return shot.mesh, shot.rig.shape_names, setup, shot.layout
-
-
-def _express_inputs(shot: Shot) -> object:
-    """Return all that correction and closure depend on beside the solve."""
-    system, names = (shot.system, shot.expressions, shot.layout, shot.gains), shot.rig.shape_names
-    # A recorded head turns about its joint, eyes about theirs.
-    joints = shot.rig.skeleton, turning_joints(shot.rig, shot.setup)
-    return shot.mesh, joints, names, shot.setup, system, shot.base, shot.factors
-
-
-def _express_shot(
-    shot: Shot,
-    solved: SolvedShot,
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
-) -> ShotResult:
-    """Exaggerate, correct and close the solved weights of a shot, whose take is the cleaned one."""
-    with progress.step("solve"):
-        result = _exaggerated_shot(shot, solved, options, hooks)
-    return _corrected(result, options, hooks, progress)
+    return run.stages.stage("express", inputs, given, compute)
 
 
 @one_blas_thread()
 @solve_errors()
-def express_again(
-    shot: Shot,
-    solved: SolvedShot,
-    options: ProcessOptions,
-    hooks: Sequence[Hook],
-    progress: Progress,
-) -> ShotResult:
+def express_again(shot: Shot, solved: SolvedShot, run: RetargetRun) -> ShotResult:
     """Return what `retarget` does, with a solve of an earlier run.
 
     Parameters
@@ -188,20 +127,17 @@ def express_again(
         Expressions, rules, gains, exaggeration and closure may differ from those of that run.
     solved : SolvedShot
         Of the same take and rig with the same settings of the solve.
-    options : ProcessOptions
-    hooks : sequence of Hook
-    progress : Progress
-        Gets no step "solve".
+    run : RetargetRun
+        Its progress gets no step "solve".
     """
-    shot = with_gains(replace(with_overrides(shot, options), take=solved.take), options.gains)
-    with progress.step("express"):
-        result = _exaggerated_shot(shot, solved, options, hooks)
-    return _corrected(result, options, hooks, progress)
+    shot = replace(with_overrides(shot, run.options), take=solved.take)
+    shot = with_gains(shot, run.options.gains)
+    with run.progress.step("express"):
+        result = _exaggerated_shot(shot, solved, run)
+    return _corrected(result, run)
 
 
-def _exaggerated_shot(
-    shot: Shot, solved: SolvedShot, options: ProcessOptions, hooks: Sequence[Hook]
-) -> ShotResult:
+def _exaggerated_shot(shot: Shot, solved: SolvedShot, run: RetargetRun) -> ShotResult:
     """Return the result before its correction, with the findings up to there."""
     face, solution = shot.face, solved.solution
     weights = exaggerated(
@@ -212,12 +148,12 @@ def _exaggerated_shot(
         pins=shot.setup.pins,
         limits=shot.setup.solve.limits,
     )
-    weights, findings = run_hooks(hooks, "weights_solved", weights, shot)
+    weights, findings = run_hooks(run.hooks, "weights_solved", weights, shot)
     regions, failed = _region_residuals(face, solution)
-    motion, new_findings = _head_motion(shot, face, solution) if options.head else (None, [])
+    motion, new_findings = character_head(shot, face, solution) if run.options.head else (None, [])
     findings += new_findings
     findings += turned_at_neutral(motion, shot.take.source) if motion else []
-    eyes, new_findings = _eye_motions(shot, face)
+    eyes, new_findings = recorded_eyes(shot.take, shot.rig, face.mesh, shot.setup)
     findings += new_findings
     return ShotResult(
         shot,
@@ -232,11 +168,9 @@ def _exaggerated_shot(
     )
 
 
-def _corrected(
-    result: ShotResult, options: ProcessOptions, hooks: Sequence[Hook], progress: Progress
-) -> ShotResult:
+def _corrected(result: ShotResult, run: RetargetRun) -> ShotResult:
     """Correct and close an exaggerated result; its findings stay."""
-    corrected = correct_solved(result, options, hooks, progress)
+    corrected = correct_solved(result, run)
     found = (*result.findings, *corrected.findings)
     return replace(corrected, findings=timed(found, result.shot.take.times.tolist()))
 
@@ -275,38 +209,3 @@ def _region_residuals(
         lambda: region_residuals(face, solution.markers, solution.distances),
         {},
     )
-
-
-def _head_motion(
-    shot: Shot, face: BoundFace, solution: Solution | None
-) -> tuple[Pose | None, list[Finding]]:
-    setup = shot.setup
-    if not setup.move_head or setup.head == "stabilised":
-        return None, []
-    if isinstance(shot.take, WeightsTake):
-        return recorded_head(shot.take, shot.rig, face.mesh, setup)
-    if solution is None or not solution.posed_in_space:
-        return None, []
-    target = face.mesh.points[face.vertices_of(solution.markers)]
-    motion = head_motion(
-        solution.pose,
-        solution.weights.times,
-        target if solution.filmed else solution.neutral,
-        target,
-        solution.noise,
-        _head_seen(shot, solution),
-    )
-    return motion, []
-
-
-def _eye_motions(shot: Shot, face: BoundFace) -> tuple[tuple[JointMotion, ...], list[Finding]]:
-    return recorded_eyes(shot.take, shot.rig, face.mesh, shot.setup)
-
-
-def _head_seen(shot: Shot, solution: Solution) -> BoolArray:
-    """Return which markers determine the head's pose: (F, M) bool."""
-    seen = ~np.isnan(solution.distances)
-    if solution.head == "markers" and isinstance(shot.take, MarkerTake):
-        rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= POSE_MARKERS
-        seen = np.broadcast_to(rigid[:, None], seen.shape)
-    return seen

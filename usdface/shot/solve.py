@@ -1,8 +1,7 @@
 """The solve of a shot: its markers cleaned, its weights solved, mistracked lids replaced."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Protocol, TypeVar
 
 from usdface.cleanup.clean import Cleaned
 from usdface.closure.lid_apertures import Eye, LidApertures, lid_apertures_of
@@ -16,82 +15,43 @@ from usdface.closure.mistracked_lids import (
 from usdface.content_digest import known_digest
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
-from usdface.hooks import Hook, run_hooks
-from usdface.progress import Progress
+from usdface.hooks import run_hooks
 from usdface.retarget.solution import Solution
 from usdface.retarget_take.clean import clean, clean_inputs
 from usdface.retarget_take.solve import solve
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.shot.run import RetargetRun, Stages
 from usdface.shot.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
     "Solved",
-    "Stages",
     "TakeSolver",
-    "Uncached",
     "checked_lids",
     "solve_shot",
     "solve_with_replaced_lids",
 ]
 
-ValueT = TypeVar("ValueT")
 Solved = tuple[WeightsTake, Solution | None, list[Finding]]
 TakeSolver = Callable[[MarkerTake], Solved]
 
 
-class Stages(Protocol):
-    """A source of the values of stages: computes them, or is a cache of them (`StageCache`)."""
-
-    def stage(
-        self,
-        name: str,
-        inputs: object,
-        given: Mapping[str, object],
-        compute: Callable[[], ValueT],
-    ) -> ValueT:
-        """Return the value that `compute` returns."""
-
-
-class Uncached:
-    """Stages that are computed in each run."""
-
-    def stage(
-        self,
-        name: str,
-        inputs: object,
-        given: Mapping[str, object],
-        compute: Callable[[], ValueT],
-    ) -> ValueT:
-        """Return the value that `compute` returns."""
-        return compute()
-
-
-def solve_shot(shot: Shot, hooks: Sequence[Hook], progress: Progress, stages: Stages) -> SolvedShot:
-    """Clean and solve the take of a shot.
-
-    Parameters
-    ----------
-    shot : Shot
-    hooks : sequence of Hook
-    progress : Progress
-    stages : Stages
-        Returns the value of "clean", kept or computed.
-    """
+def solve_shot(shot: Shot, run: RetargetRun) -> SolvedShot:
+    """Clean and solve the take of a shot."""
     recorded = known_digest(replace(shot.take, source=""))
-    take, findings = run_hooks(hooks, "take_read", shot.take, shot)
+    take, findings = run_hooks(run.hooks, "take_read", shot.take, shot)
     shot = replace(shot, take=take)
     face, setup = shot.face, shot.setup
-    with progress.step("clean"):
-        take, cleaned, new_findings = _clean(shot, stages)
+    with run.progress.step("clean"):
+        take, cleaned, new_findings = _clean(shot, run.stages)
     findings += new_findings
 
     def solved(take: MarkerTake | WeightsTake) -> Solved:
-        return solve(take, face, setup, cleaned=cleaned, progress=progress)
+        return solve(take, face, setup, cleaned=cleaned, progress=run.progress)
 
     lids: tuple[MistrackedLid, ...] = ()
     apertures = None
-    with progress.step("solve"):
+    with run.progress.step("solve"):
         if isinstance(take, MarkerTake):
             apertures = checked_lids(face, setup)
             reach = lid_reach(take.times)

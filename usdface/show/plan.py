@@ -7,10 +7,12 @@ from typing import Any
 
 from usdface.io.layer_paths import LayerPaths, layer_paths
 
-__all__ = ["Making", "ShotPlan", "plan_of", "same_outputs"]
+__all__ = ["FILES", "LAYERS", "Making", "ShotPlan", "plan_of", "same_outputs"]
 
-_FILES = ("rig", "take", "bind", "calibration", "expressions", "fuzzy")
-_LAYERS = ("performer_layer", "character_layer")
+# Arguments of `usdface shot`, by the attributes of `Making`: files that it reads, and layers that
+# shots share.
+FILES = ("rig", "take", "bind", "calibration", "expressions", "fuzzy")
+LAYERS = ("performer_layer", "character_layer")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,18 +48,18 @@ class Making:
     @property
     def named(self) -> dict[str, Path]:
         """The files and layers that it names, by the attribute that does."""
-        paths = {name: getattr(self, name) for name in (*_FILES, *_LAYERS)}
+        paths = {name: getattr(self, name) for name in (*FILES, *LAYERS)}
         return {name: path for name, path in paths.items() if path is not None}
 
     @property
     def files(self) -> tuple[Path, ...]:
         """The files that it names."""
-        return tuple(path for name, path in self.named.items() if name in _FILES)
+        return tuple(path for name, path in self.named.items() if name in FILES)
 
     @property
     def layers(self) -> tuple[Path, ...]:
         """The layers that it shares with other shots."""
-        return tuple(path for name, path in self.named.items() if name in _LAYERS)
+        return tuple(path for name, path in self.named.items() if name in LAYERS)
 
     @property
     def options(self) -> dict[str, Any]:
@@ -150,7 +152,7 @@ def plan_of(plain: Mapping[str, Any]) -> ShotPlan:
     """Return the plan that `ShotPlan.as_dict` gave."""
     making = plain["making"]
     if making is not None:
-        known = (*_FILES, *_LAYERS)
+        known = (*FILES, *LAYERS)
         paths = {name: Path(value) for name, value in making.items() if name in known}
         making = Making(**{**making, **paths})
     values = {**plain, "file": Path(plain["file"]), "making": making}

@@ -39,7 +39,7 @@ from typing import Any
 
 from usdface.errors import InputError, did_you_mean
 from usdface.options import CorrectionOptions, DeliverOptions, ProcessOptions
-from usdface.show.plan import Making, ShotPlan
+from usdface.show.plan import FILES, LAYERS, Making, ShotPlan
 from usdface.show.show_values import (
     as_list,
     as_switch,
@@ -52,10 +52,8 @@ from usdface.show.show_values import (
 __all__ = ["read_show_file"]
 
 _LARGEST = 64_000_000  # bytes
-_FILES = ("rig", "take", "bind", "calibration", "expressions", "fuzzy")
-_LAYERS = ("performer_layer", "character_layer")
 _CORRECTION = tuple(part.name for part in fields(CorrectionOptions))
-_SETUP = (*_FILES, *_LAYERS, "neutral", *_CORRECTION)
+_SETUP = (*FILES, *LAYERS, "neutral", *_CORRECTION)
 _TOP = ("folder", "files", "process", "characters", "performers", "shots")
 _SHOT = (*_SETUP, "name", "file", "performer", "character", "characters", "process")
 _BESIDE = ("gltf", "page", "deliver", "skip_hooks")  # of [process], not of `ProcessOptions`
@@ -179,7 +177,7 @@ def _making(setup: dict[str, Any], performer: str, base: Path, where: str) -> Ma
             raise InputError(f"{where} has no {needed}", "SHOT_INCOMPLETE")
     files = {
         name: base / as_text(setup[name], f"{where}: {name}")
-        for name in (*_FILES, *_LAYERS)
+        for name in (*FILES, *LAYERS)
         if name in setup
     }
     neutral = setup.get("neutral")

@@ -10,7 +10,7 @@ from pxr import Usd
 
 from usdface.errors import InputError, OutputError
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.fuzzy import write_fuzzy

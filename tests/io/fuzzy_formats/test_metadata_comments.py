@@ -7,7 +7,7 @@ from every_term import SYSTEMS, both_ways
 from expression_systems import expression_system
 
 from usdface.errors import InputError
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from usdface.errors import OutputError
 from usdface.expression_system import ExpressionSystem
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 

@@ -5,7 +5,7 @@ from expression_systems import expression_system
 
 from usdface.errors import InputError
 from usdface.fuzzy.inference import evaluate
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.fuzzy_formats.read_fll import read_fll
 from usdface.io.fuzzy_formats.write_fll import fll_text

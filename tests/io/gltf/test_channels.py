@@ -4,12 +4,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from clips import plays, read_one
+from clips import evaluate_gltf, plays, read_one
 
 from usdface.errors import InputError
 from usdface.io.gltf.read import read_gltf
-from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
+from usdface.options import ExportOptions
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
 
@@ -119,7 +119,7 @@ def test_the_export_has_a_core_for_those_without(tmp_path: Path, face_rig: Rig) 
     weights[:, 0], weights[3:9, 1] = 0.5, 0.25  # that stands still, that rests
     clips = plays(WeightsTake(face_rig.shape_names, times, weights, 30.0))
     write_gltf(face_rig, tmp_path / "plain.gltf", clips)
-    write_gltf(face_rig, tmp_path / "both.gltf", clips, pointer=True)
+    write_gltf(face_rig, tmp_path / "both.gltf", clips, ExportOptions(pointer=True))
     both = json.loads((tmp_path / "both.gltf").read_text())
     assert both["extensionsUsed"] == ["KHR_animation_pointer"]
     assert not both.get("extensionsRequired")

@@ -4,12 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from clips import evaluate_gltf
 from pxr import Gf, Usd, UsdGeom, Vt
 from sheets import sheet
 
 from usdface.io.gltf.hard_edges import split_hard_edges
 from usdface.io.gltf.read import read_gltf
-from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.usd.rig import read_rig
 from usdface.pipeline import export_scene, import_scene, make_rig
 from usdface.rigs import CORNER_NORMALS, BlendShape, CornerValues, Inbetween, Mesh, Rig

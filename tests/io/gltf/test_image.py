@@ -7,7 +7,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from usdface.io.gltf.image import image_type, to_gltf_image
+from usdface.io.gltf.image import to_gltf_image
+from usdface.io.gltf.image_kind import image_type
 from usdface.rigs import Texture
 
 

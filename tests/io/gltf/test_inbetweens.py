@@ -4,7 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from clips import plays, read_one
+from clips import evaluate_gltf, plays, read_one
 from deformed import deformed
 
 from usdface.io.gltf.inbetweens import (
@@ -16,7 +16,6 @@ from usdface.io.gltf.inbetweens import (
     steps_in,
 )
 from usdface.io.gltf.read import read_gltf
-from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.pipeline import export_scene
 from usdface.rigs import BlendShape, Inbetween, Mesh, Rig

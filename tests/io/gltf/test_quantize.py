@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import evaluate_gltf
 
 from usdface.clips import Clip, JointsTake
 from usdface.io.gltf import buffer
 from usdface.io.gltf.quantize import Box, bounding_box
 from usdface.io.gltf.read import read_gltf
-from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.transforms import decompose
 from usdface.io.usd.rig_write import write_rig
@@ -24,7 +24,7 @@ from usdface.takes import WeightsTake
 def written(rig: Rig, folder: Path, clips: list[Clip] | None = None) -> tuple[Path, Path]:
     plain, small = folder / "plain.glb", folder / "small.glb"
     write_gltf(rig, plain, clips or [])
-    found = write_gltf(rig, small, clips or [], quantize=True)
+    found = write_gltf(rig, small, clips or [], ExportOptions(quantize=True))
     assert [f.code for f in found].count("POINTS_ROUNDED") == len(rig.meshes)
     return plain, small
 

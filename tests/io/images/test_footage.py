@@ -20,7 +20,7 @@ from usdface.io.images import footage as footage_module
 from usdface.io.images import read_image
 from usdface.io.images.film import open_film
 from usdface.io.images.footage import read_footage
-from usdface.io.images.read_image import ImageHeader
+from usdface.io.images.image_header import ImageHeader
 from usdface.io.usd.rig_write import write_rig
 from usdface.options import TakeOptions
 from usdface.rigs import Mesh, Rig
@@ -308,7 +308,7 @@ def test_images_in_one_file_are_read_from_it_one_after_the_other(
     write_many(path, [paint(row) for row in performance(6)[0]])
     film = open_film(path)
     opened: list[Path] = []
-    monkeypatch.setattr(read_image, "_open", noted(read_image._open, opened))
+    monkeypatch.setattr(read_image, "open_file", noted(read_image.open_file, opened))
     images = [load() for load in film.loads()]
     assert len(images) == 6 and opened == [path]
     assert all(np.array_equal(image, film.frame(k)) for k, image in enumerate(images))

@@ -17,7 +17,7 @@ from usdface.cli import main
 from usdface.errors import InputError
 from usdface.io.takes.camera_views import read_views
 from usdface.io.takes.files import read_take
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.options import TakeOptions
 
 NAMES = tuple(f"m{n}" for n in range(8))

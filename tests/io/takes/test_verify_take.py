@@ -24,7 +24,7 @@ def take(**changes: object) -> MarkerTake:
     return MarkerTake(**fields | changes)  # type: ignore[arg-type]
 
 
-def hidden(*places: tuple[object, int]) -> MarkerTake:
+def occluded(*places: tuple[object, int]) -> MarkerTake:
     positions = POSITIONS.copy()
     for frames, marker in places:
         positions[frames, marker] = np.nan
@@ -39,11 +39,11 @@ def test_a_good_take_comes_back_as_it_is() -> None:
 
 def test_occlusion_is_announced_once() -> None:
     path = Path("a.xyz")
-    given = hidden((0, 1), (slice(None), 2))
+    given = occluded((0, 1), (slice(None), 2))
     found, findings = verified_take(READER, path, (given, []))
     assert found.names == ("a", "b") and found.positions.shape == (4, 2, 3)
     assert [f.code for f in findings] == ["MARKER_OCCLUDED", "MARKER_NEVER_SEEN"]
-    own = finding("MARKER_OCCLUDED", "a.xyz: b", "hidden in 1 of 4 frames")
+    own = finding("MARKER_OCCLUDED", "a.xyz: b", "occluded in 1 of 4 frames")
     _, findings = verified_take(READER, path, (given, [own]))
     assert [f.code for f in findings] == ["MARKER_OCCLUDED", "MARKER_NEVER_SEEN"]
     with pytest.raises(InputError, match="no marker is visible"):

@@ -9,7 +9,7 @@ from pxr import Sdf, Usd
 from worlds import make_world
 
 from usdface.io.usd.file_kind import kind_of_usd
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import convert_fuzzy
 from usdface.takes import WeightsTake
 

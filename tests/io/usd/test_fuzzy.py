@@ -6,7 +6,7 @@ from pxr import Sdf, Usd
 
 from usdface.errors import InputError, OutputError
 from usdface.expression_system import MarkerFeature
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.rule_design.paper_system import paper_system

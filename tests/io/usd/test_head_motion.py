@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import evaluate_gltf
 from processed import shoot
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 from scipy.spatial.transform import Rotation
@@ -13,9 +14,8 @@ from worlds import World, animation_of, make_world, restaged
 
 from usdface.cli import main
 from usdface.geometry.rigid_fit import similarity_fit
-from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.usd.evaluate import evaluate_usd
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.options import ProcessOptions
 from usdface.pipeline import apply, process
 from usdface.rigs import Skeleton, Skin

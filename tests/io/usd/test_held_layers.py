@@ -10,7 +10,8 @@ from pxr import Sdf, Usd
 
 from usdface.io.usd import held_layers
 from usdface.io.usd.held_layers import hold_layers, hold_specs
-from usdface.io.usd.stage import open_stage, save_layer
+from usdface.io.usd.save_layers import save_layer
+from usdface.io.usd.stage import open_stage
 
 SPECS, ROUNDS, SERIES = 40, 60, 3
 KEPT = 32  # bytes of a spec, without

@@ -11,7 +11,7 @@ from pxr import Gf, Usd, UsdSkel
 from worlds import make_world
 
 from usdface.findings import Finding
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import apply, process
 from usdface.takes import WeightsTake
 

@@ -7,10 +7,11 @@ from processed import EXACT, Done, processed_world, solved
 from pxr import Sdf, Usd
 from worlds import animation_of, restaged
 
-from usdface.io.usd.animation import Animation, Inputs, author
+from usdface.io.usd.animation import Animation, Inputs
+from usdface.io.usd.animation_write import author
+from usdface.io.usd.metrics import new_layer
 from usdface.io.usd.played_shot import has_setup, read_played_shot
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.stage import new_layer
 from usdface.schemas import tokens
 from usdface.shot.played_shot import PlayedShot
 
@@ -110,7 +111,7 @@ def test_what_is_occluded_comes_back_as_such_and_the_layers_are_finite(
     inputs = Inputs(np.where(hidden, np.nan, played.inputs), played.unit)
     content = Animation(staged.prims.tokens, played.solved.weights, None, inputs=inputs)
     content = replace(content, emotions=dict(played.emotions))
-    author(layer, stage, staged, content)
+    author(layer, staged, content)
     written = [np.asarray(v) for v in samples_of(layer, tokens.INPUTS)]
     assert np.isfinite(written).all()
     layer.Export(str(tmp_path / "over.usda"))

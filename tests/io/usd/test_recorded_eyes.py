@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import evaluate_gltf
 from eye_rig import EYE_PLACES, with_eyes
 from pxr import Usd
 from scipy.spatial.transform import Rotation
@@ -13,9 +14,8 @@ from worlds import make_world, restaged
 from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.face.gaze_curves import gaze_angles
-from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 from usdface.io.usd.evaluate import evaluate_usd
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.takes import WeightsTake
 
 FRAMES = 12

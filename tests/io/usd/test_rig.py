@@ -8,9 +8,10 @@ from pxr import Usd, UsdSkel
 from sheets import sheet
 
 from usdface.errors import InputError
+from usdface.io.usd.metrics import metrics_of, to_si
 from usdface.io.usd.rig import read_rig, rig_of_stage
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.stage import metrics_of, open_stage, to_si
+from usdface.io.usd.stage import open_stage
 from usdface.rigs import BlendShape, Mesh, Rig
 from usdface.schemas import tokens
 from usdface.takes import WeightsTake

@@ -28,13 +28,13 @@ def from_outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 def asked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """The files that a worker was asked about."""
     names: list[str] = []
-    ask = sandbox._ask
+    ask = sandbox._open_in_worker
 
     def listed(python: str, path: Path) -> dict[str, object]:
         names.append(path.name)
         return ask(python, path)
 
-    monkeypatch.setattr(sandbox, "_ask", listed)
+    monkeypatch.setattr(sandbox, "_open_in_worker", listed)
     return names
 
 
@@ -129,7 +129,7 @@ def test_a_layer_is_known_by_the_file_that_is_composed_of_it(
     open_stage(root)
     part.write_bytes(part.read_bytes() + b"\n")
     open_stage(root)
-    open_layer(part, anew=True, within=root)
+    open_layer(part, reread=True, within=root)
     assert asked[3:] == ["root.usda", "root.usda"]
 
 

@@ -31,7 +31,7 @@ def test_in_place_below_own_weights_is_refused_before_the_solve(
 ) -> None:
     with_attribute(shot, WEIGHTS, Sdf.ValueTypeNames.FloatArray, [0.1] * 12)
     before = digests(shot.parent)
-    monkeypatch.setattr(processing, "retarget", lambda *_, **__: pytest.fail("it was solved"))
+    monkeypatch.setattr(processing, "retarget_run", lambda *_, **__: pytest.fail("it was solved"))
     with pytest.raises(OutputError, match=r"shot\.usda itself has </Shot.*blendShapeWeights>"):
         process(shot, in_place=True)
     assert digests(shot.parent) == before

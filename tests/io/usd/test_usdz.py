@@ -13,7 +13,7 @@ from usdface.clips import Clip
 from usdface.errors import InputError, OutputError
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.take import write_take
+from usdface.io.usd.take_write import write_take
 from usdface.io.usd.usdz import write_usdz
 from usdface.options import ExportOptions
 from usdface.rigs import BlendShape, Mesh, Rig

@@ -16,7 +16,8 @@ def test_small_problems_do_not_load_numba() -> None:
 
 def test_without_numba_there_are_no_kernels(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "numba", None)
-    monkeypatch.delitem(sys.modules, "usdface.retarget.solver.kernels", raising=False)
+    for name in [name for name in sys.modules if ".solver.kernels" in name]:
+        monkeypatch.delitem(sys.modules, name)
     assert fast.kernels(10**9, 10) is None
 
 

@@ -28,17 +28,10 @@ from usdface.fuzzy.membership import places
 from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Variable
+from usdface.io.fuzzy_formats.draft import Draft
 from usdface.io.fuzzy_formats.rule_text import numbers_back
 
-__all__ = [
-    "FACE_SETTINGS",
-    "Draft",
-    "finish",
-    "guessed_feature",
-    "notes_of",
-    "read_text",
-    "set_once",
-]
+__all__ = ["FACE_SETTINGS", "finish", "guessed_feature", "notes_of"]
 
 # Settings that no format has a place for.
 FACE_SETTINGS = (
@@ -83,61 +76,7 @@ _VARIABLE: dict[str, type | tuple[type, ...]] = {
     "default": (int, float),
 }
 _RULE: dict[str, type | tuple[type, ...]] = {"enabled": bool, "weight": (int, float)}
-# Larger ones were not written by people or for them.
-_MOST_BYTES = 4 << 20
-
 _Made = TypeVar("_Made")
-
-
-@dataclass(frozen=True, slots=True)
-class Draft:
-    """The fuzzy system in the lines of a file, before the notes.
-
-    `settings` are fields of `FuzzySystem`.
-    """
-
-    variables: tuple[Variable, ...]
-    rules: tuple[Rule, ...]
-    settings: dict[str, Any]
-    notes: tuple[tuple[int, str], ...] = ()
-    findings: tuple[Finding, ...] = field(default=())
-
-
-def set_once(settings: dict[str, Any], name: str, value: object) -> None:
-    """Set a field of a `Draft`'s settings, which all blocks of a file must give alike.
-
-    Raises
-    ------
-    InputError
-        If it has another value already.
-    """
-    if settings.setdefault(name, value) != value:
-        raise InputError(
-            f"{name.strip('_')} is {value} here and {settings[name]} before; a system "
-            "has one; split the file into one for each"
-        )
-
-
-def read_text(path: Path) -> str:
-    """Read a file that people write.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, is empty, too large or not text.
-    """
-    try:
-        if path.stat().st_size > _MOST_BYTES:
-            raise InputError(f"{path} has more than {_MOST_BYTES >> 20} MB: no fuzzy system")
-        data = path.read_bytes()
-    except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    if b"\0" in data or not data.strip():
-        raise InputError(f"{path} is {'empty' if not data.strip() else 'not text'}")
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        return data.decode("latin-1")
 
 
 def guessed_feature(name: str) -> MarkerFeature:
@@ -185,6 +124,49 @@ def _field(name: str) -> str:
     return "else_rule" if name == "neutral_rule" else name
 
 
+@dataclass(slots=True)
+class _Parts:
+    """The parts of a system while notes are applied to them, by name."""
+
+    variables: dict[str, Variable]
+    features: dict[str, MarkerFeature]
+    rules: list[Rule]
+    settings: dict[str, Any]
+    expression: dict[str, Any] = field(default_factory=dict)
+    noted: set[str] = field(default_factory=set)
+
+    def apply(self, where: str, note: dict[str, Any]) -> None:
+        """Apply a note to the system, a rule or a variable."""
+        if "system" in note:
+            values = _checked(where, note["system"], _EXPRESSION | _FUZZY)
+            self.settings |= {_field(name): values.pop(name) for name in _FUZZY if name in values}
+            self.expression |= values
+        elif "rule" in note:
+            self._apply_to_rule(where, note)
+        else:
+            self._apply_to_variable(where, note)
+
+    def _apply_to_rule(self, where: str, note: dict[str, Any]) -> None:
+        number = note.pop("rule")
+        if type(number) is not int or not 1 <= number <= len(self.rules):
+            raise InputError(f"{where}: there is no rule {number}; correct the note")
+        values = _checked(where, note, _RULE)
+        changed = partial(replace, self.rules[number - 1], **values)
+        self.rules[number - 1] = _named(where, changed)
+
+    def _apply_to_variable(self, where: str, note: dict[str, Any]) -> None:
+        name = note.pop("input", None) or note.pop("output", None)
+        if name not in self.variables:
+            raise InputError(f"{where}: there is no variable {name!r}; correct the note")
+        self.noted.add(name)
+        known = _VARIABLE | (_FEATURE if name in self.features else {})
+        values = _checked(where, note, known)
+        read = {key: values.pop(key) for key in _FEATURE if key in values}
+        self.variables[name] = _named(where, partial(replace, self.variables[name], **values))
+        if read:
+            self.features[name] = _named(where, partial(replace, self.features[name], **read))
+
+
 def finish(path: Path, draft: Draft) -> tuple[ExpressionSystem, list[Finding]]:
     """Make a system of the content of a file and its metadata comments.
 
@@ -193,58 +175,30 @@ def finish(path: Path, draft: Draft) -> tuple[ExpressionSystem, list[Finding]]:
     InputError
         If they make no system; the message names the file.
     """
-    variables = {v.name: v for v in draft.variables}
-    features = {v.name: guessed_feature(v.name) for v in draft.variables if v.kind == "input"}
-    rules = list(draft.rules)
-    settings, expression = dict(draft.settings), dict[str, Any]()
-    noted = set()
+    parts = _Parts(
+        {v.name: v for v in draft.variables},
+        {v.name: guessed_feature(v.name) for v in draft.variables if v.kind == "input"},
+        list(draft.rules),
+        dict(draft.settings),
+    )
     for line, text in draft.notes:
         where = f"{path.name}, line {line}"
-        note = _note(where, text)
-        if "system" in note:
-            values = _checked(where, note["system"], _EXPRESSION | _FUZZY)
-            settings |= {_field(name): values.pop(name) for name in _FUZZY if name in values}
-            expression |= values
-        elif "rule" in note:
-            number = note.pop("rule")
-            if type(number) is not int or not 1 <= number <= len(rules):
-                raise InputError(f"{where}: there is no rule {number}; correct the note")
-            values = _checked(where, note, _RULE)
-            rules[number - 1] = _named(where, partial(replace, rules[number - 1], **values))
-        else:
-            name = note.pop("input", None) or note.pop("output", None)
-            if name not in variables:
-                raise InputError(f"{where}: there is no variable {name!r}; correct the note")
-            noted.add(name)
-            known = _VARIABLE | (_FEATURE if name in features else {})
-            values = _checked(where, note, known)
-            read = {key: values.pop(key) for key in _FEATURE if key in values}
-            variables[name] = _named(where, partial(replace, variables[name], **values))
-            if read:
-                features[name] = _named(where, partial(replace, features[name], **read))
+        parts.apply(where, _note(where, text))
     findings = list(draft.findings)
-    if "face_unit" not in expression:
-        expression["face_unit"], reach = _assumed_unit(variables.values())
-        unit = "millimetres" if expression["face_unit"] == "none" else "face units"
+    if "face_unit" not in parts.expression:
+        parts.expression["face_unit"], reach = _assumed_unit(parts.variables.values())
+        unit = "millimetres" if parts.expression["face_unit"] == "none" else "face units"
         message = "the file names no unit; its terms reach to {reach:g}, so inputs are in {unit}"
         findings.append(finding("UNITS_ASSUMED", path.name, message, reach, unit))
-    kept, written = numbers_back(tuple(variables.values()), rules)
-    fuzzy = _named(path.name, lambda: FuzzySystem(kept, written, **settings))
-    read_by = tuple(features[v.name] for v in fuzzy.inputs)
-    system = _named(path.name, lambda: ExpressionSystem(fuzzy, read_by, **expression))
-    for name, feature in features.items():
-        if name not in noted:
-            message = "the input {variable} is taken to read the marker {marker} along {axis}"
-            findings.append(
-                finding(
-                    "ROLE_ASSUMED",
-                    f"{path.name}: {name}",
-                    message,
-                    name,
-                    feature.role,
-                    feature.axis,
-                )
-            )
+    kept, written = numbers_back(tuple(parts.variables.values()), parts.rules)
+    fuzzy = _named(path.name, lambda: FuzzySystem(kept, written, **parts.settings))
+    read_by = tuple(parts.features[v.name] for v in fuzzy.inputs)
+    system = _named(path.name, lambda: ExpressionSystem(fuzzy, read_by, **parts.expression))
+    message = "the input {variable} is taken to read the marker {marker} along {axis}"
+    for name, feature in parts.features.items():
+        if name not in parts.noted:
+            values = name, feature.role, feature.axis
+            findings.append(finding("ROLE_ASSUMED", f"{path.name}: {name}", message, *values))
     return system, findings
 
 

@@ -10,8 +10,10 @@ from typing import Any
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
-from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.variables import Term, Variable
+from usdface.io.fuzzy_formats.draft import Draft, read_text, set_once
 from usdface.io.fuzzy_formats.fcl_keywords import (
     ACCU,
     AND,
@@ -24,7 +26,7 @@ from usdface.io.fuzzy_formats.fcl_keywords import (
 from usdface.io.fuzzy_formats.fcl_statements import BARE, NAMED, Statement, statements
 from usdface.io.fuzzy_formats.fcl_terms import known, number, read_term
 from usdface.io.fuzzy_formats.format_limits import kept_in_range, repeated_singletons
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text, set_once
+from usdface.io.fuzzy_formats.metadata_comments import finish
 
 __all__ = ["read_fcl"]
 

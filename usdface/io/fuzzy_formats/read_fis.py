@@ -11,9 +11,11 @@ from typing import Any, Literal
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
-from usdface.fuzzy.rules import KEYWORDS, Combined, Proposition, Rule, rule_name
+from usdface.fuzzy.rule_parser import KEYWORDS
+from usdface.fuzzy.rules import Combined, Proposition, Rule, rule_name
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable, check_counts
+from usdface.io.fuzzy_formats.draft import Draft, read_text
 from usdface.io.fuzzy_formats.fis_keywords import (
     AGGREGATIONS,
     AND,
@@ -28,7 +30,7 @@ from usdface.io.fuzzy_formats.fis_keywords import (
 )
 from usdface.io.fuzzy_formats.fis_sections import Section, check_announced, located, sections
 from usdface.io.fuzzy_formats.format_limits import kept_in_range
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text
+from usdface.io.fuzzy_formats.metadata_comments import finish
 
 __all__ = ["read_fis"]
 

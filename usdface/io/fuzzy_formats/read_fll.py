@@ -9,11 +9,13 @@ from typing import Any
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
-from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.variables import Term, Variable
+from usdface.io.fuzzy_formats.draft import Draft, read_text, set_once
 from usdface.io.fuzzy_formats.fll_keywords import DEFUZZIFIERS, FLL_KINDS, S_NORMS, SAMPLES, T_NORMS
 from usdface.io.fuzzy_formats.format_limits import repeated_singletons
-from usdface.io.fuzzy_formats.metadata_comments import Draft, finish, read_text, set_once
+from usdface.io.fuzzy_formats.metadata_comments import finish
 
 __all__ = ["read_fll"]
 
@@ -76,9 +78,9 @@ class _Parser:
         elif key == "description" or (self._block == "Engine" and key in ("enabled",)):
             return
         elif self._block in ("InputVariable", "OutputVariable"):
-            self._variable(line, key, value)
+            self._read_variable(line, key, value)
         elif self._block == "RuleBlock":
-            self._rule_block(line, key, value)
+            self._read_rule_block(line, key, value)
         else:
             raise InputError(f"{key!r} is in no block; expected one of {', '.join(_BLOCKS)}")
 
@@ -91,7 +93,7 @@ class _Parser:
             self._current = {"kind": kind, "terms": [], "range": None, "default": None}
             self._variables[name] = self._current
 
-    def _variable(self, line: int, key: str, value: str) -> None:
+    def _read_variable(self, line: int, key: str, value: str) -> None:
         current = self._current
         if key == "range":
             current["range"] = tuple(_numbers(value, 2))
@@ -103,17 +105,17 @@ class _Parser:
             if value != "none":
                 set_once(self._settings, "aggregation", _known(value, S_NORMS, "aggregation"))
         elif key == "defuzzifier":
-            self._defuzzifier(value)
+            self._read_defuzzifier(value)
         elif (key, value) in (("enabled", "false"), ("lock-previous", "true")):
-            self._lacks(line, f"{key}: {value}")
+            self._report_dropped(line, f"{key}: {value}")
         elif key == "lock-range":
             if value == "true" and current["kind"] == "input":
-                self._lacks(line, "lock-range: true of an input")
+                self._report_dropped(line, "lock-range: true of an input")
             current["locked"] = value == "true"
         elif key not in ("enabled", "lock-previous"):
             raise InputError(f"a variable has no {key!r}")
 
-    def _defuzzifier(self, value: str) -> None:
+    def _read_defuzzifier(self, value: str) -> None:
         name, *rest = value.split() or [""]
         if name in ("WeightedAverage", "WeightedSum"):
             if rest and rest[0] not in ("TakagiSugeno", "Automatic"):
@@ -129,7 +131,7 @@ class _Parser:
             raise InputError(f"{name} has {samples:g} samples; expected a whole number")
         set_once(self._settings, "samples", int(samples))
 
-    def _rule_block(self, line: int, key: str, value: str) -> None:
+    def _read_rule_block(self, line: int, key: str, value: str) -> None:
         if key == "rule":
             rule = _read_rule(value, self._enabled)
             self._rules.append(replace(rule, place=f"{self._name}, line {line}"))
@@ -151,7 +153,7 @@ class _Parser:
         elif key not in ("conjunction", "disjunction", "implication"):
             raise InputError(f"a rule block has no {key!r}")
 
-    def _lacks(self, line: int, subject: str) -> None:
+    def _report_dropped(self, line: int, subject: str) -> None:
         message = "{subject!r} has no counterpart and is left out"
         self._findings.append(
             finding("MEANING_DIFFERS", f"{self._name}, line {line}", message, subject)

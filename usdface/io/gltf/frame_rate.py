@@ -24,7 +24,7 @@ def frame_rate(keys: FloatArray) -> float:
         return 0.0
     steps = np.diff(keys)
     frames = np.round(steps / np.median(steps))
-    own = _told_apart(float(frames.sum() / (keys[-1] - keys[0])), keys)
+    own = _without_rounding(float(frames.sum() / (keys[-1] - keys[0])), keys)
     off = np.abs((keys - keys[0]) * own - np.cumsum([0, *frames])).max()
     if _SLOWEST <= own <= _FASTEST and off < _OFF:
         return own
@@ -45,7 +45,7 @@ def chosen_rate(shown: float, stated: float) -> float:
     return stated if fits else shown
 
 
-def _told_apart(rate: float, keys: FloatArray) -> float:
+def _without_rounding(rate: float, keys: FloatArray) -> float:
     """Return the rate, or the common one that rounding the keys to float32 may have made it of."""
     nearest = float(_NAMED[np.abs(_NAMED - rate).argmin()])
     rounding = float(np.spacing(np.float32(np.abs(keys).max()))) / float(keys[-1] - keys[0])

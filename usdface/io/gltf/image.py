@@ -12,57 +12,18 @@ from numpy.typing import NDArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import read_file
+from usdface.io.gltf.image_kind import BY_LINES, image_type
 from usdface.materials import Texture
 
-__all__ = [
-    "GltfImage",
-    "channels_image",
-    "has_alpha",
-    "image_type",
-    "is_cut_off_webp",
-    "is_webp",
-    "pixels_of",
-    "to_gltf_image",
-    "to_png",
-]
+__all__ = ["GltfImage", "channels_image", "pixels_of", "to_gltf_image", "to_png"]
 
 GltfImage = tuple[bytes, str]  # data and MIME type
-
-# First bytes: PNG (Third Edition) 5.2; JPEG, ITU-T T.81, B.1.1.3.
-_PNG, _JPEG = b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff"
 _MAX_BYTES = 2**30  # of a file: more than _MAX_PIXELS as 32-bit colours
 _MAX_FILE = 2**34  # bytes of all pixels and channels, most of them render layers
 _MAX_PIXELS = 2**26  # 8192 x 8192; with four channels of a byte this is 256 MiB
 _STRIP = 2**20  # pixels that are converted at a time
 _MEMORY, _MEMORY_PER_BYTE = 200 * 2**20, 10  # bytes of all pixels, for those of the file
 _UNKNOWN = "unknown format"
-# PNG, JPEG, OpenEXR, TIFF: OpenImageIO holds a part of them at a time, of others the whole image.
-_BY_LINES = (_PNG, _JPEG, b"v/1\x01", b"II*\0", b"MM\0*")
-
-
-def image_type(data: bytes) -> str:
-    """Return the MIME type of PNG or JPEG data by their first bytes, "" for anything else."""
-    if data.startswith(_PNG):
-        return "image/png"
-    return "image/jpeg" if data.startswith(_JPEG) else ""
-
-
-def is_webp(data: bytes) -> bool:
-    """Return whether data are a WebP image, by its first bytes (RFC 9649, section 2.4)."""
-    return data[:4] == b"RIFF" and data[8:12] == b"WEBP"
-
-
-def is_cut_off_webp(data: bytes) -> bool:
-    """Return whether a WebP image is shorter than its header states (RFC 9649, section 2.4).
-
-    OpenImageIO 3.0 fills the missing part with black.
-    """
-    return is_webp(data) and int.from_bytes(data[4:8], "little") + 8 > len(data)
-
-
-def has_alpha(data: bytes) -> bool:
-    """Return whether PNG or JPEG data have an alpha channel (by the PNG's colour type)."""
-    return image_type(data) == "image/png" and data[25:26] in (b"\x04", b"\x06")
 
 
 def to_gltf_image(texture: Texture, colour: bool = True) -> tuple[GltfImage | None, list[Finding]]:
@@ -185,7 +146,7 @@ def _eight_bit_pixels(texture: Texture, data: bytes, colour: bool) -> NDArray[np
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / f"image.{suffix}"
         file.write_bytes(data)
-        by_lines = data.startswith(_BY_LINES)
+        by_lines = data.startswith(BY_LINES)
         with _limited(
             oiio, _MAX_FILE if by_lines else (_MEMORY + _MEMORY_PER_BYTE * len(data)) // 3
         ):

@@ -16,7 +16,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.extras import read_extras
-from usdface.io.gltf.image import has_alpha
+from usdface.io.gltf.image_kind import has_alpha
 from usdface.io.gltf.textures import read_texture
 from usdface.materials import AlphaMode, ColourSpace, Material, Texture
 

@@ -1,10 +1,7 @@
-"""Meshes of glTF: primitives merged into one polygon mesh and welded.
+"""Meshes of glTF: primitives merged into one polygon mesh and welded."""
 
-Source: glTF 2.0 specification, section 3.7.2 (meshes, morph targets, primitive modes).
-"""
-
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -18,34 +15,23 @@ from usdface.findings import Finding, finding
 from usdface.geometry.bake_transform import TANGENTS
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.gltf.accessors import AccessorReader
-from usdface.io.gltf.document import item
+from usdface.io.gltf.primitives import (
+    ReadRows,
+    VertexBlock,
+    material_of,
+    refuse_unknown_compression,
+    report_ignored,
+    triangles_of,
+    vertex_block,
+)
 from usdface.io.gltf.skin_weights import normalised_weights
-from usdface.io.gltf.textures import uv_name
 from usdface.io.gltf.vertex_colours import COLOURS
 from usdface.io.gltf.weld import Rows, rows_at, weld_vertices
 from usdface.rigs import BlendShape, CornerValues, MaterialSubset, Mesh, Skin
 
 __all__ = ["mesh_of_primitives"]
 
-
-_Reads = Callable[[], Rows]
 _DEFAULTS = {COLOURS: np.ones(4), TANGENTS: np.array([1.0, 0.0, 0.0, 1.0])}
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Block:
-    """The vertices that primitives with the same attributes share.
-
-    Morph targets are decoded when they are needed: all at once take most of a face's memory.
-    """
-
-    points: FloatArray
-    normals: FloatArray | None
-    corners: dict[str, FloatArray]
-    joints: IntArray
-    weights: FloatArray
-    offsets: tuple[_Reads | None, ...]
-    normal_offsets: tuple[_Reads | None, ...]
 
 
 def mesh_of_primitives(
@@ -88,7 +74,7 @@ def mesh_of_primitives(
         If primitives disagree in their number of targets or reach beyond their data.
     """
     found: list[Finding] = []
-    blocks: dict[tuple[Any, ...], tuple[int, _Block]] = {}
+    blocks: dict[tuple[Any, ...], tuple[int, VertexBlock]] = {}
     triangles: list[IntArray] = []
     labels: list[IntArray] = []
     count = 0
@@ -111,16 +97,16 @@ def mesh_of_primitives(
                 f"mesh {name!r}: a primitive has {len(targets)} morph targets, "
                 f"another {len(shape_names)}"
             )
-        _refuse_unknown_compression(primitive, reader, name)
-        found += _report_ignored(attributes, targets, name)
+        refuse_unknown_compression(primitive, reader, name)
+        found += report_ignored(attributes, targets, name)
         key = (tuple(sorted(attributes.items())), *(tuple(sorted(t.items())) for t in targets))
         if key not in blocks:
-            blocks[key] = (count, _block(attributes, targets, reader, uv_names))
+            blocks[key] = (count, vertex_block(attributes, targets, reader, uv_names))
             count += len(blocks[key][1].points)
         start, block = blocks[key]
-        corners = _triangles(primitive, len(block.points), reader)
+        corners = triangles_of(primitive, len(block.points), reader)
         triangles.append(corners + start)
-        labels.append(np.full(len(corners), _material(primitive, materials)))
+        labels.append(np.full(len(corners), material_of(primitive, materials)))
     if not sum(map(len, triangles)):
         return None, [
             *found,
@@ -134,123 +120,8 @@ def mesh_of_primitives(
     return _with_materials(mesh, np.concatenate(labels), materials), found
 
 
-def _refuse_unknown_compression(primitive: Primitive, reader: AccessorReader, name: str) -> None:
-    """Refuse positions that no buffer holds, where an extension of the primitive may."""
-    place = item(reader.file.document.accessors or [], primitive.attributes.POSITION, "accessor")
-    if primitive.extensions and place.bufferView is None and place.sparse is None:
-        raise InputError(
-            f"mesh {name!r} has its positions in {', '.join(sorted(primitive.extensions))}, which "
-            "usdface does not decode; export it without",
-            "EXTENSION_UNSUPPORTED",
-        )
-
-
-def _report_ignored(
-    attributes: dict[str, Any], targets: Sequence[dict[str, Any]], name: str
-) -> list[Finding]:
-    read = ("POSITION", "NORMAL", "TANGENT", "TEXCOORD_", "COLOR_0", "JOINTS_", "WEIGHTS_")
-    left = sorted(a for a in attributes if not a.startswith(read))
-    found = [
-        finding(
-            "FEATURE_DROPPED",
-            name,
-            "vertex attribute {attribute} is left out",
-            a,
-            feature="vertex_attribute",
-        )
-        for a in left
-    ]
-    moves = {a for target in targets for a in target}
-    if "TANGENT" in moves:
-        found.append(finding("TANGENTS_COMPUTED", name))
-    for moved in sorted(moves - {"POSITION", "NORMAL", "TANGENT"}):
-        message = "changes of {attribute} by blend shapes are left out"
-        found.append(finding("FEATURE_DROPPED", name, message, moved, feature="morph_attribute"))
-    return found
-
-
-def _material(primitive: Primitive, materials: tuple[str, ...]) -> int:
-    index = primitive.material
-    if index is not None and not 0 <= index < len(materials):
-        raise InputError(f"there is no material {index}; the file has {len(materials)}")
-    if index is not None and not materials[index]:  # stands for none
-        return -1
-    return -1 if index is None else int(index)
-
-
-def _triangles(primitive: Primitive, count: int, reader: AccessorReader) -> IntArray:
-    corners = np.arange(count)
-    if primitive.indices is not None:
-        corners = reader.integers(primitive.indices, "SCALAR")[:, 0]
-        if corners.min() < 0 or corners.max() >= count:
-            raise InputError(
-                f"index accessor {primitive.indices} points outside the {count} vertices"
-            )
-    if primitive.mode == TRIANGLE_STRIP:
-        turn = np.arange(max(len(corners) - 2, 0)) % 2
-        place = np.arange(len(turn))
-        # every second triangle of a strip turns the other way
-        return np.stack([corners[place], corners[place + 1 + turn], corners[place + 2 - turn]], 1)
-    if primitive.mode == TRIANGLE_FAN:
-        fan = np.stack([corners[1:-1], corners[2:]], 1)
-        return np.concatenate([np.full((len(fan), 1), corners[0]), fan], 1)
-    return corners[: len(corners) // 3 * 3].reshape(-1, 3)
-
-
-def _block(
-    attributes: dict[str, Any],
-    targets: Sequence[dict[str, Any]],
-    reader: AccessorReader,
-    uv_names: Sequence[str],
-) -> _Block:
-    points = reader.floats(attributes["POSITION"], "VEC3")
-    count = len(points)
-
-    def rows(attribute: str, kind: str) -> FloatArray | None:
-        if attribute not in attributes:
-            return None
-        values = reader.floats(attributes[attribute], kind)
-        if len(values) != count:
-            raise InputError(f"{attribute} has {len(values)} elements for {count} vertices")
-        return values
-
-    joints: list[IntArray] = [np.zeros((count, 0), np.int64)]
-    weights: list[FloatArray] = [np.zeros((count, 0))]
-    while f"JOINTS_{len(joints) - 1}" in attributes:
-        place = len(joints) - 1
-        weight = rows(f"WEIGHTS_{place}", "VEC4")
-        joint = reader.integers(attributes[f"JOINTS_{place}"], "VEC4")
-        if weight is None or len(joint) != count:
-            raise InputError(f"JOINTS_{place} has no WEIGHTS_{place} for each vertex")
-        joints.append(joint)
-        weights.append(weight)
-    corners: dict[str, FloatArray] = {}
-    while (uvs := rows(f"TEXCOORD_{len(corners)}", "VEC2")) is not None:
-        corners[uv_name(len(corners), uv_names)] = uvs * (1, -1) + (0, 1)
-    colours = rows("COLOR_0", reader.kind(attributes.get("COLOR_0"), ("VEC3", "VEC4")))
-    tangents = rows("TANGENT", "VEC4")
-    if colours is not None:
-        corners[COLOURS] = colours
-    if tangents is not None:
-        corners[TANGENTS] = tangents
-
-    def moved(attribute: str) -> tuple[_Reads | None, ...]:
-        places = (target.get(attribute) for target in targets)
-        return tuple(None if p is None else partial(reader.offsets, p, count) for p in places)
-
-    return _Block(
-        points,
-        rows("NORMAL", "VEC3"),
-        corners,
-        np.concatenate(joints, 1),
-        np.concatenate(weights, 1),
-        moved("POSITION"),
-        moved("NORMAL"),
-    )
-
-
 def _merged(
-    name: str, blocks: list[_Block], triangles: IntArray, shape_names: tuple[str, ...]
+    name: str, blocks: list[VertexBlock], triangles: IntArray, shape_names: tuple[str, ...]
 ) -> Mesh:
     """Concatenate blocks, weld them, and leave out vertices that no face uses."""
     starts = np.cumsum([0, *(len(b.points) for b in blocks)])
@@ -296,14 +167,14 @@ def _merged(
     )
 
 
-def _corners(blocks: Sequence[_Block], triangles: IntArray) -> list[CornerValues]:
+def _corners(blocks: Sequence[VertexBlock], triangles: IntArray) -> list[CornerValues]:
     """Return vertex attributes at the face corners; blocks without the attribute have a default."""
     widths: dict[str, int] = {}
     for block in blocks:
         for name, values in block.corners.items():
             widths[name] = max(widths.get(name, 0), values.shape[1])
 
-    def of(block: _Block, name: str) -> FloatArray:
+    def of(block: VertexBlock, name: str) -> FloatArray:
         filler = np.tile(_DEFAULTS.get(name, np.zeros(2))[: widths[name]], (len(block.points), 1))
         given = block.corners.get(name)
         if given is not None:
@@ -320,7 +191,7 @@ def _padded(array: NDArray[Any], width: int) -> NDArray[Any]:
     return np.pad(array, ((0, 0), (0, width - array.shape[1])))
 
 
-def _stacked(reads: Sequence[_Reads | None], starts: IntArray) -> Rows:
+def _stacked(reads: Sequence[ReadRows | None], starts: IntArray) -> Rows:
     rows = [(read(), s) for read, s in zip(reads, starts, strict=False) if read is not None]
     if len(rows) == len(reads) == 1:
         return rows[0][0]

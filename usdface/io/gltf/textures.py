@@ -19,14 +19,8 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.document import GltfFile, item, resource
-from usdface.io.gltf.image import (
-    GltfImage,
-    image_type,
-    is_cut_off_webp,
-    is_webp,
-    pixels_of,
-    to_png,
-)
+from usdface.io.gltf.image import GltfImage, pixels_of, to_png
+from usdface.io.gltf.image_kind import image_type, is_cut_off_webp, is_webp
 from usdface.io.inputs import first_free
 from usdface.io.udim import is_udim
 from usdface.io.unique_name import unique_name

@@ -6,17 +6,15 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from types import MappingProxyType
 
-import numpy as np
 import pygltflib
 
-from usdface.arrays import FloatArray
 from usdface.clips import Clip
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.channels import POINTER
 from usdface.io.gltf.document import save_document
 from usdface.io.gltf.extras import extras_with_metadata
-from usdface.io.gltf.groups import SKELETON_ROOT, write_groups
+from usdface.io.gltf.groups import write_groups
 from usdface.io.gltf.hard_edges import split_hard_edges
 from usdface.io.gltf.inbetweens import flat_weights
 from usdface.io.gltf.limit_influences import limit_influences
@@ -35,9 +33,14 @@ from usdface.io.gltf.vrm_nodes import NamedNodes, write_vrm_nodes
 from usdface.io.gltf.write_animation import write_animation
 from usdface.io.gltf.write_materials import write_materials
 from usdface.io.gltf.write_mesh import write_mesh
+from usdface.io.gltf.write_skeleton import (
+    animated_skeleton,
+    write_dequantising_skins,
+    write_skeleton,
+)
 from usdface.io.inputs import among
-from usdface.io.transforms import compose, decompose
 from usdface.io.udim import texture_files, untiled
+from usdface.options import ExportOptions
 from usdface.rigs import Mesh, Rig, Skeleton
 
 __all__ = ["write_gltf"]
@@ -47,9 +50,7 @@ def write_gltf(
     rig: Rig,
     path: Path,
     clips: Sequence[Clip] = (),
-    pointer: bool = False,
-    quantize: bool = False,
-    influences: int = 0,
+    options: ExportOptions = ExportOptions(),
     read: Iterable[Path] = (),
     metadata: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Finding]:
@@ -67,13 +68,9 @@ def write_gltf(
     path : Path
         Ends in .glb or .gltf.
     clips : sequence of Clip
-    pointer : bool
-        Give each weight a channel of its own, too, by KHR_animation_pointer.
-    quantize : bool
-        Store vertices as 16-bit integers (`usdface.io.gltf.quantize`); POINTS_ROUNDED says by how
-        much they are off at most.
-    influences : int
-        Joints that a point keeps at most; 0 = all (`usdface.io.gltf.limit_influences`).
+    options : ExportOptions
+        `pointer`, `quantize` (POINTS_ROUNDED says by how much vertices are off at most) and
+        `influences` have an effect.
     read : iterable of Path
         Files that textures beside a .gltf must not replace; those of the rig's own never are.
     metadata : mapping of str to str
@@ -94,7 +91,7 @@ def write_gltf(
     Source: glTF 2.0 specification, sections 3.5 (scenes), 3.7 (meshes, skins), 3.11
     (animations). Equal input gives equal bytes.
     """
-    builder = BufferBuilder(quantize)
+    builder = BufferBuilder(options.quantize)
     rig, found = untiled(rig)
     uv_names = uv_order(rig)
     textures = TextureBuilder(uv_names)
@@ -111,9 +108,9 @@ def write_gltf(
     )
     kept = [*read, *texture_files(rig.materials)]
     beside = textures.into(document, builder, path, among(kept))
-    skeleton = _animated_skeleton(rig, clips)
+    skeleton = animated_skeleton(rig, clips)
     if skeleton is not None:
-        rig, new_findings = _with_fewer_influences(rig, skeleton, clips, influences)
+        rig, new_findings = _with_fewer_influences(rig, skeleton, clips, options.influences)
         found += new_findings
     held = len(skeleton.joints) if skeleton else 0
     carriers, boxed = _write_meshes(rig, by_name, held, uv_names, document, builder, found)
@@ -122,10 +119,10 @@ def write_gltf(
     joints: dict[str, tuple[int, pygltflib.Node]] = {}
     if skeleton is not None:
         first = len(document.nodes)
-        roots += _write_skeleton(skeleton, document, builder, found)
-        _dequantising_skins(skeleton, boxed, document, builder)
+        roots += write_skeleton(skeleton, document, builder, found)
+        write_dequantising_skins(skeleton, boxed, document, builder)
         joints = {p: (k, document.nodes[k]) for k, p in enumerate(skeleton.joints, first)}
-    found += _write_clips(clips, carriers, joints, builder, pointer, document)
+    found += _write_clips(clips, carriers, joints, builder, options.pointer, document)
     write_scene(rig.cameras, rig.lights, document, roots)
     nodes = {path: node for path, (node, _) in joints.items()}
     group_nodes, new_findings = write_groups(rig, carriers, nodes, document, roots)
@@ -133,7 +130,7 @@ def write_gltf(
     found += _write_avatar(rig, carriers, nodes, group_nodes, document)
     scene = pygltflib.Scene(name=rig.name, nodes=roots, extras=extras_with_metadata(rig.extras))
     document.scenes = [scene]
-    _name_extensions(document, quantize)
+    _name_extensions(document, options.quantize)
     document.accessors, document.bufferViews = builder.accessors, builder.views
     save_document(document, builder.blob, beside, path)
     return found
@@ -238,33 +235,6 @@ def _write_meshes(
     return carriers, boxed
 
 
-def _dequantising_skins(
-    skeleton: Skeleton,
-    boxed: Sequence[tuple[int, Box]],
-    document: pygltflib.GLTF2,
-    builder: BufferBuilder,
-) -> None:
-    """Give each skinned mesh that was put into a box a skin that takes it out again."""
-    for node, box in boxed:
-        document.nodes[node].skin = len(document.skins)
-        inverse = _inverse_binds(skeleton, box.matrix)
-        binds = builder.array(inverse)
-        joints = document.skins[0].joints
-        document.skins.append(pygltflib.Skin(joints=joints, inverseBindMatrices=binds))
-    used = {n.skin for n in document.nodes if n.skin is not None}
-    if boxed and 0 not in used:  # nothing uses the plain skin
-        document.skins = document.skins[1:]
-        for node, _ in boxed:
-            document.nodes[node].skin -= 1
-
-
-def _inverse_binds(skeleton: Skeleton, first: FloatArray) -> FloatArray:
-    """Return from mesh to joint space (J, 16), through `first` (4, 4), column-major."""
-    inverse = first @ np.linalg.inv(skeleton.bind)
-    inverse[:, :, 3] = (0, 0, 0, 1)  # to the last bit, as the specification wants
-    return np.asarray(inverse.reshape(-1, 16))
-
-
 def _asset(rig: Rig, uv_names: Sequence[str], metadata: Mapping[str, str]) -> pygltflib.Asset:
     kept = {key: value for key, value in rig.asset.items() if key != VRM}
     owner = kept.pop("copyright", None)
@@ -300,55 +270,3 @@ def _write_standing(
             node.translation = take.translations[0, place].tolist()
             node.rotation = take.rotations[0, place].tolist()
             node.scale = take.scales[0, place].tolist()
-
-
-def _animated_skeleton(rig: Rig, clips: Sequence[Clip]) -> Skeleton | None:
-    """Return the rig's skeleton if it can move anything."""
-    skeleton = rig.skeleton
-    if skeleton is None or not any(mesh.skin is not None for mesh in rig.meshes):
-        return None
-    alone = len(skeleton.joints) == 1 and np.allclose(skeleton.bind, skeleton.rest, atol=1e-9)
-    moved = any(clip.joints is not None for clip in clips)
-    return None if alone and not moved else skeleton
-
-
-def _write_skeleton(
-    skeleton: Skeleton, document: pygltflib.GLTF2, builder: BufferBuilder, found: list[Finding]
-) -> list[int]:
-    """Append a node for each joint and the skin; return the node that all hang on.
-
-    Joints of a skin need a common root (section 3.7.3.2): several roots get a node above them.
-    """
-    start = len(document.nodes)
-    place = {path: start + k for k, path in enumerate(skeleton.joints)}
-    roots = []
-    for path, name, rest in zip(skeleton.joints, skeleton.names, skeleton.rest, strict=True):
-        translation, rotation, scale = decompose(rest)
-        if not np.allclose(compose(translation, rotation, scale), rest, atol=1e-5):
-            message = "the shear of a joint's rest transform is left out"
-            found.append(finding("FEATURE_DROPPED", path, message, feature="joint_shear"))
-        document.nodes.append(
-            pygltflib.Node(
-                name=name,
-                translation=translation.tolist(),
-                rotation=rotation.tolist(),
-                scale=scale.tolist(),
-            )
-        )
-        parent = place.get(path.rpartition("/")[0])
-        if parent is None:
-            roots.append(place[path])
-        else:
-            document.nodes[parent].children.append(place[path])
-    document.skins = [
-        pygltflib.Skin(
-            joints=list(place.values()),
-            inverseBindMatrices=builder.array(_inverse_binds(skeleton, np.eye(4))),
-        )
-    ]
-    if len(roots) > 1:
-        document.nodes.append(
-            pygltflib.Node(name="Skeleton", children=roots, extras={"usdface": SKELETON_ROOT})
-        )
-        roots = [len(document.nodes) - 1]
-    return roots

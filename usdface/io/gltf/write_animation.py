@@ -110,7 +110,7 @@ def _write_weights(
     for node, mesh in moved:
         own = keys.reordered(mesh.shape_names).weights
         values = flat_weights(mesh, _at(moments, times, own))
-        _channel(
+        _add_channel(
             animation, _core(node, pygltflib.WEIGHTS), clock, builder.array(values.reshape(-1, 1))
         )
         if pointer:
@@ -139,7 +139,7 @@ def _write_single(
             path="pointer", extensions={POINTER: {"pointer": pointer_to(node, column)}}
         )
         output = builder.array(curve[kept][:, None])
-        _channel(animation, target, clocks[key], output)
+        _add_channel(animation, target, clocks[key], output)
 
 
 def _write_joints(
@@ -179,7 +179,7 @@ def _write_joints(
                 if all_keys is None:
                     all_keys = builder.array(take.times[:, None], bounds=True)
                 clock = all_keys
-            _channel(animation, _core(index, kind), clock, builder.array(curve))
+            _add_channel(animation, _core(index, kind), clock, builder.array(curve))
     return found
 
 
@@ -199,7 +199,7 @@ def _core(node: int, path: str) -> pygltflib.AnimationChannelTarget:
     return pygltflib.AnimationChannelTarget(node=node, path=path)
 
 
-def _channel(
+def _add_channel(
     animation: pygltflib.Animation,
     target: pygltflib.AnimationChannelTarget,
     clock: int,

@@ -11,7 +11,8 @@ import pygltflib
 
 from usdface.findings import Finding, finding
 from usdface.io.gltf.extras import extras_with_metadata
-from usdface.io.gltf.image import GltfImage, channels_image, has_alpha, to_gltf_image
+from usdface.io.gltf.image import GltfImage, channels_image, to_gltf_image
+from usdface.io.gltf.image_kind import has_alpha
 from usdface.io.gltf.textures import TextureBuilder
 from usdface.materials import AlphaMode, Material, Texture
 
@@ -98,7 +99,7 @@ def _written(
         doubleSided=material.double_sided,
         extras=extras_with_metadata(material.extras),
     )
-    _factors(result, material, found)
+    _set_factors(result, material, found)
     return result
 
 
@@ -123,7 +124,7 @@ def _metallic_roughness(
     return images.packed((None, rough, metal))
 
 
-def _factors(result: pygltflib.Material, material: Material, found: list[Finding]) -> None:
+def _set_factors(result: pygltflib.Material, material: Material, found: list[Finding]) -> None:
     """Set the numbers of a material, and the extensions that some of them need."""
     strength = max(1.0, *material.emissive)
     glow = [value / strength for value in material.emissive]

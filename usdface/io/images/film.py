@@ -12,15 +12,9 @@ import numpy as np
 from usdface.errors import InputError, how_to_install
 from usdface.footage.colour_channel import Pixels
 from usdface.footage.scan import LoadFrame
+from usdface.io.images.image_header import ImageHeader, read_header
 from usdface.io.images.movie import movie_frames, read_movie_header
-from usdface.io.images.read_image import (
-    ImageHeader,
-    ReadSubimage,
-    exposure_of,
-    open_image,
-    read_header,
-    read_image,
-)
+from usdface.io.images.read_image import ReadSubimage, exposure_of, open_image, read_image
 from usdface.io.images.sequence import MOVIE_SUFFIXES, ImageFile, find_images
 
 __all__ = ["Film", "open_film"]

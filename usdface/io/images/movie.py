@@ -8,7 +8,8 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.footage.colour_channel import Pixels
-from usdface.io.images.read_image import MOST_PIXELS, ImageHeader
+from usdface.io.images.image_file import MOST_PIXELS
+from usdface.io.images.image_header import ImageHeader
 
 __all__ = ["movie_frames", "read_movie_header"]
 

@@ -1,7 +1,7 @@
 """A folder of meshes, one neutral and one file for each shape, as a rig."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -47,23 +47,36 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     unit = _METERS_PER_UNIT if options.meters_per_unit is None else options.meters_per_unit
     space = to_metres(unit, options.up_axis)
     neutral, materials, findings = _read_neutral(chosen, space)
+    others = [path for path in files if path != chosen]
+    shapes, new_findings = _read_shapes(others, neutral, chosen.name, space)
+    findings += new_findings + _left_out_targets(folder)
+    mesh = Mesh(
+        neutral.name,
+        neutral.points,
+        neutral.face_counts,
+        neutral.face_indices,
+        None,
+        neutral.uvs,
+        shapes,
+        None,
+        "",
+        neutral.subsets,
+    )
+    return Rig(folder.resolve().name, (mesh,), None, materials, str(folder)), findings
+
+
+def _read_shapes(
+    files: Sequence[Path], neutral: Mesh, neutral_name: str, space: FloatArray
+) -> tuple[tuple[BlendShape, ...], list[Finding]]:
+    """Read the shapes of files with as many points as the neutral; report the others."""
     shapes: dict[str, BlendShape] = {}
+    findings: list[Finding] = []
     for path in files:
-        if path == chosen:
-            continue
         points, same_faces = _read_points(path, neutral)
         if len(points) != len(neutral.points):
             message = "{point_count} points; the neutral {file} has {expected_count}"
-            findings.append(
-                finding(
-                    "SHAPE_SKIPPED",
-                    str(path),
-                    message,
-                    len(points),
-                    chosen.name,
-                    len(neutral.points),
-                )
-            )
+            counts = len(points), neutral_name, len(neutral.points)
+            findings.append(finding("SHAPE_SKIPPED", str(path), message, *counts))
             continue
         if path.stem in shapes:
             message = "there is a shape {shape!r} already"
@@ -74,20 +87,7 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
         shapes[path.stem] = BlendShape.from_dense(path.stem, points @ space - neutral.points)
         if not len(shapes[path.stem].indices):
             findings.append(finding("SHAPE_EMPTY", str(path)))
-    findings += _left_out_targets(folder)
-    mesh = Mesh(
-        neutral.name,
-        neutral.points,
-        neutral.face_counts,
-        neutral.face_indices,
-        None,
-        neutral.uvs,
-        tuple(shapes.values()),
-        None,
-        "",
-        neutral.subsets,
-    )
-    return Rig(folder.resolve().name, (mesh,), None, materials, str(folder)), findings
+    return tuple(shapes.values()), findings
 
 
 def _left_out_targets(folder: Path) -> list[Finding]:

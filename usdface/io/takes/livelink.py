@@ -24,16 +24,8 @@ from usdface.takes import WeightsTake, check_range
 __all__ = ["read_livelink"]
 
 _TIMECODE = re.compile(r"(\d{1,2}):(\d{1,2}):(\d{1,2})[:;](\d{1,3}(?:\.\d{1,9})?)")
-_BASES = (
-    24,
-    25,
-    30,
-    48,
-    50,
-    60,
-    100,
-    120,
-)  # Hz: SMPTE ST 12's, their doubles, and high frame rates
+# Hz: SMPTE ST 12's, their doubles, and high frame rates.
+_BASES = (24, 25, 30, 48, 50, 60, 100, 120)
 _ASSUMED_BASE = 60  # that of all recordings seen
 _NTSC = 1.001  # s, of as many frames as drop-frame timecode counts a second (SMPTE ST 12)
 _DAY = 86400.0  # s

@@ -61,13 +61,8 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         "landmarks in space",
         "other action units" if blinks else "action units",
     ]
-    if "face_id" in columns:
-        face = columns["face_id"]
-        others = {cells[face] for _, cells in rows if len(cells) > face}
-        if len(others) > 1:
-            first = rows[0][1][face]
-            rows = [row for row in rows if len(row[1]) > face and row[1][face] == first]
-            ignored.append(f"{len(others) - 1} other faces")
+    rows, others = _of_first_face(rows, columns.get("face_id"))
+    ignored += [f"{others} other faces"] if others else []
     shared = [name for name in (*_ROW, *_OPTIONAL) if name in columns]
     points = [(f"landmark_{n}", [columns[f"x_{n}"], columns[f"y_{n}"]]) for n in numbers]
     table = samples_of_columns(
@@ -93,6 +88,19 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         ignored=ignored,
     )
     return finish_tracks(tracks, options)
+
+
+def _of_first_face(
+    rows: list[tuple[int, list[str]]], column: int | None
+) -> tuple[list[tuple[int, list[str]]], int]:
+    """Return the rows of the first face, and how many others there are."""
+    if column is None:
+        return rows, 0
+    faces = {cells[column] for _, cells in rows if len(cells) > column}
+    if len(faces) < 2:
+        return rows, 0
+    first = rows[0][1][column]
+    return [row for row in rows if len(row[1]) > column and row[1][column] == first], len(faces) - 1
 
 
 def _gaze(values: Mapping[str, FloatArray], success: BoolArray) -> FloatArray:

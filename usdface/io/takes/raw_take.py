@@ -179,15 +179,15 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         image = "{place_count} places beyond {limit_px:g} px are taken as occluded", FARTHEST
         message, limit = image if positions.shape[2] == 2 else space
         findings.append(finding("MARKER_SPIKE", str(path), message, far.sum(), limit))
-    hidden = far | np.any(~np.isfinite(positions), axis=2)
-    positions[hidden] = np.nan
+    occluded = far | np.any(~np.isfinite(positions), axis=2)
+    positions[occluded] = np.nan
     if positions.shape[2] == 3:
         if not raw.computed:
             unseen, new_findings = find_unseen(path, labels, positions)
-            hidden[unseen], positions[unseen] = True, np.nan
+            occluded[unseen], positions[unseen] = True, np.nan
             findings += new_findings
         findings += report_take_size(path, positions, unit)
-    seen, occlusion = find_occlusion(path, labels, hidden)
+    seen, occlusion = find_occlusion(path, labels, occluded)
     findings += occlusion
     take = MarkerTake(
         tuple(labels),
@@ -266,32 +266,32 @@ def _assumed(where: str, raw: RawTake) -> Finding:
 
 
 def find_occlusion(
-    path: Path, labels: Sequence[str], hidden: BoolArray
+    path: Path, labels: Sequence[str], occluded: BoolArray
 ) -> tuple[BoolArray, list[Finding]]:
-    """Return which markers are ever visible (M,), and where markers (F, M) are hidden.
+    """Return which markers are ever visible (M,), and where markers (F, M) are occluded.
 
     Raises
     ------
     InputError
         If nothing is ever visible.
     """
-    if hidden.all():
+    if occluded.all():
         raise InputError(
             f"{path}: no marker is visible in any frame; "
             "expected a position at least once: are the labels right?",
             "TAKE_EMPTY",
         )
-    frame_count = len(hidden)
+    frame_count = len(occluded)
     findings = []
-    for label, count in zip(labels, hidden.sum(axis=0).tolist(), strict=True):
+    for label, count in zip(labels, occluded.sum(axis=0).tolist(), strict=True):
         where = f"{path}: {label}"
         if count == frame_count:
             findings.append(finding("MARKER_NEVER_SEEN", where))
         elif count:
-            message = "hidden in {occluded_count} of {frame_count} frames"
+            message = "occluded in {occluded_count} of {frame_count} frames"
             findings.append(finding("MARKER_OCCLUDED", where, message, count, frame_count))
-    empty = np.flatnonzero(hidden.all(axis=1))
+    empty = np.flatnonzero(occluded.all(axis=1))
     if len(empty):
         message = "no marker is visible in frames {frames}"
         findings.append(finding("FRAME_EMPTY", str(path), message, empty.tolist()))
-    return np.any(~hidden, axis=0), findings
+    return np.any(~occluded, axis=0), findings

@@ -6,7 +6,7 @@ from pxr import Sdf, Usd
 
 from usdface.errors import InputError
 
-__all__ = ["author", "value_of"]
+__all__ = ["author", "strings_of", "value_of", "value_or"]
 
 
 def author(
@@ -33,3 +33,14 @@ def value_of(prim: Usd.Prim, name: str, kind: type) -> Any:
     if value is not None and not isinstance(value, kind):
         raise InputError(f"{name} holds a {type(value).__name__}; expected a {kind.__name__}")
     return value
+
+
+def value_or(prim: Usd.Prim, name: str, default: Any) -> Any:
+    """Return the value of an attribute, `default` where there is none."""
+    value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
+    return default if value is None else value
+
+
+def strings_of(prim: Usd.Prim, name: str) -> tuple[str, ...]:
+    """Return the values of an attribute as strings, empty where there are none."""
+    return tuple(str(entry) for entry in value_or(prim, name, ()))

@@ -7,27 +7,28 @@ from pxr import Sdf, Usd, UsdGeom
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.io.usd.metrics import to_si
 from usdface.io.usd.rendered_meshes import placed_meshes, rendered_meshes
-from usdface.io.usd.rig import spaces_of_meshes
-from usdface.io.usd.shot import ShotPrims, StagedShot
-from usdface.io.usd.stage import to_si
+from usdface.io.usd.shot import StagedShot
+from usdface.io.usd.skel_bindings import spaces_of_meshes
 
 __all__ = ["character_meshes", "near_face", "points_of", "report_left_out"]
 
 _START = Usd.TimeCode.EarliestTime()
 
 
-def character_meshes(stage: Usd.Stage, prims: ShotPrims) -> list[Usd.Prim]:
+def character_meshes(staged: StagedShot) -> list[Usd.Prim]:
     """Return the meshes of a character that a render shows.
 
     The character is the highest prim above its SkelRoot that does not hold the setup, too.
     """
+    prims = staged.prims
     setup = Sdf.Path(prims.retarget)
     above = Sdf.Path(prims.skel_root).GetPrefixes() if prims.skel_root else []
     own = [path for path in above if not setup.HasPrefix(path)] or above[-1:]
     if not own:
         return []
-    meshes, _ = rendered_meshes(placed_meshes(stage.GetPrimAtPath(own[0])))
+    meshes, _ = rendered_meshes(placed_meshes(staged.stage.GetPrimAtPath(own[0])))
     return meshes
 
 
@@ -60,10 +61,10 @@ def near_face(prims: Sequence[Usd.Prim], staged: StagedShot) -> list[str]:
     ]
 
 
-def report_left_out(stage: Usd.Stage, staged: StagedShot) -> list[Finding]:
+def report_left_out(staged: StagedShot) -> list[Finding]:
     """Return FEATURE_DROPPED for meshes near the face that the rig of its shot lacks."""
     known = {mesh.path for mesh in staged.shot.rig.meshes}
-    meshes = character_meshes(stage, staged.prims)
+    meshes = character_meshes(staged)
     names = near_face([prim for prim in meshes if str(prim.GetPath()) not in known], staged)
     if not names:
         return []

@@ -7,17 +7,16 @@ and 1 (over-driven shapes), unsorted point indices (some importers need them sor
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
-from usdface.geometry.stray_points import stray_move, stray_point
+from usdface.geometry.stray_points import stray_point
 from usdface.io.usd.check_bindings import check_bindings
+from usdface.io.usd.check_shapes import check_shapes, finite_points, names_and_targets, shapes_of
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.stage import open_stage
 
@@ -27,22 +26,6 @@ _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
 _ROUNDING = 1e-5  # rounding of exporters, beyond weights of 0 and 1
 Findings = Iterator[Finding]
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Shape:
-    """A blend shape of a mesh with `count` points, as authored.
-
-    `points` are those of the mesh, none where one is no number. `vectors` holds offsets and normal
-    offsets by attribute, those of inbetweens included; `inbetweens` their weights.
-    """
-
-    where: str
-    count: int
-    points: NDArray[np.float64]
-    indices: NDArray[np.int64]
-    vectors: dict[str, NDArray[np.float64]]
-    inbetweens: dict[str, float | None]
 
 
 def check_usd(path: Path) -> list[Finding]:
@@ -68,9 +51,7 @@ def _check_prim(prim: Usd.Prim) -> Findings:
     if prim.IsA(UsdGeom.Mesh):
         for mesh_rule in _MESH_RULES:
             yield from mesh_rule(prim)
-        for shape in _shapes(prim):
-            for shape_rule in _SHAPE_RULES:
-                yield from shape_rule(shape)
+        yield from check_shapes(prim)
     elif prim.IsA(UsdSkel.Animation):
         yield from _weights_fit(UsdSkel.Animation(prim))
 
@@ -94,15 +75,8 @@ def _bindings_exist(prim: Usd.Prim) -> Findings:
                 )
 
 
-def _names_and_targets(prim: Usd.Prim) -> tuple[list[str], list[object]]:
-    binding = UsdSkel.BindingAPI(prim)
-    relation = binding.GetBlendShapeTargetsRel()
-    names = [str(name) for name in binding.GetBlendShapesAttr().Get() or ()]
-    return names, list(relation.GetForwardedTargets()) if relation else []
-
-
 def _names_match_targets(prim: Usd.Prim) -> Findings:
-    names, targets = _names_and_targets(prim)
+    names, targets = names_and_targets(prim)
     if len(names) != len(targets):
         message = "{name_count} skel:blendShapes for {shape_count} skel:blendShapeTargets"
         yield finding(
@@ -111,14 +85,14 @@ def _names_match_targets(prim: Usd.Prim) -> Findings:
 
 
 def _names_are_unique(prim: Usd.Prim) -> Findings:
-    names, _ = _names_and_targets(prim)
+    names, _ = names_and_targets(prim)
     for name in sorted({n for n in names if names.count(n) > 1}):
         message = "the name {shape!r} occurs {name_count} times; UsdSkel moves the first"
         yield finding("SHAPE_NAME_REPEATED", str(prim.GetPath()), message, name, names.count(name))
 
 
 def _targets_exist(prim: Usd.Prim) -> Findings:
-    for target in _names_and_targets(prim)[1]:
+    for target in names_and_targets(prim)[1]:
         if not UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target)):
             message = "{mesh} names no BlendShape; UsdSkel then moves none of its shapes"
             yield finding("SHAPE_TARGET_MISSING", str(target), message, prim.GetPath())
@@ -143,15 +117,9 @@ def _faces_fit_points(prim: Usd.Prim) -> Findings:
 
 
 def _points_are_near(prim: Usd.Prim) -> Findings:
-    stray = stray_point(_points(prim))
+    stray = stray_point(finite_points(prim))
     if stray:
         yield finding("POINT_STRAY", str(prim.GetPath()), *stray)
-
-
-def _points(prim: Usd.Prim) -> NDArray[np.float64]:
-    """Return the points of a mesh; none where one of them is no number."""
-    points = _vectors(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START))
-    return points if np.isfinite(points).all() else np.zeros((0, 3))
 
 
 def _normals_are_there(prim: Usd.Prim) -> Findings:
@@ -159,7 +127,7 @@ def _normals_are_there(prim: Usd.Prim) -> Findings:
     if mesh.GetSubdivisionSchemeAttr().Get() != UsdGeom.Tokens.none:
         return  # subdivision makes them
     primvar = UsdGeom.PrimvarsAPI(prim).HasPrimvar("normals")
-    shapes = _shapes_of(prim)
+    shapes = shapes_of(prim)
     if shapes and not (primvar or mesh.GetNormalsAttr().HasAuthoredValue()):
         message = "a polygonal mesh with blend shapes has no normals"
         yield finding("NORMALS_MISSING", str(prim.GetPath()), message)
@@ -179,109 +147,6 @@ _MESH_RULES: tuple[Callable[[Usd.Prim], Findings], ...] = (
     _faces_fit_points,
     _points_are_near,
     _normals_are_there,
-)
-
-
-def _shapes_of(prim: Usd.Prim) -> list[UsdSkel.BlendShape]:
-    """Return the blend shapes of a mesh that exist, each once."""
-    targets = dict.fromkeys(_names_and_targets(prim)[1])
-    shapes = (UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target)) for target in targets)
-    return [shape for shape in shapes if shape]
-
-
-def _shapes(prim: Usd.Prim) -> Iterator[_Shape]:
-    count = len(UsdGeom.Mesh(prim).GetPointsAttr().Get(_START) or ())
-    points = _points(prim)
-    for shape in _shapes_of(prim):
-        indices = np.asarray(shape.GetPointIndicesAttr().Get() or [], np.int64)
-        vectors = {
-            "offsets": _vectors(shape.GetOffsetsAttr().Get()),
-            "normalOffsets": _vectors(shape.GetNormalOffsetsAttr().Get()),
-        }
-        inbetweens: dict[str, float | None] = {}
-        for between in shape.GetAuthoredInbetweens():
-            name = between.GetAttr().GetName()
-            inbetweens[name] = between.GetWeight()
-            vectors[name] = _vectors(between.GetOffsets())
-            vectors[f"{name}:normalOffsets"] = _vectors(between.GetNormalOffsets())
-        yield _Shape(str(shape.GetPath()), count, points, indices, vectors, inbetweens)
-
-
-def _vectors(values: object) -> NDArray[np.float64]:
-    return np.zeros((0, 3)) if values is None else np.asarray(values, np.float64)
-
-
-def _indices_are_inside(shape: _Shape) -> Findings:
-    outside = shape.indices[(shape.indices < 0) | (shape.indices >= shape.count)]
-    if len(outside):
-        message = "point index {point} on a mesh of {point_count} points"
-        yield finding("POINT_INDICES_OUTSIDE", shape.where, message, outside[0], shape.count)
-
-
-def _indices_are_sorted(shape: _Shape) -> Findings:
-    if (np.diff(shape.indices) < 0).any():
-        yield finding("POINT_INDICES_UNSORTED", shape.where)
-
-
-def _indices_are_unique(shape: _Shape) -> Findings:
-    if len(np.unique(shape.indices)) < len(shape.indices):
-        yield finding("POINT_INDICES_REPEATED", shape.where)
-
-
-def _lengths_agree(shape: _Shape) -> Findings:
-    expected = len(shape.indices) or shape.count
-    for name, values in shape.vectors.items():
-        if len(values) not in (0, expected):
-            message = "{value_count} {attribute} for {expected_count} points"
-            yield finding("OFFSETS_LENGTH_WRONG", shape.where, message, len(values), name, expected)
-
-
-def _offsets_are_finite(shape: _Shape) -> Findings:
-    for name, values in shape.vectors.items():
-        if not np.isfinite(values).all():
-            yield finding(
-                "VALUES_WRONG", shape.where, "{attribute} holds NaN or infinite numbers", name
-            )
-
-
-def _offsets_are_near(shape: _Shape) -> Findings:
-    for name, values in shape.vectors.items():
-        if name.endswith("normalOffsets") or not np.isfinite(values).all():
-            continue
-        indices = shape.indices if len(shape.indices) == len(values) else np.arange(len(values))
-        stray = stray_move(values, indices, shape.points)
-        if stray:
-            message, *found = stray
-            yield finding("POINT_STRAY", shape.where, "{attribute}: " + message, name, *found)
-
-
-def _moves_something(shape: _Shape) -> Findings:
-    if not any(values.any() for values in shape.vectors.values()):
-        yield finding("SHAPE_EMPTY", shape.where)
-
-
-def _inbetweens_have_places(shape: _Shape) -> Findings:
-    used: dict[float, str] = {0.0: "neutral", 1.0: "the shape itself"}
-    for name, weight in shape.inbetweens.items():
-        if not isinstance(weight, float) or not np.isfinite(weight):
-            message = "{inbetween} has the weight {weight}; author a number"
-            yield finding("INBETWEEN_WRONG", shape.where, message, name, weight)
-        elif weight in used:
-            message = "{inbetween} has the weight {weight:g}, where {other} is"
-            yield finding("INBETWEEN_WRONG", shape.where, message, name, weight, used[weight])
-        else:
-            used[weight] = name
-
-
-_SHAPE_RULES: tuple[Callable[[_Shape], Findings], ...] = (
-    _indices_are_inside,
-    _indices_are_sorted,
-    _indices_are_unique,
-    _lengths_agree,
-    _offsets_are_finite,
-    _offsets_are_near,
-    _moves_something,
-    _inbetweens_have_places,
 )
 
 

@@ -10,7 +10,7 @@ from usdface.content_digest import content_digest
 from usdface.findings import Finding, finding
 from usdface.io.usd.held_layers import hold_layers
 from usdface.io.usd.instances import shown_path
-from usdface.io.usd.rig import skel_roots
+from usdface.io.usd.skel_bindings import skel_roots
 from usdface.io.usd.stage import check_clocks
 
 __all__ = [

@@ -7,11 +7,16 @@ from pathlib import Path
 import numpy as np
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
-from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
-from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.usd.animated_joints import animated_joints
+from usdface.io.usd.bound_curves import (
+    ClipClock,
+    joints_of,
+    merged_defaults,
+    merged_weights,
+    shape_names_of,
+    side_by_side,
+)
 from usdface.io.usd.clip_variants import (
     BoundAnimation,
     bound_animations,
@@ -20,8 +25,9 @@ from usdface.io.usd.clip_variants import (
     report_unbound,
 )
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.metrics import metrics_of, to_si
 from usdface.io.usd.motion_keys import continuous_parts
-from usdface.io.usd.rig import rig_of_stage, spaces_of_meshes, staged_skeletons
+from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.rigid_animation import (
     RigidMotion,
     add_rigid_joints,
@@ -30,17 +36,15 @@ from usdface.io.usd.rigid_animation import (
     prefixes,
 )
 from usdface.io.usd.shared_shapes import ShapeNames, separate_shapes
+from usdface.io.usd.skel_bindings import spaces_of_meshes, staged_skeletons
 from usdface.io.usd.skeletons import StagedSkeleton
-from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import VertexCache, add_cache_shapes, find_vertex_caches
 from usdface.rigs import Rig
-from usdface.takes import WeightsTake, frame_step
+from usdface.takes import WeightsTake
 
 __all__ = ["animated_rig", "clips_of_stage"]
 
 _POSED = 1e-5  # of a matrix: SkelAnimations hold float32, and scales of 16 bits near 1
-_SAME_WEIGHT = 1e-6  # 8 roundings of float32
-_SAME_RATE = 5e-4  # of a rate: half of the way from 30 to 29.97 Hz
 _OWN_NAMES: ShapeNames = {}
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
@@ -132,7 +136,7 @@ def clips_of_stage(
 
 def _defaults(stage: Usd.Stage, names: ShapeNames) -> WeightsTake | None:
     """Return the weights that SkelAnimations with samples have without time, if not all are 0."""
-    return _merged_defaults(bound_animations(stage), names)
+    return merged_defaults(bound_animations(stage), names)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -152,7 +156,7 @@ class _Scene:
 def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
     playing_now = bound_animations(stage)
     # One may move several skeletons, whose shapes the rig may name otherwise.
-    animations = {(b.animation.GetPrim(), _names(b, scene.names)): b for b in playing_now}
+    animations = {(b.animation.GetPrim(), shape_names_of(b, scene.names)): b for b in playing_now}
     weighted = [b for b in animations.values() if b.animation.GetBlendShapeWeightTimeSamples()]
     jointed = [
         (b, skeleton)
@@ -170,24 +174,24 @@ def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
     )
     metrics = metrics_of(stage)
     start = metrics.start if stage.HasAuthoredTimeCodeRange() or not len(codes) else codes[0]
-    clock = _Clock(min([start, *codes[:1]]), metrics.time_codes_per_second)
+    clock = ClipClock(min([start, *codes[:1]]), metrics.time_codes_per_second)
     takes = [_joint_take(motion, clock) for motion in scene.motions]
     above = prefixes(scene.skeletons, scene.motions)
     found: list[Finding] = []
     for bound, skeleton in jointed:
-        joints, new_findings = _joints(bound, skeleton, to_si(metrics), clock)
+        joints, new_findings = joints_of(bound, skeleton, to_si(metrics), clock)
         found += new_findings
         if joints is not None:
             prefix = above[skeleton.path]
             takes.append(replace(joints, joints=tuple(prefix + joint for joint in joints.joints)))
     pose = merge_joint_takes(takes)
     if not len(codes):
-        still = _merged_defaults(list(animations.values()), scene.names)
+        still = merged_defaults(list(animations.values()), scene.names)
         return (Clip("", still, pose) if still or pose else None), found
-    weights, new_findings = _merged_weights(weighted, scene.names, clock)
+    weights, new_findings = merged_weights(weighted, scene.names, clock)
     found += new_findings
     for cache in scene.caches:
-        weights = _side_by_side(weights, cache.take(clock.times(cache.codes)))
+        weights = side_by_side(weights, cache.take(clock.times(cache.codes)))
     shown = [*weighted, *(bound for bound, _ in jointed), *animations.values()]
     prims = [bound.animation.GetPrim() for bound in shown]
     motions = [motion.name for motion in scene.motions]
@@ -196,32 +200,10 @@ def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
     return Clip(name, weights, pose), found
 
 
-def _joint_take(motion: RigidMotion, clock: "_Clock") -> JointsTake:
+def _joint_take(motion: RigidMotion, clock: ClipClock) -> JointsTake:
     moves, turns, sizes = (part[:, None] for part in continuous_parts(motion.matrices))
     times = clock.times(motion.codes)
     return JointsTake((motion.joint,), times, moves, turns, sizes, clock.grid(times))
-
-
-@dataclass(frozen=True, slots=True)
-class _Clock:
-    start: float
-    rate: float
-
-    def times(self, codes: FloatArray) -> FloatArray:
-        return np.asarray((codes - self.start) / self.rate)
-
-    def grid(self, times: FloatArray) -> float:
-        """Return the frame rate [Hz] of samples at `times`: the stage's or their own."""
-        step = frame_step(times)
-        if step <= 0 or abs(1 / step - self.rate) < _SAME_RATE * self.rate:
-            return self.rate
-        return round(1 / step, 6)
-
-
-def _names(bound: BoundAnimation, names: ShapeNames) -> tuple[str, ...]:
-    own = names.get(bound.prim.GetPath(), {})
-    tokens = map(str, bound.animation.GetBlendShapeOrder())
-    return tuple(own.get(token, token) for token in tokens)
 
 
 def _is_posed(binding: BoundAnimation) -> bool:
@@ -232,91 +214,3 @@ def _is_posed(binding: BoundAnimation) -> bool:
     if not order or rest is None or shown is None:
         return False
     return not np.allclose(np.array(shown), np.array(rest), rtol=_POSED, atol=_POSED)
-
-
-def _merged_defaults(bounds: Sequence[BoundAnimation], names: ShapeNames) -> WeightsTake | None:
-    """Return the weights that all SkelAnimations have without time, if some are not zero."""
-    columns: dict[str, float] = {}
-    for bound in bounds:
-        row = UsdSkel.Animation(bound.animation.GetPrim()).GetBlendShapeWeightsAttr().Get()
-        own = _names(bound, names)
-        if row is not None and len(row) == len(own):
-            columns = dict(zip(own, map(float, row), strict=True)) | columns
-    if not any(columns.values()):
-        return None
-    return WeightsTake(tuple(columns), np.zeros(1), np.array([[*columns.values()]]))
-
-
-def _weights(bound: BoundAnimation, names: ShapeNames, clock: _Clock) -> WeightsTake:
-    query, own = bound.animation, _names(bound, names)
-    codes = np.array(query.GetBlendShapeWeightTimeSamples())
-    values = UsdSkel.Animation(query.GetPrim()).GetBlendShapeWeightsAttr()
-    rows = []
-    for code in codes:
-        given = values.Get(float(code))  # None where the sample is blocked
-        row = np.asarray([] if given is None else given, np.float64)
-        if row.shape != (len(own),):
-            raise InputError(
-                f"{bound.path} has {row.size} blendShapeWeights for {len(own)} "
-                f"blendShapes at time code {code:g}",
-                "WEIGHTS_LENGTH_WRONG",
-            )
-        rows.append(row)
-    times = clock.times(codes)
-    return WeightsTake(own, times, np.array(rows), clock.grid(times))
-
-
-def _merged_weights(
-    bounds: Sequence[BoundAnimation], names: ShapeNames, clock: _Clock
-) -> tuple[WeightsTake | None, list[Finding]]:
-    """Return the weights of all SkelAnimations that play at once; of equal names the first."""
-    takes = [_weights(bound, names, clock) for bound in bounds]
-    if len(takes) < 2:
-        return (takes[0] if takes else None), []
-    times = np.unique(np.concatenate([take.times for take in takes]))
-    columns: dict[str, FloatArray] = {}
-    found = []
-    for bound, take in zip(bounds, takes, strict=True):
-        for name, curve in zip(take.names, take.weights.T, strict=True):
-            own = np.interp(times, take.times, curve)
-            if not np.allclose(columns.setdefault(name, own), own, rtol=0, atol=_SAME_WEIGHT):
-                message = "{joint!r} moves otherwise in another SkelAnimation, which comes first"
-                found.append(finding("ANIMATION_DROPPED", str(bound.path), message, name))
-    weights = np.stack([*columns.values()], 1)
-    return WeightsTake(tuple(columns), times, weights, max(t.rate for t in takes)), found
-
-
-def _side_by_side(one: WeightsTake | None, other: WeightsTake) -> WeightsTake:
-    """Return takes of different names as one, with the keys of both."""
-    if one is None:
-        return other
-    times = np.union1d(one.times, other.times)
-    curves = [
-        np.interp(times, take.times, curve) for take in (one, other) for curve in take.weights.T
-    ]
-    names = (*one.names, *other.names)
-    return WeightsTake(names, times, np.stack(curves, 1), max(one.rate, other.rate))
-
-
-def _joints(
-    binding: BoundAnimation, staged: StagedSkeleton, si: FloatArray, clock: _Clock
-) -> tuple[JointsTake | None, list[Finding]]:
-    """Return the animated joints in the rig's frames (`usdface.io.usd.skeleton`)."""
-    skeleton, renamed = staged.skeleton, staged.renamed
-    where = str(binding.path)
-    order = tuple(map(str, binding.animation.GetJointOrder()))
-    known = [k for k, joint in enumerate(order) if joint in skeleton.joints]
-    found = []
-    if len(known) < len(order):
-        message = "{joint_count} animated joints are not in the skeleton"
-        found.append(finding("ANIMATION_DROPPED", where, message, len(order) - len(known)))
-    codes = np.array(binding.animation.GetJointTransformTimeSamples() or [clock.start])
-    xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
-    world = np.array(xforms.GetLocalToWorldTransform(binding.prim), np.float64)
-    moved = animated_joints(binding.animation, skeleton, world @ si, codes.tolist())
-    if moved is None:
-        message = "translations, rotations and scales do not fit the joints"
-        return None, [*found, finding("ANIMATION_DROPPED", where, message)]
-    times = clock.times(codes)
-    joints = tuple(renamed[name] for name in moved.names)
-    return JointsTake(joints, times, *moved[1:], clock.grid(times)), found

@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import decompose
-from usdface.io.usd.stage import matrices, vec3f_array
+from usdface.io.usd.value_arrays import matrices, vec3f_array
 from usdface.rigs import Skeleton
 from usdface.takes import WeightsTake
 

@@ -11,7 +11,9 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.head_motion import HEAD_OP
-from usdface.io.usd.stage import Metrics, Stage, metrics_of, new_layer, save_layer
+from usdface.io.usd.metrics import Metrics, metrics_of, new_layer
+from usdface.io.usd.save_layers import save_layer
+from usdface.io.usd.stage import Stage
 from usdface.options import DeliverOptions
 
 __all__ = ["check_delivery", "write_deliverable"]
@@ -72,8 +74,8 @@ def write_deliverable(
     layer.defaultPrim = prim.name
     times = (frames * (metrics.time_codes_per_second / rate)).tolist()
     with Sdf.ChangeBlock():
-        _weights(layer, prim, query, frames.tolist(), times)
-        _joints(layer, prim, query, frames.tolist(), times)
+        _write_weights(layer, prim, query, frames.tolist(), times)
+        _write_joints(layer, prim, query, frames.tolist(), times)
     for moved in stage.Traverse():
         if moved.HasAttribute(HEAD_OP):
             message = "the head's motion is on the SkelRoot, which is no animation: it stays behind"
@@ -112,7 +114,7 @@ def _frames(
     return np.arange(low, high + 1), (max(start, low), min(end, high)), findings
 
 
-def _weights(
+def _write_weights(
     layer: Sdf.Layer,
     prim: Sdf.PrimSpec,
     query: UsdSkel.AnimQuery,
@@ -127,7 +129,7 @@ def _weights(
         layer.SetTimeSample(values.path, frame, query.ComputeBlendShapeWeights(time))
 
 
-def _joints(
+def _write_joints(
     layer: Sdf.Layer,
     prim: Sdf.PrimSpec,
     query: UsdSkel.AnimQuery,

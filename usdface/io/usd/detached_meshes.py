@@ -1,7 +1,7 @@
 """Meshes near a face that do not follow its head: teeth or lashes that nothing binds to it."""
 
 import numpy as np
-from pxr import Sdf, Usd
+from pxr import Sdf
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
@@ -20,7 +20,7 @@ _INSIDE = _CARRIED = 0.5
 _SEEN = 0.001  # m
 
 
-def report_detached(stage: Usd.Stage, staged: StagedShot, result: ShotResult) -> list[Finding]:
+def report_detached(staged: StagedShot, result: ShotResult) -> list[Finding]:
     """Return MESHES_LEFT_BEHIND for the meshes near the face that do not move with the head."""
     motion, carrier = result.head_motion, staged.prims.head
     if motion is None or carrier is None:
@@ -29,13 +29,13 @@ def report_detached(stage: Usd.Stage, staged: StagedShot, result: ShotResult) ->
     face = rig.mesh(staged.shot.setup.binding.mesh)
     carried = {mesh.path: _carried(mesh, staged) for mesh in rig.meshes}
     box = _box(face.points[carried[face.path]])
-    beside = [p for p in character_meshes(stage, staged.prims) if str(p.GetPath()) not in carried]
+    beside = [p for p in character_meshes(staged) if str(p.GetPath()) not in carried]
     places = {mesh.path: mesh.points for mesh in rig.meshes} | points_of(beside, staged)
     behind: dict[str, float] = {}
     for path, points in places.items():
         moves = carried.get(path, np.zeros(len(points), bool))
         if moves.mean() < _CARRIED and _is_inside(points, box):
-            distance = _way(points.mean(axis=0), motion)
+            distance = _largest_shift(points.mean(axis=0), motion)
             behind |= {path: distance} if distance > _SEEN else {}
     if not behind:
         return []
@@ -76,7 +76,7 @@ def _is_inside(points: FloatArray, box: FloatArray) -> bool:
     return bool(inside.mean() >= _INSIDE)
 
 
-def _way(point: FloatArray, motion: Pose) -> float:
+def _largest_shift(point: FloatArray, motion: Pose) -> float:
     """Return how far (m) a pose takes a point (3,) at most."""
     moved = motion.rotations @ point + motion.translations
     return float(np.linalg.norm(moved - point, axis=1).max())

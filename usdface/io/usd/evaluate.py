@@ -14,13 +14,13 @@ from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix
+from usdface.io.usd.metrics import metrics_of, to_si
 from usdface.io.usd.rendered_meshes import (
     outside_meshes,
     placed_meshes,
     placed_roots,
     rendered_meshes,
 )
-from usdface.io.usd.stage import metrics_of, to_si
 from usdface.io.usd.vertex_cache import points_move
 from usdface.io.usd.world_transforms import world_transform
 
@@ -55,7 +55,7 @@ class UsdMesh:
         """Whether its points change over time."""
         return points_move(self._mesh)
 
-    def held_by(self, most: int) -> "UsdMesh | None":
+    def with_influences(self, most: int) -> "UsdMesh | None":
         """Return it with the `most` strongest joints at each point; None if none has more."""
         bound = self._bound
         if bound is None or not 0 < most < bound.skinning.GetNumInfluencesPerComponent():

@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, UsdGeom, Vt
 from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_up
-from usdface.io.usd.stage import vec2f_array, vec3f_array
+from usdface.io.usd.value_arrays import vec2f_array, vec3f_array
 from usdface.rigs import CornerValues, Mesh
 
 __all__ = ["read_face_varying", "to_face_varying", "write_face_varying"]

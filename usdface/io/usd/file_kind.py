@@ -35,7 +35,7 @@ def kind_of_usd(path: Path, within: Path | None = None) -> tuple[str, str]:
         system, which have no fingerprint.
     """
     try:
-        layer = open_layer(path, anew=True, within=within) if is_usd(path) else None
+        layer = open_layer(path, reread=True, within=within) if is_usd(path) else None
     except InputError:
         layer = None
     if layer is None:

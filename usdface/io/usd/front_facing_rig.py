@@ -9,7 +9,8 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.face.facing import facing, turn_about_up, turn_to_front, yaw_of
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.rig import rig_of_stage, spaces_of_meshes
+from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.skel_bindings import spaces_of_meshes
 from usdface.rigs import Rig
 
 __all__ = ["front_facing_rig"]

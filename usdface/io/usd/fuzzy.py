@@ -13,7 +13,8 @@ from pxr import Gf, Sdf, Tf, Usd, Vt
 
 from usdface.errors import InputError, OutputError
 from usdface.expression_system import ExpressionSystem, MarkerFeature
-from usdface.fuzzy.rules import Rule, parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
+from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.io.prim_names import prim_names

@@ -26,7 +26,7 @@ def read_groups(
 
     `si` (4, 4) leads from stage space to metres, Y up.
     """
-    scope = next((p for p in stage.Traverse() if p.GetName() == _SCOPE and _ours(p)), None)
+    scope = next((p for p in stage.Traverse() if p.GetName() == _SCOPE and _holds_groups(p)), None)
     if scope is None:
         return (), {}, tuple(meshes), []
     xforms = UsdGeom.XformCache(_START)
@@ -45,14 +45,14 @@ def read_groups(
     joints, new_findings = json_values(scope, read_metadata(scope).get("joints", {}))
     found += new_findings
     known = {group.path for group in groups}
-    hung = []
+    grouped = []
     for mesh in meshes:
         path = str(read_metadata(stage.GetPrimAtPath(mesh.path)).get("group", ""))
-        hung.append(replace(mesh, group=path) if path in known else mesh)
-    return tuple(groups), joints, tuple(hung), found
+        grouped.append(replace(mesh, group=path) if path in known else mesh)
+    return tuple(groups), joints, tuple(grouped), found
 
 
-def _ours(prim: Usd.Prim) -> bool:
+def _holds_groups(prim: Usd.Prim) -> bool:
     return prim.IsA(UsdGeom.Scope) and read_metadata(prim).get("groups") is True
 
 

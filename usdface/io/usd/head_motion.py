@@ -10,7 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.geometry.rigid_fit import Pose
-from usdface.io.usd.stage import matrices
+from usdface.io.usd.value_arrays import matrices
 from usdface.retarget.head_joint import face_joint
 from usdface.retarget.joint_motion import JointMotion, joint_track, matrices_of
 from usdface.rigs import Mesh, Skeleton
@@ -148,7 +148,7 @@ def _author_root(
     """Author the motion after the SkelRoot's own transform ops, which place the character."""
     root = Sdf.CreatePrimInLayer(layer, path)
     local = carrier.to_rig @ matrices_of(motion) @ np.linalg.inv(carrier.to_rig)
-    _samples(layer, root, HEAD_OP, Sdf.ValueTypeNames.Matrix4d, codes, matrices(local))
+    _write_samples(layer, root, HEAD_OP, Sdf.ValueTypeNames.Matrix4d, codes, matrices(local))
     order = root.attributes.get("xformOpOrder") or Sdf.AttributeSpec(
         root, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform
     )
@@ -184,7 +184,7 @@ def _author_joints(
         before = np.array([np.array(part) for part in authored])
         rows[:, : before.shape[1]] = before
         rows[:, columns] = values
-        _samples(layer, anim, name, kind, codes, map(array.FromNumpy, rows))
+        _write_samples(layer, anim, name, kind, codes, map(array.FromNumpy, rows))
 
 
 def _local(carrier: HeadCarrier, moved: JointMotion) -> FloatArray:
@@ -217,7 +217,7 @@ def _authored_joints(
     return names, components
 
 
-def _samples(
+def _write_samples(
     layer: Sdf.Layer,
     prim: Sdf.PrimSpec,
     name: str,

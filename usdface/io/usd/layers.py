@@ -13,22 +13,14 @@ from pxr import Sdf, Usd
 
 from usdface.io.atomic import all_or_none, remove_when_written
 from usdface.io.layer_paths import LayerPaths, layer_paths
-from usdface.io.usd.animation import (
-    author,
-    closure_animation,
-    express_animation,
-    solve_animation,
-)
+from usdface.io.usd.animation import closure_animation, express_animation, solve_animation
+from usdface.io.usd.animation_write import author
 from usdface.io.usd.fingerprint import is_unedited, sign
 from usdface.io.usd.generation import mark_generation
+from usdface.io.usd.metrics import Metrics, new_layer
+from usdface.io.usd.save_layers import relative_asset, save_layer
 from usdface.io.usd.shot import StagedShot
-from usdface.io.usd.stage import (
-    Metrics,
-    new_layer,
-    open_stage,
-    relative_asset,
-    save_layer,
-)
+from usdface.io.usd.stage import open_stage
 from usdface.io.usd.stronger_opinions import check_shown
 from usdface.schemas import write_fallback_types
 from usdface.shot.shot import ShotResult
@@ -57,7 +49,6 @@ def open_shot(shot: Path, root: Path | None = None) -> Usd.Stage:
 
 def write_layers(
     shot_path: Path,
-    stage: Usd.Stage,
     shot: StagedShot,
     result: ShotResult,
     *,
@@ -74,7 +65,6 @@ def write_layers(
     Parameters
     ----------
     shot_path : Path
-    stage : Usd.Stage
     shot : StagedShot
     result : ShotResult
     root : Path or None
@@ -112,18 +102,18 @@ def write_layers(
         for path, animation in contents:
             if animation is not None:  # one after the other: each takes kilobytes a frame
                 overs = new_layer(metrics)
-                author(overs, stage, shot, animation)
+                author(overs, shot, animation)
                 if in_place:
-                    check_shown(overs, stage.GetRootLayer())
+                    check_shown(overs, shot.stage.GetRootLayer())
                 mark_generation(overs, generation)
                 sign(overs, take=True)
                 save_layer(overs, path, names_files=False)
                 del overs
         if in_place:
-            top = _top_layer(stage, paths, shot_path, stronger_first)
+            top = _top_layer(shot.stage, paths, shot_path, stronger_first)
             save_layer(top, shot_path)
         else:
-            root_layer = _root_layer(stage, metrics, paths, shot_path, stronger_first)
+            root_layer = _root_layer(shot.stage, metrics, paths, shot_path, stronger_first)
             mark_generation(root_layer, generation)
             sign(root_layer)  # last: of all that is in it
             save_layer(root_layer, paths.root)

@@ -1,25 +1,19 @@
 """Materials to USD: UsdPreviewSurface with textures beside the file."""
 
-import hashlib
 import math
-import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import count
 from pathlib import Path
 
 from pxr import Gf, Sdf, Usd, UsdShade
 
-from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.asset_folder import read_file
-from usdface.io.atomic import write_bytes
-from usdface.io.inputs import among, first_free
+from usdface.io.inputs import among
 from usdface.io.prim_names import prim_names
-from usdface.io.udim import texture_files, udim_tiles
-from usdface.io.usd.assets import LARGEST_ASSET
+from usdface.io.udim import texture_files
 from usdface.io.usd.conversion_metadata import write_metadata
 from usdface.io.usd.extras import write_extras
+from usdface.io.usd.texture_files import TextureFiles
 from usdface.materials import Material, Texture
 
 __all__ = ["write_materials"]
@@ -61,7 +55,7 @@ def write_materials(
         If a texture cannot be written.
     """
     findings: list[Finding] = []
-    files = _TextureFiles(target, findings, among([*read, *texture_files(materials)]))
+    files = TextureFiles(target, findings, among([*read, *texture_files(materials)]))
     made: dict[str, UsdShade.Material] = {}
     for name, material in zip(prim_names(m.name for m in materials), materials, strict=True):
         prim = UsdShade.Material.Define(stage, f"{scope}/{name}")
@@ -76,77 +70,8 @@ def write_materials(
     return made, findings
 
 
-class _TextureFiles:
-    """Where the textures of one stage lie, as asset paths; equal bytes are one file."""
-
-    def __init__(
-        self, target: Path, findings: list[Finding], taken: Callable[[Path], bool]
-    ) -> None:
-        self._target = target
-        self._findings = findings
-        self._taken = taken
-        self._written: dict[str, str] = {}
-
-    def asset(self, texture: Texture, name: str) -> str:
-        """Return the asset path, "" where the file cannot be read."""
-        if "<UDIM>" in texture.path:
-            return self._tiles(texture, name)
-        folder = self._target.parent.resolve()
-        data, suffix = texture.data, texture.suffix
-        if data is None:
-            path = Path(texture.path).resolve()
-            if path.is_file() and path.is_relative_to(folder):
-                return f"./{path.relative_to(folder).as_posix()}"
-            try:
-                data, suffix = read_file(path, LARGEST_ASSET), path.suffix
-            except InputError as error:
-                message = "{error}; the texture is left out"
-                self._findings.append(finding("TEXTURE_MISSING", name, message, error))
-                return ""
-        key = hashlib.sha256(data).hexdigest()
-        if key not in self._written:
-            kind = "." + re.sub("[^a-z0-9]", "", suffix.lower())
-            ending = kind if len(kind) > 1 else ""
-            names = (f"{stem}{ending}" for stem in self._stems(name))
-            place, there = first_free(folder, names, data, self._taken)
-            if not there:
-                write_bytes(folder / place, data)
-            self._written[key] = f"./{place}"
-        return self._written[key]
-
-    def _tiles(self, texture: Texture, name: str) -> str:
-        """Return the asset path of a UDIM; its tiles are copied as `asset` copies files."""
-        folder, path = self._target.parent.resolve(), Path(texture.path).resolve()
-        tiles = udim_tiles(texture)
-        if not tiles:
-            message = "{file} has no tiles; the texture is left out"
-            self._findings.append(finding("TEXTURE_MISSING", name, message, texture.path))
-            return ""
-        if path.is_relative_to(folder):
-            return f"./{path.relative_to(folder).as_posix()}"
-        for stem in self._stems(name):
-            place = f"{stem}.<UDIM>{path.suffix}"
-            targets = {n: folder / place.replace("<UDIM>", str(n)) for n in tiles}
-            if not any(map(self._taken, targets.values())):
-                break
-        for number, tile in tiles.items():
-            try:
-                data = read_file(Path(tile.path), LARGEST_ASSET)
-            except InputError as error:
-                message = "{error}; the tile is left out"
-                self._findings.append(finding("TEXTURE_MISSING", name, message, error))
-                continue
-            write_bytes(targets[number], data)
-        return f"./{place}"
-
-    def _stems(self, name: str) -> Iterator[str]:
-        """Yield endless places for a texture, without ending: its name, then with a number."""
-        first = f"{self._target.stem}_textures/{name}"
-        return (f"{first}_{n}" if n else first for n in count())
-
-
 def _write_surface(
-    prim: UsdShade.Material, material: Material, files: _TextureFiles, found: list[Finding]
+    prim: UsdShade.Material, material: Material, files: TextureFiles, found: list[Finding]
 ) -> None:
     stage, path = prim.GetPrim().GetStage(), prim.GetPath()
     surface = UsdShade.Shader.Define(stage, path.AppendChild("Surface"))
@@ -155,6 +80,25 @@ def _write_surface(
         surface.CreateOutput("surface", Sdf.ValueTypeNames.Token)
     )
     shown, glow = ("emissiveColor", "") if material.unlit else ("diffuseColor", "emissiveColor")
+    for name, (kind, value) in _surface_values(material, shown).items():
+        surface.CreateInput(name, kind).Set(value)
+    _write_approximations(prim.GetPrim(), material, found)
+    for node in _nodes(material, shown, glow):
+        asset = files.asset(node.texture, f"{path.name}_{node.role}")
+        if asset:
+            reader = _texture_reader(prim, node, asset)
+            for name, channel in node.inputs:
+                kind = _KINDS.get(name, _FLOAT)
+                output = _FLOAT if len(channel) == 1 else Sdf.ValueTypeNames.Float3
+                surface.CreateInput(name, kind).ConnectToSource(
+                    reader.CreateOutput(channel, output)
+                )
+    if material.vertex_colours:
+        _write_vertex_colours(prim, surface, material, found)
+
+
+def _surface_values(material: Material, shown: str) -> dict[str, tuple[Sdf.ValueTypeName, object]]:
+    """Return the values of a surface's inputs, by name; `shown` has the base colour."""
     values: dict[str, tuple[Sdf.ValueTypeName, object]] = {
         "diffuseColor": (_COLOR, Gf.Vec3f(0.0)),
         "emissiveColor": (_COLOR, Gf.Vec3f(*material.emissive)),
@@ -173,29 +117,21 @@ def _write_surface(
         values["opacityMode"] = (Sdf.ValueTypeNames.Token, "presence")
     if material.alpha_mode == "mask":
         values["opacityThreshold"] = (_FLOAT, material.alpha_cutoff)
-    for name, (kind, value) in values.items():
-        surface.CreateInput(name, kind).Set(value)
+    return values
+
+
+def _write_approximations(prim: Usd.Prim, material: Material, found: list[Finding]) -> None:
+    """Keep what the shader cannot show as metadata, and report it."""
+    path = str(prim.GetPath())
     if material.unlit:
-        write_metadata(prim.GetPrim(), "unlit", True)
+        write_metadata(prim, "unlit", True)
         message = "unlit is written as a surface that glows and reflects little"
-        found.append(finding("FEATURE_APPROXIMATED", str(path), message, feature="unlit"))
+        found.append(finding("FEATURE_APPROXIMATED", path, message, feature="unlit"))
     if material.normal_scale != 1 and material.normal_texture:
         # USD's validators want the scale of a normal map to be 2.
-        write_metadata(prim.GetPrim(), "normalScale", material.normal_scale)
+        write_metadata(prim, "normalScale", material.normal_scale)
         message = "the strength of the normal map is kept for glTF only; USD shows all of it"
-        found.append(finding("FEATURE_APPROXIMATED", str(path), message, feature="normal_strength"))
-    for node in _nodes(material, shown, glow):
-        asset = files.asset(node.texture, f"{path.name}_{node.role}")
-        if asset:
-            reader = _texture_reader(prim, node, asset)
-            for name, channel in node.inputs:
-                kind = _KINDS.get(name, _FLOAT)
-                output = _FLOAT if len(channel) == 1 else Sdf.ValueTypeNames.Float3
-                surface.CreateInput(name, kind).ConnectToSource(
-                    reader.CreateOutput(channel, output)
-                )
-    if material.vertex_colours:
-        _write_vertex_colours(prim, surface, material, found)
+        found.append(finding("FEATURE_APPROXIMATED", path, message, feature="normal_strength"))
 
 
 def _nodes(material: Material, shown: str, glow: str) -> list[_Node]:

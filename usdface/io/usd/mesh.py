@@ -53,14 +53,9 @@ def read_mesh(
         return None, [
             finding("FEATURE_DROPPED", path, "a mesh without points is left out", feature="mesh")
         ]
-    if not np.isfinite(points).all():
-        raise InputError(f"{path}: points must be finite numbers", "VALUES_WRONG")
     linear = space[:3, :3]
     determinant = float(np.linalg.det(linear))
-    if not np.isfinite(determinant) or determinant == 0:
-        raise InputError(
-            f"{path}: the transform of the mesh flattens it; give it a scale", "VALUES_WRONG"
-        )
+    _check_space(path, points, determinant)
     turn = np.linalg.inv(linear).T * np.cbrt(abs(determinant))
     counts, indices = _faces(mesh, len(points))
     normals, hard, findings = _normals(mesh, counts, indices, len(points))
@@ -102,6 +97,16 @@ def read_mesh(
     if result.flat:
         findings.append(finding("NORMALS_FLAT", path))
     return result, findings
+
+
+def _check_space(path: str, points: FloatArray, determinant: float) -> None:
+    """Refuse points that are no numbers, and a transform that flattens them."""
+    if not np.isfinite(points).all():
+        raise InputError(f"{path}: points must be finite numbers", "VALUES_WRONG")
+    if not np.isfinite(determinant) or determinant == 0:
+        raise InputError(
+            f"{path}: the transform of the mesh flattens it; give it a scale", "VALUES_WRONG"
+        )
 
 
 def _lengths(normals: FloatArray | None, count: int) -> FloatArray:

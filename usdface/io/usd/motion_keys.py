@@ -86,7 +86,7 @@ def motion_keys(matrix_at: Callable[[float], FloatArray], codes: FloatArray) -> 
             moments = [start + part * (stop - start) for part in (1 / 3, 0.5)]
             known |= {code: matrix_at(code) for code in moments[1:]}
             shown = np.array([known[start], matrix_at(moments[0]), known[moments[1]], known[stop]])
-            if _off(shown, np.array([1 / 3, 0.5])) > _TOLERANCE:
+            if _interpolation_error(shown, np.array([1 / 3, 0.5])) > _TOLERANCE:
                 wrong += [(start, moments[1]), (moments[1], stop)]
             else:
                 del known[moments[1]]
@@ -96,7 +96,7 @@ def motion_keys(matrix_at: Callable[[float], FloatArray], codes: FloatArray) -> 
     return np.array(sorted(known))
 
 
-def _off(shown: FloatArray, parts: FloatArray) -> float:
+def _interpolation_error(shown: FloatArray, parts: FloatArray) -> float:
     """Return the error of linear interpolation from first to last, shear ignored."""
     # The two alone, as they will follow each other as keys: a turn by more than a right angle
     # between them is taken for a mirroring of two axes.

@@ -121,12 +121,12 @@ def _missing(layer: Sdf.Layer, places: object) -> list[Sdf.Path]:
 
 def _keep(spec: Sdf.PrimSpec, kept: Sdf.Layer, path: Sdf.Path) -> None:
     copy = Sdf.CreatePrimInLayer(kept, path)
-    _become(copy, spec)
+    _copy_kind(copy, spec)
     for old in spec.properties:
         Sdf.CopySpec(spec.layer, old.path, kept, path.AppendProperty(old.name))
 
 
-def _become(spec: Sdf.PrimSpec, other: Sdf.PrimSpec) -> None:
+def _copy_kind(spec: Sdf.PrimSpec, other: Sdf.PrimSpec) -> None:
     """Give a prim the specifier, type and applied schemas of another; a type it need not have."""
     spec.specifier = other.specifier
     if other.typeName:
@@ -146,7 +146,7 @@ def _restore(
         spec, old = layer.GetPrimAtPath(place), kept.GetPrimAtPath(path)
         if not spec or not old or any(place.HasPrefix(made) for made in new):
             continue
-        _become(spec, old)
+        _copy_kind(spec, old)
         for made in list(spec.properties):
             spec.RemoveProperty(made)
         for before in old.properties:

@@ -10,9 +10,9 @@ from usdface.clips import JointsTake
 from usdface.findings import Finding, finding
 from usdface.io.transforms import compose
 from usdface.io.usd.animated_joints import animated_joints
-from usdface.io.usd.rig import skinned_by
 from usdface.io.usd.rigid_animation import transform_time_codes
 from usdface.io.usd.shot import ShotPrims, StagedShot
+from usdface.io.usd.skel_bindings import skinned_by
 from usdface.io.usd.world_transforms import world_transform
 from usdface.schemas import tokens
 from usdface.shot.shot import ShotResult
@@ -22,7 +22,7 @@ __all__ = ["moving_joints", "own_joints", "report_replaced", "report_unmoved"]
 _MOVED = 1e-4  # of a component of a matrix: float32, and scales of 16 bits near 1, stay below
 
 
-def report_replaced(stage: Usd.Stage, staged: StagedShot, result: ShotResult) -> list[Finding]:
+def report_replaced(staged: StagedShot, result: ShotResult) -> list[Finding]:
     """Return ANIMATION_DROPPED for joints whose own motion that of head and eyes replaces."""
     carrier = staged.prims.head
     if carrier is None or carrier.skeleton is None:
@@ -30,7 +30,7 @@ def report_replaced(stage: Usd.Stage, staged: StagedShot, result: ShotResult) ->
     joints = carrier.skeleton.joints
     head = (joints[carrier.joint],) if result.head_motion is not None else ()
     replaced = {*head, *(joints[each.joint] for each in result.eye_motions)}
-    own = [j for j in moving_joints(stage, staged.prims, staged.codes) if j in replaced]
+    own = [j for j in moving_joints(staged) if j in replaced]
     found = []
     for joint in own:
         keep = "; `process --no-head` keeps it" if joint in head else ""
@@ -39,12 +39,13 @@ def report_replaced(stage: Usd.Stage, staged: StagedShot, result: ShotResult) ->
     return found
 
 
-def moving_joints(stage: Usd.Stage, prims: ShotPrims, codes: FloatArray) -> tuple[str, ...]:
-    """Return the joints that the animation of a shot moves between the time codes (F,).
+def moving_joints(staged: StagedShot) -> tuple[str, ...]:
+    """Return the joints that the animation of a shot moves between the frames of the take.
 
     Not by the result of an earlier run.
     """
-    animation = UsdSkel.Animation.Get(stage, prims.animation) if prims.animation else None
+    prims, codes = staged.prims, staged.codes
+    animation = UsdSkel.Animation.Get(staged.stage, prims.animation) if prims.animation else None
     if not animation or _is_of_a_result(animation.GetRotationsAttr(), prims):
         return ()
     query = UsdSkel.Cache().GetAnimQuery(animation)
@@ -67,16 +68,16 @@ def _is_of_a_result(rotations: Usd.Attribute, prims: ShotPrims) -> bool:
     return any(spec.layer.GetPropertyAtPath(residual) for spec in strongest)
 
 
-def own_joints(
-    stage: Usd.Stage, staged: StagedShot, times: FloatArray, apart: Collection[str]
-) -> JointsTake | None:
+def own_joints(staged: StagedShot, times: FloatArray, apart: Collection[str]) -> JointsTake | None:
     """Return the joints that the animation of a shot holds elsewhere than at rest, or moves.
 
     At the frames of the take, whose `times` (F,) are given, in seconds; without the joints `apart`.
     """
     skeleton, prims = staged.shot.rig.skeleton, staged.prims
-    prim = stage.GetPrimAtPath(prims.skeleton)
-    query = UsdSkel.Cache().GetAnimQuery(UsdSkel.Animation.Get(stage, prims.animation or "/"))
+    prim = staged.stage.GetPrimAtPath(prims.skeleton)
+    query = UsdSkel.Cache().GetAnimQuery(
+        UsdSkel.Animation.Get(staged.stage, prims.animation or "/")
+    )
     names = tuple(map(str, UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()))
     if not query or skeleton is None or names != skeleton.joints:
         return None
@@ -93,19 +94,19 @@ def own_joints(
     return JointsTake(tuple(moved.names[k] for k in kept), times, moves, turns, sizes)
 
 
-def report_unmoved(stage: Usd.Stage, staged: StagedShot, kept: Collection[str]) -> list[Finding]:
+def report_unmoved(staged: StagedShot, kept: Collection[str]) -> list[Finding]:
     """Return ANIMATION_DROPPED for own motion that a glTF of the shot leaves out.
 
     Of joints that are not among those `kept`, and of prims whose transforms change over time.
     """
     found = []
     message = "own motion of joint {joint} is left out; `usdface export` of the result keeps it"
-    for joint in moving_joints(stage, staged.prims, staged.codes):
+    for joint in moving_joints(staged):
         if joint not in kept:
             found.append(finding("ANIMATION_DROPPED", staged.prims.animation, message, joint))
-    skeletons, moving = skinned_by(stage), dict[Sdf.Path, None]()
+    skeletons, moving = skinned_by(staged.stage), dict[Sdf.Path, None]()
     for mesh in staged.shot.rig.meshes:
-        prim = skeletons.get(mesh.path) or stage.GetPrimAtPath(mesh.path)
+        prim = skeletons.get(mesh.path) or staged.stage.GetPrimAtPath(mesh.path)
         moving |= dict.fromkeys(transform_time_codes(prim))
     message = "its transform changes over time; `usdface export` of the result keeps that"
     return found + [finding("ANIMATION_DROPPED", str(path), message) for path in moving]

@@ -12,11 +12,11 @@ from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
 from usdface.findings import Finding
 from usdface.io.layer_paths import layer_paths
-from usdface.io.usd.animation import OCCLUDED_INPUT
+from usdface.io.usd.animation_write import OCCLUDED_INPUT
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.metrics import Metrics, metrics_of, to_si
 from usdface.io.usd.shot import StagedShot, base_weights, read_shot
-from usdface.io.usd.stage import Metrics, metrics_of, to_si
 from usdface.schemas import tokens
 from usdface.shot.played_shot import PlayedShot
 from usdface.takes import WeightsTake
@@ -59,55 +59,55 @@ def read_played_shot(
     staged, findings = read_shot(stage, where, asset_root)
     with usd_errors(where):
         rig, clips, new_findings = animated_rig(stage, asset_root)
-        corrected = _weights(stage, staged)
-        solved = _solved_weights(stage, staged) or corrected
+        corrected = _weights(staged)
+        solved = _solved_weights(staged) or corrected
         retarget = stage.GetPrimAtPath(staged.prims.retarget)
         played = _with_solution(
             PlayedShot(rig, None, staged.shot, solved, corrected), retarget, staged
         )
         if staged.prims.fuzzy:
             played = _with_expressions(played, stage.GetPrimAtPath(staged.prims.fuzzy), staged)
-    clip = _on_clock(clips[0], stage, staged) if clips else None
+    clip = _on_clock(clips[0], staged) if clips else None
     played = replace(played, clip=clip, start_code=float(staged.codes[0]))
     return played, findings + [f for f in new_findings if f not in findings]
 
 
-def _on_clock(clip: Clip, stage: Usd.Stage, staged: StagedShot) -> Clip:
+def _on_clock(clip: Clip, staged: StagedShot) -> Clip:
     """Return a clip on the clock of the take, whose first frame is at 0 s."""
-    metrics = metrics_of(stage)
+    metrics = metrics_of(staged.stage)
     if clip.joints is None:
         return clip
-    begin = metrics.start if stage.HasAuthoredTimeCodeRange() else float(staged.codes[0])
+    begin = metrics.start if staged.stage.HasAuthoredTimeCodeRange() else float(staged.codes[0])
     begin = min(begin, float(staged.codes[0]))
     shift = (float(staged.codes[0]) - begin) / metrics.time_codes_per_second
     joints: JointsTake = replace(clip.joints, times=clip.joints.times - shift)
     return replace(clip, joints=joints)
 
 
-def _solved_weights(stage: Usd.Stage, staged: StagedShot) -> WeightsTake | None:
+def _solved_weights(staged: StagedShot) -> WeightsTake | None:
     """Return the weights below the express and closure layers; None where there is no such layer.
 
     The layers are muted while they are read.
     """
-    root = Path(stage.GetRootLayer().realPath)
+    root = Path(staged.stage.GetRootLayer().realPath)
     ours = layer_paths(root, root)
     upper = {str(path.resolve()) for path in (ours.express, ours.closure)}
     in_place = layer_paths(root, None)
     upper |= {str(path.resolve()) for path in (in_place.express, in_place.closure)}
-    over = [layer.identifier for layer in stage.GetLayerStack() if layer.realPath in upper]
+    over = [layer.identifier for layer in staged.stage.GetLayerStack() if layer.realPath in upper]
     if not over:
         return None
-    stage.MuteAndUnmuteLayers(over, [])
+    staged.stage.MuteAndUnmuteLayers(over, [])
     try:
-        return _weights(stage, staged)
+        return _weights(staged)
     finally:
-        stage.MuteAndUnmuteLayers([], over)
+        staged.stage.MuteAndUnmuteLayers([], over)
 
 
-def _weights(stage: Usd.Stage, staged: StagedShot) -> WeightsTake:
+def _weights(staged: StagedShot) -> WeightsTake:
     """Return the weights that the stage plays at the frames of the take, 0 where it has none."""
     take = staged.shot.take
-    found = base_weights(stage, staged.prims, take, staged.codes)
+    found = base_weights(staged.stage, staged.prims, take, staged.codes)
     if found is not None:
         return found
     names = staged.shot.rig.shape_names

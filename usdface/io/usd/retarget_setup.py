@@ -1,4 +1,4 @@
-"""The setup of a face and its expression poses as USD prims (`docs/architecture.md`)."""
+"""The setup of a face as a USD prim (`docs/architecture.md`)."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
 
 from usdface.errors import InputError
-from usdface.io.usd.attributes import author, value_of
+from usdface.io.usd.attributes import author, strings_of, value_of, value_or
 from usdface.io.usd.face_layout import EXAGGERATION
 from usdface.io.usd.performer_face import author_performer_face, read_performer_face
 from usdface.options import CleanOptions, ClosureOptions, MapOptions, SolveOptions, solve_settings
@@ -15,11 +15,10 @@ from usdface.schemas import tokens
 from usdface.setup.binding import Binding
 from usdface.setup.binding_origin import BindingOrigin
 from usdface.setup.calibration import Calibration
-from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["check_neutral", "read_expressions", "read_setup", "write_expressions", "write_setup"]
+__all__ = ["check_neutral", "read_setup", "write_setup"]
 
 _NAMES = Sdf.ValueTypeNames
 _ORIGIN = "usdface:madeWith"  # of the custom data of bound vertices
@@ -43,7 +42,6 @@ _CLEAN = {
     tokens.CLEAN_SPIKES: ("spikes", _NAMES.Bool),
     tokens.CLEAN_GAPS: ("gaps", _NAMES.Bool),
 }
-
 _CLOSURE = {
     tokens.CLOSURE_LIDS: ("lids", _NAMES.Bool),
     tokens.CLOSURE_LIPS: ("lips", _NAMES.Bool),
@@ -155,9 +153,9 @@ def _author_calibration(prim: Usd.Prim, calibration: Calibration) -> None:
 
 
 def _read_calibration(prim: Usd.Prim) -> Calibration | None:
-    shapes = _strings(prim, tokens.CALIBRATION_SHAPES)
-    gains = np.array(_value(prim, tokens.CALIBRATION_GAINS, ()), dtype=np.float64)
-    offsets = np.array(_value(prim, tokens.CALIBRATION_OFFSETS, ()), dtype=np.float64)
+    shapes = strings_of(prim, tokens.CALIBRATION_SHAPES)
+    gains = np.array(value_or(prim, tokens.CALIBRATION_GAINS, ()), dtype=np.float64)
+    offsets = np.array(value_or(prim, tokens.CALIBRATION_OFFSETS, ()), dtype=np.float64)
     face = read_performer_face(prim)
     if not (shapes or gains.size or offsets.size or face):
         return None
@@ -173,42 +171,42 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
         If an attribute's value cannot be used; the message names prim and attribute.
     """
     mesh = prim.GetRelationship(tokens.BIND_MESH).GetTargets()
-    markers = _strings(prim, tokens.BIND_MARKERS)
-    roles, playing = _strings(prim, tokens.ROLES_NAMES), _strings(prim, tokens.ROLES_MARKERS)
+    markers = strings_of(prim, tokens.BIND_MARKERS)
+    roles, playing = strings_of(prim, tokens.ROLES_NAMES), strings_of(prim, tokens.ROLES_MARKERS)
     if len(roles) != len(playing):
         raise InputError(
             f"{prim.GetPath()}: {tokens.ROLES_NAMES} has {len(roles)} entries, "
             f"{tokens.ROLES_MARKERS} has {len(playing)}; expected as many",
             "SCHEMA_BROKEN",
         )
-    shown = _strings(prim, tokens.NEUTRAL_SHAPES)
-    weights = np.array(_value(prim, tokens.NEUTRAL_WEIGHTS, ()), dtype=np.float64).round(6)
+    shown = strings_of(prim, tokens.NEUTRAL_SHAPES)
+    weights = np.array(value_or(prim, tokens.NEUTRAL_WEIGHTS, ()), dtype=np.float64).round(6)
     if len(shown) != len(weights):
         raise InputError(
             f"{prim.GetPath()}: {tokens.NEUTRAL_SHAPES} has {len(shown)} entries, "
             f"{tokens.NEUTRAL_WEIGHTS} has {len(weights)}; expected as many",
             "SCHEMA_BROKEN",
         )
-    start, end = _value(prim, tokens.NEUTRAL_RANGE, (0, 0))
-    points = np.array(_value(prim, tokens.BIND_POINTS, ()), dtype=np.int64)
-    sure = np.array(_value(prim, tokens.BIND_CONFIDENCE, ()), dtype=np.float64)
+    start, end = value_or(prim, tokens.NEUTRAL_RANGE, (0, 0))
+    points = np.array(value_or(prim, tokens.BIND_POINTS, ()), dtype=np.int64)
+    sure = np.array(value_or(prim, tokens.BIND_CONFIDENCE, ()), dtype=np.float64)
     head = _choice(prim, tokens.HEAD_MODE, ("solve", "markers", "stabilised"))
     neutral = _choice(prim, tokens.NEUTRAL_MODE, ("frames", "rig"))
     try:
         return RetargetSetup(
             Binding(markers, points, str(mesh[0]) if mesh else "", sure if sure.size else None),
             head=head,
-            head_markers=_strings(prim, tokens.HEAD_MARKERS),
+            head_markers=strings_of(prim, tokens.HEAD_MARKERS),
             move_head=_switch(prim, tokens.HEAD_APPLY, True),
-            head_joint=str(_value(prim, tokens.HEAD_JOINT, "")),
-            eye_joints=_strings(prim, tokens.EYE_JOINTS),
-            eye_turn=float(_value(prim, tokens.EYE_TURN, 1.0)),
+            head_joint=str(value_or(prim, tokens.HEAD_JOINT, "")),
+            eye_joints=strings_of(prim, tokens.EYE_JOINTS),
+            eye_turn=float(value_or(prim, tokens.EYE_TURN, 1.0)),
             neutral=None if neutral == "rig" else (int(start), int(end)),
             neutral_removed=_switch(prim, tokens.NEUTRAL_REMOVED, False),
             neutral_weights=dict(zip(shown, weights.tolist(), strict=True)),
             curves=_read_curves(prim),
-            peaks=tuple(int(frame) for frame in _value(prim, tokens.PEAKS, ())),
-            nose_tip=str(_value(prim, tokens.NOSE_TIP, "")),
+            peaks=tuple(int(frame) for frame in value_or(prim, tokens.PEAKS, ())),
+            nose_tip=str(value_or(prim, tokens.NOSE_TIP, "")),
             roles=dict(zip(roles, playing, strict=True)),
             map=MapOptions(**_fields(prim, _MAP)),
             solve=SolveOptions(**_fields(prim, _SOLVE)),
@@ -258,17 +256,8 @@ def _read_origin(prim: Usd.Prim) -> BindingOrigin | None:
     return BindingOrigin(points, faces, topology) if good else None  # type: ignore[arg-type]
 
 
-def _value(prim: Usd.Prim, name: str, default: Any) -> Any:
-    value = prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
-    return default if value is None else value
-
-
-def _strings(prim: Usd.Prim, name: str) -> tuple[str, ...]:
-    return tuple(str(entry) for entry in _value(prim, name, ()))
-
-
 def _choice(prim: Usd.Prim, name: str, choices: Sequence[str]) -> Any:
-    value = str(_value(prim, name, choices[0]))
+    value = str(value_or(prim, name, choices[0]))
     if value not in choices:
         raise InputError(
             f"prim <{prim.GetPath()}>: {name} is {value!r}; expected {', '.join(choices)}",
@@ -279,7 +268,7 @@ def _choice(prim: Usd.Prim, name: str, choices: Sequence[str]) -> Any:
 
 def _switch(prim: Usd.Prim, name: str, default: bool | None) -> Any:
     """Return a boolean; text that says "false" would count as true."""
-    value = _value(prim, name, default)
+    value = value_or(prim, name, default)
     if value is not None and not isinstance(value, bool):
         raise InputError(f"{name} is {value!r}; expected true or false", "SETTING_WRONG")
     return value
@@ -288,45 +277,7 @@ def _switch(prim: Usd.Prim, name: str, default: bool | None) -> Any:
 def _fields(prim: Usd.Prim, table: dict[str, tuple[str, Any]]) -> dict[str, Any]:
     """Read the settings that are authored, under the names of their options."""
     authored = {
-        field: (_switch if kind == _NAMES.Bool else _value)(prim, name, None)
+        field: (_switch if kind == _NAMES.Bool else value_or)(prim, name, None)
         for name, (field, kind) in table.items()
     }
     return {field: value for field, value in authored.items() if value is not None}
-
-
-def write_expressions(stage: Usd.Stage, scope: str, expressions: Sequence[Expression]) -> list[str]:
-    """Define a `UsdFaceExpression` under `scope` for each expression; return their paths."""
-    stage.DefinePrim(scope, "Scope")
-    paths = []
-    for expression in expressions:
-        prim = stage.DefinePrim(f"{scope}/{expression.name}", tokens.EXPRESSION)
-        author(prim, tokens.SHAPES, _NAMES.TokenArray, Vt.TokenArray(expression.shapes))
-        author(prim, tokens.WEIGHTS, _NAMES.FloatArray, Vt.FloatArray(expression.weights.tolist()))
-        gain = prim.CreateAttribute(tokens.GAIN, _NAMES.Float, False)
-        gain.Set(expression.gain)
-        paths.append(str(prim.GetPath()))
-    return paths
-
-
-def read_expressions(prims: Sequence[Usd.Prim]) -> tuple[Expression, ...]:
-    """Read `UsdFaceExpression` prims.
-
-    Raises
-    ------
-    InputError
-        If shapes and weights do not fit each other, or a weight lies outside [0, 1].
-    """
-    result = []
-    for prim in prims:
-        try:
-            result.append(
-                Expression(
-                    prim.GetName(),
-                    _strings(prim, tokens.SHAPES),
-                    np.array(_value(prim, tokens.WEIGHTS, ()), dtype=np.float64),
-                    float(_value(prim, tokens.GAIN, 1.0)),
-                )
-            )
-        except InputError as error:
-            raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
-    return tuple(result)

@@ -1,11 +1,11 @@
 """Rigs from USD: any UsdSkel asset as meshes in metres, Y up, right-handed."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom, UsdSkel
+from pxr import Sdf, Usd, UsdGeom
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
@@ -13,46 +13,28 @@ from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.extras import read_asset, read_extras
 from usdface.io.usd.groups import read_groups
-from usdface.io.usd.head_motion import inverse_head_motion
 from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
-from usdface.io.usd.rendered_meshes import (
-    outside_meshes,
-    placed_meshes,
-    placed_roots,
-    rendered_meshes,
-    report_unconverted,
-)
+from usdface.io.usd.metrics import metrics_of, to_si
+from usdface.io.usd.rendered_meshes import outside_meshes, rendered_meshes, report_unconverted
 from usdface.io.usd.scene import read_scene
-from usdface.io.usd.skeleton import read_skeleton, read_skin
-from usdface.io.usd.skeletons import StagedSkeleton, join_skeletons
-from usdface.io.usd.stage import metrics_of, open_stage, to_si
+from usdface.io.usd.skel_bindings import (
+    bind_space,
+    meshes_below,
+    read_skeletons,
+    skel_bindings,
+    skel_roots,
+)
+from usdface.io.usd.skeleton import read_skin
+from usdface.io.usd.skeletons import join_skeletons
+from usdface.io.usd.stage import open_stage
 from usdface.io.usd.vertex_cache import points_move
 from usdface.rigs import Mesh, Rig, Skeleton, Skin
-from usdface.schemas import tokens
 
-__all__ = [
-    "read_rig",
-    "rig_of_stage",
-    "skel_roots",
-    "skeleton_of_meshes",
-    "skinned_by",
-    "spaces_of_meshes",
-    "staged_skeletons",
-]
+__all__ = ["read_rig", "rig_of_stage"]
 
-_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
-
-
-@dataclass(frozen=True, slots=True)
-class _Bound:
-    """How UsdSkel binds one mesh."""
-
-    skeleton: Usd.Prim
-    query: UsdSkel.SkinningQuery
-    skinned: bool
 
 
 def read_rig(path: Path, asset_root: Path | None = None) -> tuple[Rig, list[Finding]]:
@@ -134,14 +116,39 @@ def _rig(
     si: FloatArray,
 ) -> tuple[Rig, list[Finding]]:
     roots = skel_roots(stage, root)
-    bound, skeletons = _bindings(roots)
+    skeleton, meshes, findings = _skinned_meshes(stage, roots, root, joints, purposes, si)
+    if not meshes:
+        raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
+    looks = tuple(meshes) if root else read_material_variants(stage, meshes)
+    named, materials, new_findings = read_mesh_materials(stage, looks, asset_root)
+    top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
+    name = top.GetDisplayName() or top.GetName()
+    source = stage.GetRootLayer().realPath
+    rig = Rig(name, named, skeleton, materials, source)
+    findings += new_findings
+    if root:  # a character, not a scene
+        return rig, findings
+    rig, new_findings = _with_scene(rig, stage, top, si)
+    return rig, findings + new_findings
+
+
+def _skinned_meshes(
+    stage: Usd.Stage,
+    roots: list[Usd.Prim],
+    root: str,
+    joints: bool,
+    purposes: Collection[str],
+    si: FloatArray,
+) -> tuple[Skeleton | None, list[Mesh], list[Finding]]:
+    """Read the meshes under `root`, or all of a scene, and the one skeleton that moves them."""
+    bound, skeletons = skel_bindings(roots)
     xforms = UsdGeom.XformCache(_START)
-    given, findings = _read_skeletons(skeletons, xforms, si, joints, single=bool(root))
+    given, findings = read_skeletons(skeletons, xforms, si, joints, single=bool(root))
     skeleton, staged = join_skeletons(given)
     used = {one.path: one for one in staged}
     below = Sdf.Path(root) if root else Sdf.Path.absoluteRootPath
     meshes: list[Mesh] = []
-    prims = [prim for prim in _meshes_of(roots) if prim.GetPath().HasPrefix(below)]
+    prims = [prim for prim in meshes_below(roots) if prim.GetPath().HasPrefix(below)]
     outside = set() if root else set(outside_meshes(stage))
     if not root:  # a scene: visible prims only; a character may be hidden for now
         prims, new_findings = rendered_meshes([*prims, *outside_meshes(stage)], purposes)
@@ -156,181 +163,26 @@ def _rig(
             findings += new_findings
             if skin is not None:
                 skin = Skin(skin.joints + skeleton.joints.index(own.joints[0]), skin.weights)
-        space = _bind_space(prim, binding, xforms) @ si
+        space = bind_space(prim, binding, xforms) @ si
         mesh, new_findings = read_mesh(UsdGeom.Mesh(prim), space, skin)
         findings += new_findings
         if mesh and mesh.shapes and prim in outside:
             mesh = replace(mesh, shapes=())
             findings.append(finding("MESH_OUTSIDE", mesh.path))
         meshes += [mesh] if mesh else []
-    if not meshes:
-        raise InputError(f"no mesh with points under {root or roots[0].GetPath()}", "FACE_MISSING")
-    looks = tuple(meshes) if root else read_material_variants(stage, meshes)
-    named, materials, new_findings = read_mesh_materials(stage, looks, asset_root)
-    top = stage.GetPrimAtPath(root) if root else stage.GetDefaultPrim() or roots[0]
-    name = top.GetDisplayName() or top.GetName()
-    source = stage.GetRootLayer().realPath
-    rig = Rig(name, named, skeleton, materials, source)
-    findings += new_findings
-    if root:  # a character, not a scene
-        return rig, findings
-    cameras, lights, new_findings = read_scene(stage, si)
-    findings += new_findings
+    return skeleton, meshes, findings
+
+
+def _with_scene(
+    rig: Rig, stage: Usd.Stage, top: Usd.Prim, si: FloatArray
+) -> tuple[Rig, list[Finding]]:
+    """Return the rig with what stands around it: cameras, lights, groups, data of others."""
+    cameras, lights, findings = read_scene(stage, si)
     extras, new_findings = read_extras(top)
     findings += new_findings
     asset, new_findings = read_asset(top)
     findings += new_findings
-    groups, joint_extras, hung, new_findings = read_groups(stage, si, rig.meshes)
+    groups, joint_extras, grouped, new_findings = read_groups(stage, si, rig.meshes)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)
-    rig = replace(rig, meshes=hung, groups=groups, joint_extras=joint_extras)
+    rig = replace(rig, meshes=grouped, groups=groups, joint_extras=joint_extras)
     return rig, findings + new_findings
-
-
-def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:
-    """Return the SkelRoots under `root`, or the one that it is under.
-
-    Raises
-    ------
-    InputError
-        If there is no such prim or SkelRoot.
-    """
-    top = stage.GetPseudoRoot()
-    if root:
-        top = stage.GetPrimAtPath(root) if Sdf.Path.IsValidPathString(root)[0] else None
-        if not top:
-            raise InputError(f"the stage has no prim {root}; name the SkelRoot of the face")
-        above = UsdSkel.Root.Find(top)
-        if above:
-            return [above.GetPrim()]
-    roots = placed_roots(top)
-    if not roots:
-        raise InputError(_no_root(top, root), "FACE_MISSING")
-    return roots
-
-
-def _no_root(top: Usd.Prim, root: str) -> str:
-    """Return the message for a stage without a SkelRoot."""
-    if any(prim.GetTypeName() == tokens.MARKER_TAKE for prim in Usd.PrimRange(top)):
-        return "it holds a marker take; expected a character with blend shapes"
-    return (
-        f"no SkelRoot{f' under {root}' if root else ''}; UsdSkel moves blend shapes only below "
-        "one: export the character as UsdSkel, or as glTF"
-    )
-
-
-def _meshes_of(roots: Sequence[Usd.Prim]) -> list[Usd.Prim]:
-    return list(dict.fromkeys(prim for root in roots for prim in placed_meshes(root)))
-
-
-def _bindings(
-    roots: list[Usd.Prim],
-) -> tuple[dict[Sdf.Path, _Bound], list[Usd.Prim]]:
-    cache = UsdSkel.Cache()
-    bound: dict[Sdf.Path, _Bound] = {}
-    skeletons: dict[Usd.Prim, None] = {}
-    for root in map(UsdSkel.Root, roots):
-        cache.Populate(root, _ALL)
-        for binding in cache.ComputeSkelBindings(root, _ALL):
-            skeleton = binding.GetSkeleton()
-            skeletons[skeleton.GetPrim()] = None
-            has_joints = bool(skeleton.GetJointsAttr().Get())
-            for query in binding.GetSkinningTargets():
-                skinned = has_joints and query.HasJointInfluences()
-                path = query.GetPrim().GetPath()
-                bound[path] = _Bound(skeleton.GetPrim(), query, skinned)
-    return bound, list(skeletons)
-
-
-def staged_skeletons(stage: Usd.Stage) -> tuple[StagedSkeleton, ...]:
-    """Return the skeletons that `rig_of_stage` joins, and the new names of their joints."""
-    _, skeletons = _bindings(skel_roots(stage))
-    xforms, si = UsdGeom.XformCache(_START), to_si(metrics_of(stage))
-    given, _ = _read_skeletons(skeletons, xforms, si, joints=False, single=False)
-    return join_skeletons(given)[1]
-
-
-def skinned_by(stage: Usd.Stage) -> dict[str, Usd.Prim]:
-    """Return the skeleton of each mesh that has a skin, by the mesh's path.
-
-    Also one that the rig omits because it moves nothing: the transform of the mesh is ignored
-    nevertheless.
-    """
-    bound, _ = _bindings(skel_roots(stage))
-    return {str(path): binding.skeleton for path, binding in bound.items() if binding.skinned}
-
-
-def skeleton_of_meshes(stage: Usd.Stage) -> dict[str, Sdf.Path]:
-    """Return the skeleton that each mesh is bound to, by the mesh's path."""
-    bound, _ = _bindings(skel_roots(stage))
-    return {str(path): binding.skeleton.GetPath() for path, binding in bound.items()}
-
-
-def spaces_of_meshes(stage: Usd.Stage) -> dict[str, FloatArray]:
-    """Return the transform (4, 4) from the points of each mesh to rig space, by its path."""
-    roots = skel_roots(stage)
-    bound, _ = _bindings(roots)
-    si, xforms = to_si(metrics_of(stage)), UsdGeom.XformCache(_START)
-    return {
-        str(prim.GetPath()): _bind_space(prim, bound.get(prim.GetPath()), xforms) @ si
-        for prim in (*_meshes_of(roots), *outside_meshes(stage))
-    }
-
-
-def _read_skeletons(
-    skeletons: list[Usd.Prim],
-    xforms: UsdGeom.XformCache,
-    si: FloatArray,
-    joints: bool,
-    single: bool,
-) -> tuple[list[tuple[Sdf.Path, Skeleton]], list[Finding]]:
-    """Return the skeletons that move anything; of a character, a `single` one."""
-    given: list[tuple[Sdf.Path, Skeleton]] = []
-    findings: list[Finding] = []
-    for prim in skeletons:
-        to_rig = _world(prim, xforms) @ si
-        moved = joints or _is_moved(prim)
-        skeleton, new_findings = read_skeleton(UsdSkel.Skeleton(prim), to_rig, moved)
-        findings += new_findings
-        if skeleton and given and single:
-            message = "a character keeps one skeleton; meshes bound to this one are not skinned"
-            findings.append(
-                finding("FEATURE_DROPPED", str(prim.GetPath()), message, feature="skeleton")
-            )
-        elif skeleton:
-            given.append((prim.GetPath(), skeleton))
-    return given, findings
-
-
-def _is_moved(skeleton: Usd.Prim) -> bool:
-    """Whether some SkelAnimation beside the skeleton, bound or not, moves one of its joints."""
-    joints = set(UsdSkel.Skeleton(skeleton).GetJointsAttr().Get() or ())
-    root = UsdSkel.Root.Find(skeleton)
-    for animation in map(UsdSkel.Animation, Usd.PrimRange(root.GetPrim(), _ALL) if root else ()):
-        if animation and joints & set(animation.GetJointsAttr().Get() or ()):
-            moves = animation.GetTranslationsAttr(), animation.GetRotationsAttr()
-            if any(a.GetNumTimeSamples() > 1 for a in (*moves, animation.GetScalesAttr())):
-                return True
-            if any(not np.allclose(m, np.eye(4)) for m in animation.GetTransforms(_START) or ()):
-                return True
-    return False
-
-
-def _world(prim: Usd.Prim, xforms: UsdGeom.XformCache) -> FloatArray:
-    """Return the world transform of a prim without an authored head motion of usdface."""
-    root = UsdSkel.Root.Find(prim)
-    matrix = _matrix(xforms.GetLocalToWorldTransform(prim))
-    return matrix @ inverse_head_motion(root.GetPrim()) if root else matrix
-
-
-def _matrix(value: object) -> FloatArray:
-    matrix = np.array(value, np.float64).reshape(4, 4)
-    if not np.isfinite(matrix).all():
-        raise InputError("a transform has numbers that are not finite", "VALUES_WRONG")
-    return matrix
-
-
-def _bind_space(prim: Usd.Prim, bound: _Bound | None, xforms: UsdGeom.XformCache) -> FloatArray:
-    if bound is None or not bound.skinned:
-        return _world(prim, xforms)
-    skeleton = _world(bound.skeleton, xforms)
-    return _matrix(bound.query.GetGeomBindTransform(_START)) @ skeleton

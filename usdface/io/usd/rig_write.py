@@ -22,16 +22,12 @@ from usdface.io.usd.groups import write_groups
 from usdface.io.usd.joint_frames import with_unit_scales
 from usdface.io.usd.material_variants import write_material_variants
 from usdface.io.usd.materials_write import write_materials
+from usdface.io.usd.metrics import Metrics, new_stage
 from usdface.io.usd.rig_bounds import posed_bounds
+from usdface.io.usd.save_layers import save_layer
 from usdface.io.usd.scene import write_scene
 from usdface.io.usd.shapes_write import write_shapes
-from usdface.io.usd.stage import (
-    Metrics,
-    matrices,
-    new_stage,
-    save_layer,
-    vec3f_array,
-)
+from usdface.io.usd.value_arrays import matrices, vec3f_array
 from usdface.rigs import CORNER_NORMALS, MaterialSubset, Mesh, Rig, Skeleton, Skin
 
 __all__ = ["write_rig"]

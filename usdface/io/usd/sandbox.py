@@ -61,7 +61,7 @@ def try_to_open(path: Path, within: Path | None = None) -> None:
         return
     if refusal := _refused_lately(path):
         raise refusal
-    answer = _ask(python, path)
+    answer = _open_in_worker(python, path)
     if refused := answer.get("refused"):
         word, code = str(refused)[:_LONGEST], str(answer.get("code", "TOO_LARGE"))
         _refused[str(path.absolute())] = time.monotonic(), _state(str(path)), word, code
@@ -89,7 +89,7 @@ def _python() -> str | None:
     return None
 
 
-def _ask(python: str, path: Path) -> dict[str, Any]:
+def _open_in_worker(python: str, path: Path) -> dict[str, Any]:
     command = [python, "-P", str(_WORKER), str(path.absolute())]
     environment = {**os.environ, "PXR_WORK_THREAD_LIMIT": "1", "PYTHONPATH": _places()}
     timeout = _TIMEOUT + _PER_BYTE * path.stat().st_size

@@ -12,7 +12,7 @@ from usdface.geometry.vertex_normals import NormalsNear
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.blend_shapes import LABEL
 from usdface.io.usd.combinations import write_combination
-from usdface.io.usd.stage import vec3f_array
+from usdface.io.usd.value_arrays import vec3f_array
 from usdface.rigs import BlendShape, Mesh
 
 __all__ = ["write_shapes"]

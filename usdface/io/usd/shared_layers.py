@@ -12,7 +12,8 @@ from pxr import Sdf, UsdGeom
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.usd.stage import open_layer, relative_asset
+from usdface.io.usd.save_layers import relative_asset
+from usdface.io.usd.stage import open_layer
 from usdface.schemas import tokens
 
 __all__ = ["SharedLayers", "share"]

@@ -14,7 +14,7 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.io.usd.clip_variants import bound_animations, clip_stages
-from usdface.io.usd.rig import skeleton_of_meshes
+from usdface.io.usd.skel_bindings import skeleton_of_meshes
 from usdface.rigs import Mesh, Rig
 
 __all__ = ["ShapeNames", "separate_shapes"]

@@ -10,21 +10,16 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
+from usdface.io.usd.expressions import read_expressions
 from usdface.io.usd.face_layout import read_exaggeration, read_gains, read_layout
 from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.fuzzy import read_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
 from usdface.io.usd.ignored_attributes import ignored_attributes
+from usdface.io.usd.metrics import Metrics, metrics_of, missing_metrics, to_si
 from usdface.io.usd.pins import read_pins
-from usdface.io.usd.retarget_setup import check_neutral, read_expressions, read_setup
-from usdface.io.usd.stage import (
-    Metrics,
-    check_clocks,
-    metrics_of,
-    missing_metrics,
-    open_stage,
-    to_si,
-)
+from usdface.io.usd.retarget_setup import check_neutral, read_setup
+from usdface.io.usd.stage import check_clocks, open_stage
 from usdface.io.usd.take import count_frames, read_take_prim
 from usdface.rigs import Rig
 from usdface.schemas import tokens
@@ -66,6 +61,7 @@ class StagedShot:
 
     Attributes
     ----------
+    stage : Usd.Stage
     shot : Shot
         In metres, seconds, Y up.
     prims : ShotPrims
@@ -77,6 +73,7 @@ class StagedShot:
         From stage space to that of the rig, which looks along +z.
     """
 
+    stage: Usd.Stage
     shot: Shot
     prims: ShotPrims
     codes: FloatArray
@@ -190,7 +187,7 @@ def _read(
     base = base_weights(stage, prims, take, codes)
     exaggeration = read_exaggeration(prim, codes)
     shot = Shot(rig, take, setup, system, expressions, layout, gains, base, exaggeration)
-    return StagedShot(shot, prims, codes, metrics, to_rig), findings
+    return StagedShot(stage, shot, prims, codes, metrics, to_rig), findings
 
 
 def _retarget_prims(stage: Usd.Stage) -> list[Usd.Prim]:

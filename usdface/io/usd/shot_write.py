@@ -8,25 +8,19 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding
-from usdface.io.usd.animation import editable_layer
+from usdface.io.usd.animation_write import editable_layer
+from usdface.io.usd.expressions import write_expressions
 from usdface.io.usd.face_layout import write_layout
 from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.fuzzy import write_fuzzy
 from usdface.io.usd.held_layers import hold_specs
-from usdface.io.usd.retarget_setup import write_expressions, write_setup
+from usdface.io.usd.metrics import Metrics, metrics_of, new_stage, to_si
+from usdface.io.usd.retarget_setup import write_setup
+from usdface.io.usd.save_layers import relative_asset, save_layers
 from usdface.io.usd.shared_layers import SharedLayers, share
-from usdface.io.usd.stage import (
-    Metrics,
-    default_prim,
-    matrices,
-    metrics_of,
-    new_stage,
-    open_stage,
-    relative_asset,
-    save_layers,
-    to_si,
-)
-from usdface.io.usd.take import define_take
+from usdface.io.usd.stage import default_prim, open_stage
+from usdface.io.usd.take_write import define_take
+from usdface.io.usd.value_arrays import matrices
 from usdface.schemas import tokens, write_fallback_types
 from usdface.shot.shot import Shot
 

@@ -9,7 +9,7 @@ from usdface.io.usd.shot import ShotPrims, StagedShot
 __all__ = ["report_undriven"]
 
 
-def report_undriven(stage: Usd.Stage, staged: StagedShot) -> list[Finding]:
+def report_undriven(staged: StagedShot) -> list[Finding]:
     """Return MESHES_UNDRIVEN for meshes whose blend shapes of the face's names stay as they are.
 
     A result is authored on one SkelAnimation: that of the face's skeleton.
@@ -19,7 +19,7 @@ def report_undriven(stage: Usd.Stage, staged: StagedShot) -> list[Finding]:
     names = {*face.shape_names, *prims.tokens}
     alike = [
         prim
-        for prim in character_meshes(stage, prims)
+        for prim in character_meshes(staged)
         if names & {*map(str, prim.GetAttribute("skel:blendShapes").Get() or ())}
         and not _is_driven(prim, prims)
     ]

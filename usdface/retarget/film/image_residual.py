@@ -30,7 +30,7 @@ class ImageResidual:
     Attributes
     ----------
     left : (F, M, 2) float64 [px]
-        0 where hidden.
+        0 where occluded.
     slopes : (F, M, 2, 3) float64 [px/m]
         Derivative of the image by positions in head space.
     taken : (F, M, 2, K) float64

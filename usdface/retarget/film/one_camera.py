@@ -94,7 +94,7 @@ def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> 
     points : (M, 3) float64 [m]
         In head space.
     image : (F, M, 2) float64 [px]
-        NaN where hidden; at least two are visible in each frame.
+        NaN where occluded; at least two are visible in each frame.
     """
     size, centre, middle = fit_scale_and_translation(points[:, :2], image)  # px per metre, px, m
     distance = camera.focal_length / size
@@ -117,7 +117,7 @@ def fit_pose(
     points : (M, 3) or (F, M, 3) float64 [m]
         In head space.
     image : (F, M, 2) float64 [px]
-        NaN where hidden.
+        NaN where occluded.
     camera : PinholeCamera
     start : Pose
         A first guess.

@@ -41,7 +41,7 @@ class ProjectedTake:
     ----------
     model : BlendShapeEvaluator
     views : Views
-        Certain of nothing where a marker is hidden.
+        Certain of nothing where a marker is occluded.
     observed : (F, 2 M) float64 [m]
     target : (M, 3) float64 [m]
     moving : bool

@@ -89,8 +89,8 @@ def _solved(
     if part is not film:
         weights = np.zeros((len(times), len(model.free)))
         weights[shown] = found.weights
-        hidden = np.broadcast_to(~shown[:, None], weights.shape)
-        found = Iterate(interpolate_gaps(weights, hidden, times))
+        occluded = np.broadcast_to(~shown[:, None], weights.shape)
+        found = Iterate(interpolate_gaps(weights, occluded, times))
     if setup.pins:
         bounds = pin_bounds(setup.pins, regularisation.names, times, found.weights, rows)
         found = solve(film, times, regularisation, bounds, found)

@@ -14,7 +14,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.geometry.marker_spread import rms_radius
 from usdface.numerics.robust_deviation import MEDIAN_TO_DEVIATION, THIRD_DIFFERENCE
 from usdface.numerics.visibility_patterns import visibility_patterns
-from usdface.retarget.solver.hidden_directions import NOTHING, HiddenDirections
+from usdface.retarget.solver.occluded_directions import NOTHING, OccludedDirections
 from usdface.takes import frame_step
 
 __all__ = [
@@ -110,7 +110,7 @@ class ResidualSpace:
         Coordinates that were observed.
     frames : (K,) int64
         Frames that are used.
-    hidden : HiddenDirections
+    occluded : OccludedDirections
         What is occluded in these frames.
     lags : tuple of int
         Frames after which errors are independent (`independent_lags`).
@@ -122,7 +122,7 @@ class ResidualSpace:
     basis: FloatArray
     seen: BoolArray
     frames: IntArray
-    hidden: HiddenDirections
+    occluded: OccludedDirections
     lags: tuple[int, ...] = (_NEIGHBOURS,)
     windows: dict[int, "_Windows"] = field(default_factory=dict, init=False, repr=False)
 
@@ -135,13 +135,13 @@ class ResidualSpace:
         rank = int((values > NOTHING * values.max(initial=0.0)).sum())
         basis = turned[:, rank:]
         if seen.all() or not basis.size:
-            none = HiddenDirections.of(basis, np.ones_like(seen))
+            none = OccludedDirections.of(basis, np.ones_like(seen))
             return cls(basis, seen, np.arange(len(seen)), none, lags)
         most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
         frames = np.flatnonzero(seen.any(axis=1))
         while len(visibility_patterns(seen[frames])[0]) > most:
             frames = frames[::2]
-        return cls(basis, seen, frames, HiddenDirections.of(basis, seen[frames]), lags)
+        return cls(basis, seen, frames, OccludedDirections.of(basis, seen[frames]), lags)
 
     @classmethod
     def beside_head(
@@ -176,7 +176,7 @@ class ResidualSpace:
         observed : (F, N) float64 [m]
             Displacements; any number where they were not seen.
         """
-        sums, count = self.hidden.squares(observed[self.frames] @ self.basis)
+        sums, count = self.occluded.squares(observed[self.frames] @ self.basis)
         enough = count > 0
         return sums[enough] / count[enough], count[enough]
 
@@ -223,7 +223,7 @@ class ResidualSpace:
         first, second, third, fourth = (rest[k * lag : len(rest) - (3 - k) * lag] for k in range(4))
         differences = fourth - first + 3.0 * (second - third)
         windows = self._windows_of(lag)
-        sums, count = windows.hidden.squares(differences[windows.frames])
+        sums, count = windows.occluded.squares(differences[windows.frames])
         enough = count > 0
         if not enough.any():
             return None
@@ -240,7 +240,7 @@ class ResidualSpace:
             seen: BoolArray = np.asarray(four[..., ::lag].all(axis=-1))
             used = self.frames[self.frames < len(seen)]
             used = used[seen[used].any(axis=1)]
-            self.windows[lag] = _Windows(used, HiddenDirections.of(self.basis, seen[used]))
+            self.windows[lag] = _Windows(used, OccludedDirections.of(self.basis, seen[used]))
         return self.windows[lag]
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
@@ -273,4 +273,4 @@ class _Windows:
     """Third differences that are used: the first frame of each (K,), and what is occluded."""
 
     frames: IntArray
-    hidden: HiddenDirections
+    occluded: OccludedDirections

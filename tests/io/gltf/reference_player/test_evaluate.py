@@ -3,9 +3,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from clips import evaluate_gltf
 
 from usdface.errors import InputError
-from usdface.io.gltf.reference_player.evaluate import evaluate_gltf
 
 POINTS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [9, 9, 9]], "<f4")
 MOVE = np.array([[0, 0, 1], [0, 0, 0], [0, 0, 0], [0, 0, 0]], "<f4")

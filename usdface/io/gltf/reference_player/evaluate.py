@@ -24,17 +24,13 @@ from usdface.io.gltf.reference_player.gltf_file import PlayerFile
 from usdface.io.gltf.reference_player.morph_targets import PlayerTargets, Target
 from usdface.io.gltf.reference_player.node_motion import PlayerNodes, Space
 
-__all__ = ["PlayerClip", "evaluate_clips", "evaluate_gltf"]
+__all__ = ["PlayerClip", "evaluate_clips"]
 
+# Raised by JSON of the wrong form.
 _BROKEN = (
-    ArithmeticError,
-    AttributeError,
-    LookupError,
-    OSError,
-    TypeError,
-    ValueError,
+    *(ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError),
     struct.error,
-)  # raised by JSON of the wrong form
+)
 _TRANSFORMS = ("translation", "rotation", "scale")
 _Space = Callable[[PlayerNodes], Space]
 
@@ -52,11 +48,6 @@ class PlayerClip:
     times: FloatArray
     cubic: bool
     decoded: bool = False
-
-
-def evaluate_gltf(path: Path) -> tuple[PlayerMesh, ...]:
-    """Evaluate the default scene of a .glb or .gltf in its first animation."""
-    return evaluate_clips(path)[0].meshes
 
 
 def evaluate_clips(path: Path, asset_root: Path | None = None) -> tuple[PlayerClip, ...]:

@@ -1,4 +1,4 @@
-"""Blend shapes that a take cannot determine: they stay at 0."""
+"""Blend shapes that move no marker of a take: they stay at 0."""
 
 from dataclasses import replace
 
@@ -7,13 +7,13 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 
-__all__ = ["unobservable_shapes", "without_shapes"]
+__all__ = ["unseen_shapes", "without_shapes"]
 
 # Of the largest movement: less is rounding.
 _NOTHING = 1e-9
 
 
-def unobservable_shapes(basis: FloatArray) -> BoolArray:
+def unseen_shapes(basis: FloatArray) -> BoolArray:
     """Return which shapes (S,) move no marker, by their offsets (S, M, D).
 
     In an image (D = 2) also those that move straight towards the camera: of a head that does not

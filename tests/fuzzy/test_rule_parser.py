@@ -1,7 +1,7 @@
 import pytest
 
 from usdface.errors import InputError
-from usdface.fuzzy.rules import parse_rule
+from usdface.fuzzy.rule_parser import parse_rule
 
 
 def test_a_rule_says_what_it_says():

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.retarget.solver import hidden_directions
-from usdface.retarget.solver.hidden_directions import HiddenDirections
+from usdface.retarget.solver import occluded_directions
+from usdface.retarget.solver.occluded_directions import OccludedDirections
 
 
 def a_space() -> tuple[FloatArray, BoolArray, FloatArray]:
@@ -18,11 +18,11 @@ def a_space() -> tuple[FloatArray, BoolArray, FloatArray]:
 
 def test_what_is_left_of_a_frame_is_beyond_its_occluded_directions() -> None:
     basis, seen, rest = a_space()
-    sums, count = HiddenDirections.of(basis, seen).squares(rest)
+    sums, count = OccludedDirections.of(basis, seen).squares(rest)
     for frame in range(60):
-        hidden = basis[~seen[frame]].T
-        left = rest[frame] - hidden @ np.linalg.lstsq(hidden, rest[frame], rcond=None)[0]
-        rank = np.linalg.matrix_rank(hidden) if hidden.size else 0  # NumPy 1.26 wants a value
+        occluded = basis[~seen[frame]].T
+        left = rest[frame] - occluded @ np.linalg.lstsq(occluded, rest[frame], rcond=None)[0]
+        rank = np.linalg.matrix_rank(occluded) if occluded.size else 0  # NumPy 1.26 wants a value
         assert count[frame] == 18 - rank
         assert sums[frame] == pytest.approx(left @ left, abs=1e-12)
 
@@ -37,7 +37,7 @@ def test_directions_below_the_rounding_of_a_file_are_none(leak: float, occluded:
     basis = np.linalg.qr(explained.T, mode="complete")[0][:, 6:]
     seen = (np.arange(24) >= occluded)[None]
     rest = rng.normal(size=(1, 18))
-    sums, count = HiddenDirections.of(basis, seen).squares(rest)
+    sums, count = OccludedDirections.of(basis, seen).squares(rest)
     directions, sizes, _ = np.linalg.svd(basis[~seen[0]].T)
     rank = int((sizes > 1e-5).sum())
     left = rest @ directions[:, rank:]
@@ -48,17 +48,19 @@ def test_directions_below_the_rounding_of_a_file_are_none(leak: float, occluded:
 def test_clear_directions_need_no_singular_values(monkeypatch: pytest.MonkeyPatch) -> None:
     basis, seen, rest = a_space()
     basis[:3] = 0.0  # explained
-    expected = HiddenDirections.of(basis, seen).squares(rest)
+    expected = OccludedDirections.of(basis, seen).squares(rest)
     monkeypatch.setattr(np.linalg, "svd", None)
-    for found, known in zip(HiddenDirections.of(basis, seen).squares(rest), expected, strict=True):
+    for found, known in zip(
+        OccludedDirections.of(basis, seen).squares(rest), expected, strict=True
+    ):
         np.testing.assert_array_equal(found, known)
 
 
 def test_directions_are_found_once_as_far_as_memory_allows(monkeypatch: pytest.MonkeyPatch) -> None:
     basis, seen, rest = a_space()
-    kept = HiddenDirections.of(basis, seen)
-    monkeypatch.setattr(hidden_directions, "_KEPT", 1000)
-    found_again = HiddenDirections.of(basis, seen)
+    kept = OccludedDirections.of(basis, seen)
+    monkeypatch.setattr(occluded_directions, "_KEPT", 1000)
+    found_again = OccludedDirections.of(basis, seen)
     assert kept.kept is not None and found_again.kept is None
     for one, two in zip(kept.squares(rest), found_again.squares(rest), strict=True):
         np.testing.assert_array_equal(one, two)

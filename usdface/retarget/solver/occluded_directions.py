@@ -13,7 +13,7 @@ from scipy.linalg.lapack import dpotrf, dsyevr, dtrtri
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.numerics.visibility_patterns import visibility_patterns
 
-__all__ = ["NOTHING", "HiddenDirections"]
+__all__ = ["NOTHING", "OccludedDirections"]
 
 # Relative singular value below which directions count as 0: two blend shapes that move the markers
 # alike differ by the rounding of a file, 10 nm, and the rank must not depend on that. Head motions
@@ -33,7 +33,7 @@ _Span = tuple[FloatArray, int]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class HiddenDirections:
+class OccludedDirections:
     """The occluded directions of K frames.
 
     Attributes
@@ -55,7 +55,7 @@ class HiddenDirections:
     kept: list[_Span] | None
 
     @classmethod
-    def of(cls, basis: FloatArray, seen: BoolArray) -> "HiddenDirections":
+    def of(cls, basis: FloatArray, seen: BoolArray) -> "OccludedDirections":
         """Return those of frames that show the coordinates `seen` (K, N)."""
         if seen.all():
             return cls(basis, seen[:0], [], [])
@@ -64,7 +64,7 @@ class HiddenDirections:
         return cls(basis, patterns, frames, _kept(_spans(basis, patterns)))
 
     def squares(self, rest: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Return sums of squares beyond the hidden directions, and degrees of freedom: (K,), (K,).
+        """Return squares summed beyond the occluded directions, and degrees of freedom: (K,), (K,).
 
         Parameters
         ----------
@@ -74,8 +74,8 @@ class HiddenDirections:
         sums = (rest**2).sum(axis=1)
         count = np.full(len(rest), rest.shape[1])
         spans = _spans(self.basis, self.patterns) if self.kept is None else self.kept
-        for frames, (hidden, rank) in zip(self.frames, spans, strict=True):
-            sums[frames] -= ((rest[frames] @ hidden) ** 2).sum(axis=1)
+        for frames, (occluded, rank) in zip(self.frames, spans, strict=True):
+            sums[frames] -= ((rest[frames] @ occluded) ** 2).sum(axis=1)
             count[frames] -= rank
         sums[count == 0] = 0.0
         return sums.clip(min=0.0), count

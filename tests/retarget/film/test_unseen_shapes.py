@@ -2,7 +2,7 @@ import numpy as np
 
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.blend_shapes.inbetween_path import InbetweenPath
-from usdface.retarget.film.unobservable_shapes import unobservable_shapes, without_shapes
+from usdface.retarget.film.unseen_shapes import unseen_shapes, without_shapes
 
 ALONG = np.zeros((3, 12, 3))
 ALONG[0, 3:9, 1] = 0.01  # up
@@ -10,8 +10,8 @@ ALONG[1, 3:9, 2] = 0.01  # forwards
 
 
 def test_a_shape_that_moves_no_marker_is_unobservable() -> None:
-    assert unobservable_shapes(ALONG).tolist() == [False, False, True]
-    assert unobservable_shapes(ALONG[..., :2]).tolist() == [False, True, True]
+    assert unseen_shapes(ALONG).tolist() == [False, False, True]
+    assert unseen_shapes(ALONG[..., :2]).tolist() == [False, True, True]
 
 
 def test_shapes_that_are_left_out_move_nothing() -> None:

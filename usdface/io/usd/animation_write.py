@@ -1,0 +1,263 @@
+"""The content of a layer of a result authored as overs."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from pxr import Gf, Sdf, Usd, Vt
+
+from usdface.arrays import FloatArray
+from usdface.cleanup.repairs import Repair
+from usdface.errors import OutputError
+from usdface.findings import Finding
+from usdface.io.usd.animation import Animation, Inputs
+from usdface.io.usd.animation_source import define_animation
+from usdface.io.usd.head_motion import author_head
+from usdface.io.usd.metrics import to_si
+from usdface.io.usd.overs import put_overs
+from usdface.io.usd.shot import ShotPrims, StagedShot
+from usdface.io.usd.stronger_opinions import hidden_by
+from usdface.io.usd.value_arrays import matrices
+from usdface.numerics.frame_blocks import frame_blocks
+from usdface.retarget.joint_motion import matrices_of
+from usdface.retarget.solution import Solution
+from usdface.schemas import tokens
+from usdface.verdict.judge import Verdict
+
+__all__ = [
+    "OCCLUDED_DISTANCE",
+    "OCCLUDED_INPUT",
+    "animation_path",
+    "apply_animation",
+    "author",
+    "editable_layer",
+]
+
+_ANIMATION = "UsdFaceAnim"
+
+# Results are finite: programs that draw curves do not expect other numbers.
+OCCLUDED_DISTANCE = -1.0
+
+OCCLUDED_INPUT = float(np.finfo(np.float32).min)
+
+_RESULTS = (
+    *(tokens.RESIDUAL, tokens.HEAD_TRANSFORM, tokens.FEATURE_POINTS, tokens.FIRING),
+    *(tokens.CLOSURE_LEFT_EYE, tokens.CLOSURE_RIGHT_EYE, tokens.CLOSURE_MOUTH),
+    *(tokens.CLEAN_REPAIRS_MARKERS, tokens.CLEAN_REPAIRS_FRAMES, tokens.CLEAN_REPAIRS_KINDS),
+    *(tokens.SOLVED_MARKERS, tokens.SOLVED_DISTANCES, tokens.SOLVED_SHAPES, tokens.VERDICT),
+    *(tokens.SOLVED_DEVIATIONS, tokens.INPUTS, tokens.INPUTS_UNIT),
+)
+
+
+def animation_path(prims: ShotPrims) -> str:
+    """Return the path of the SkelAnimation that results are authored on; it may be made there."""
+    return prims.animation or f"{prims.skel_root}/{_ANIMATION}"
+
+
+def apply_animation(shot: StagedShot, animation: Animation) -> list[Finding]:
+    """Author one animation as overs on the edit target of an open stage, all of it or nothing.
+
+    Properties of an earlier result that this one lacks are removed.
+
+    Returns
+    -------
+    list of Finding
+        ATTRIBUTE_REPLACED, RESULT_HIDDEN.
+
+    Raises
+    ------
+    OutputError
+        If the edit target cannot be edited, or is not among the stage's own layers.
+    """
+    layer = editable_layer(shot.stage)
+    # USD scales the time codes of a layer by the ratio of its timeCodesPerSecond to the stage's.
+    offset = shot.stage.GetEditTargetForLocalLayer(layer).GetMapFunction().timeOffset.GetInverse()
+    codes = np.array([offset * code for code in shot.codes.tolist()])
+    overs = Sdf.Layer.CreateAnonymous(".usda")
+    author(overs, replace(shot, codes=codes), animation, shot.codes.tolist())
+    return put_overs(overs, shot.stage, _is_result) + hidden_by(overs, shot.stage)
+
+
+def _is_result(name: str) -> bool:
+    """Return whether only results have a property of this name."""
+    return name in _RESULTS or name.startswith((tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX))
+
+
+def editable_layer(stage: Usd.Stage) -> Sdf.Layer:
+    """Return the layer of a stage's edit target.
+
+    Raises
+    ------
+    OutputError
+        If it is locked, or none of the stage's own layers.
+    """
+    layer = stage.GetEditTarget().GetLayer()
+    if not (stage.HasLocalLayer(layer) and layer.permissionToEdit):
+        raise OutputError(
+            f"the edit target {layer.identifier} cannot be authored on: it must be one of the "
+            "stage's own layers, and not locked"
+        )
+    return layer
+
+
+def author(
+    layer: Sdf.Layer,
+    shot: StagedShot,
+    animation: Animation,
+    stage_codes: list[float] | None = None,
+) -> None:
+    """Author one animation of a stage's shot as overs on a layer.
+
+    `stage_codes` are the frames' time codes on the stage, if those on the layer differ.
+    """
+    prims, codes = shot.prims, shot.codes.tolist()
+    with Sdf.ChangeBlock():
+        anim = Sdf.CreatePrimInLayer(layer, animation_path(prims))
+        if not prims.animation:
+            define_animation(layer, shot.stage, anim, prims)
+        if animation.names != prims.tokens:
+            _attribute(
+                anim, "blendShapes", Sdf.ValueTypeNames.TokenArray, uniform=True
+            ).default = Vt.TokenArray(animation.names)
+        _attribute(anim, "blendShapeWeights", Sdf.ValueTypeNames.FloatArray)
+        _write_arrays(layer, anim, "blendShapeWeights", shot.codes, animation.weights)
+        if animation.solution is not None:
+            _author_solution(layer, shot, animation.solution, animation.regions)
+        if animation.deviations:
+            _author_deviations(layer, shot, animation.deviations)
+        if animation.verdict is not None:
+            _author_verdict(layer, shot, animation.verdict)
+        if prims.head is not None:
+            author_head(
+                layer,
+                shot.stage,
+                (prims.skel_root, str(anim.path)),
+                prims.head,
+                animation.motion,
+                animation.eyes,
+                codes,
+                stage_codes or codes,
+            )
+        for name, curve in animation.closure.items():
+            prim = Sdf.CreatePrimInLayer(layer, prims.retarget)
+            _attribute(prim, name, Sdf.ValueTypeNames.Float)
+            _write_samples(layer, prim, name, codes, _floats(curve))
+        if animation.repairs:
+            _author_repairs(layer, shot, animation.repairs)
+        if animation.emotions:
+            _author_expressions(layer, shot, animation)
+
+
+def _author_expressions(layer: Sdf.Layer, shot: StagedShot, animation: Animation) -> None:
+    system, codes = Sdf.CreatePrimInLayer(layer, shot.prims.fuzzy), shot.codes.tolist()
+    for name, curve in animation.emotions.items():
+        _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
+        _write_samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
+    if animation.firing is not None:
+        _attribute(system, tokens.FIRING, Sdf.ValueTypeNames.FloatArray)
+        _write_arrays(layer, system, tokens.FIRING, shot.codes, animation.firing)
+    if animation.inputs is not None:
+        _author_inputs(layer, system, animation.inputs, shot)
+
+
+def _author_inputs(
+    layer: Sdf.Layer, system: Sdf.PrimSpec, inputs: Inputs, shot: StagedShot
+) -> None:
+    rows = np.where(np.isnan(inputs.values), OCCLUDED_INPUT, inputs.values)
+    _attribute(system, tokens.INPUTS, Sdf.ValueTypeNames.FloatArray)
+    _write_arrays(layer, system, tokens.INPUTS, shot.codes, rows)
+    unit = inputs.unit / shot.metrics.meters_per_unit
+    _attribute(system, tokens.INPUTS_UNIT, Sdf.ValueTypeNames.Double, uniform=True).default = unit
+
+
+def _author_repairs(layer: Sdf.Layer, shot: StagedShot, repairs: tuple[Repair, ...]) -> None:
+    prim, names = Sdf.CreatePrimInLayer(layer, shot.prims.retarget), Sdf.ValueTypeNames
+    spans = Vt.Vec2iArray([Gf.Vec2i(r.first, r.last) for r in repairs])
+    for name, kind, value in (
+        (
+            tokens.CLEAN_REPAIRS_MARKERS,
+            names.TokenArray,
+            Vt.TokenArray([r.marker for r in repairs]),
+        ),
+        (tokens.CLEAN_REPAIRS_FRAMES, names.Int2Array, spans),
+        (tokens.CLEAN_REPAIRS_KINDS, names.TokenArray, Vt.TokenArray([r.kind for r in repairs])),
+    ):
+        _attribute(prim, name, kind, uniform=True).default = value
+
+
+def _attribute(
+    prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, uniform: bool = False
+) -> Sdf.AttributeSpec:
+    existing = prim.attributes.get(name)
+    variability = Sdf.VariabilityUniform if uniform else Sdf.VariabilityVarying
+    return existing or Sdf.AttributeSpec(prim, name, kind, variability)
+
+
+def _write_samples(
+    layer: Sdf.Layer, prim: Sdf.PrimSpec, name: str, codes: list[float], values: object
+) -> None:
+    path = prim.path.AppendProperty(name)
+    for code, value in zip(codes, values, strict=True):  # type: ignore[call-overload]
+        layer.SetTimeSample(path, code, value)
+
+
+def _write_arrays(
+    layer: Sdf.Layer, prim: Sdf.PrimSpec, name: str, codes: FloatArray, rows: FloatArray
+) -> None:
+    """Author a float array (F, N) or an array of vectors (F, N, 3), a sample a frame."""
+    kind = Vt.Vec3fArray if rows.ndim == 3 else Vt.FloatArray
+    for frames in frame_blocks(len(codes)):
+        values = map(kind.FromNumpy, rows[frames].astype(np.float32))
+        _write_samples(layer, prim, name, codes[frames].tolist(), values)
+
+
+def _floats(values: FloatArray) -> list[float]:
+    # Through float32, so that the same curve always gives the same bytes.
+    return [float(v) for v in values.astype(np.float32)]
+
+
+def _author_solution(
+    layer: Sdf.Layer, shot: StagedShot, solution: Solution, regions: Mapping[str, FloatArray]
+) -> None:
+    prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
+    codes = shot.codes.tolist()
+    unit = shot.metrics.meters_per_unit
+    _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
+    _write_samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
+    for region, curve in regions.items():
+        name = tokens.RESIDUAL_PREFIX + region
+        _attribute(prim, name, Sdf.ValueTypeNames.Float)
+        _write_samples(layer, prim, name, codes, _floats(curve / unit))
+    pose = matrices_of(solution.pose)
+    if solution.posed_in_space:
+        pose = to_si(shot.metrics) @ pose @ np.linalg.inv(to_si(shot.metrics))
+    _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
+    _write_samples(layer, prim, tokens.HEAD_TRANSFORM, codes, matrices(pose))
+    _attribute(prim, tokens.FEATURE_POINTS, Sdf.ValueTypeNames.Point3fArray)
+    to_stage = np.linalg.inv(shot.to_rig)
+    for frames in frame_blocks(len(codes)):
+        features = solution.feature_points[frames] @ to_stage[:3, :3]
+        _write_arrays(layer, prim, tokens.FEATURE_POINTS, shot.codes[frames], features)
+    used = _attribute(prim, tokens.SOLVED_MARKERS, Sdf.ValueTypeNames.TokenArray, uniform=True)
+    used.default = Vt.TokenArray(solution.markers)
+    _attribute(prim, tokens.SOLVED_DISTANCES, Sdf.ValueTypeNames.FloatArray)
+    for frames in frame_blocks(len(codes)):
+        distances = solution.distances[frames]
+        distances = np.where(np.isnan(distances), OCCLUDED_DISTANCE, distances / unit)
+        _write_arrays(layer, prim, tokens.SOLVED_DISTANCES, shot.codes[frames], distances)
+
+
+def _author_verdict(layer: Sdf.Layer, shot: StagedShot, verdict: Verdict) -> None:
+    prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
+    text = json.dumps(verdict.as_dict(), ensure_ascii=False)
+    _attribute(prim, tokens.VERDICT, Sdf.ValueTypeNames.String, uniform=True).default = text
+
+
+def _author_deviations(layer: Sdf.Layer, shot: StagedShot, deviations: Mapping[str, float]) -> None:
+    prim, names = Sdf.CreatePrimInLayer(layer, shot.prims.retarget), Sdf.ValueTypeNames
+    for name, kind, value in (
+        (tokens.SOLVED_SHAPES, names.TokenArray, Vt.TokenArray(list(deviations))),
+        (tokens.SOLVED_DEVIATIONS, names.FloatArray, Vt.FloatArray(list(deviations.values()))),
+    ):
+        _attribute(prim, name, kind, uniform=True).default = value
