@@ -168,3 +168,10 @@ def test_an_emotion_that_lasts_is_alike_at_any_frame_rate(rates: tuple[int, int]
     np.testing.assert_allclose(*peaks, atol=0.01)
     assert found[0].max() > 0.35 and found[0].min() < 0.25
     np.testing.assert_allclose(*found, atol=0.02)
+
+
+def test_a_single_frame_is_an_event() -> None:
+    events = events_of(np.array([0.9]), 0.15, 0.0)
+    np.testing.assert_array_equal(events.frames, [0])
+    np.testing.assert_allclose(events.size, 0.9)
+    np.testing.assert_allclose(events.peaks(np.array([[0.3]])), 0.3)

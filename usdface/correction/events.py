@@ -111,6 +111,7 @@ class _Stretch:
         self._at, self._own = at, own
         self._release, self._onset = levels
         onset = self._onset
+        step = step or _LEAST_STEP  # a single frame has none
         # In frames.
         self._fade = np.array(_FADE) / step
         self._joined = max(1, int(_LEAST_STEP / step + 1e-6))
