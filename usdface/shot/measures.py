@@ -13,7 +13,12 @@ from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.shape_reach import beyond_reach
 from usdface.retarget.solution import Solution
 from usdface.shot.neutral_measures import neutral_at_limit, neutral_expressive
-from usdface.shot.performance_measures import performance_short, still_markers, still_weights
+from usdface.shot.performance_measures import (
+    STILL,
+    performance_short,
+    still_markers,
+    still_weights,
+)
 from usdface.shot.shot import ShotResult
 from usdface.takes import MarkerTake, WeightsTake, visible
 from usdface.verdict.judge import Measured
@@ -94,8 +99,9 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
         "NEUTRAL_AT_LIMIT": neutral_at_limit(result.shot.setup, solution, face),
         "BINDING_UNSURE": _unsure(result),
     }
-    found["PERFORMANCE_STILL"] = still_markers(motion, noise, rms_radius(solution.rest))
-    if not found["PERFORMANCE_STILL"].value:
+    radius = rms_radius(solution.rest)
+    found["PERFORMANCE_STILL"] = still_markers(motion, radius)
+    if motion**2 - noise**2 > (STILL * radius) ** 2:
         farthest = 1000.0 * _FARTHEST / human_mm
         found |= _of_motion(solution, face, motion, noise, farthest)
         found["NEUTRAL_EXPRESSIVE"] = neutral_expressive(result.shot, solution, motion)

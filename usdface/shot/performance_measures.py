@@ -25,19 +25,20 @@ def performance_short(times: FloatArray) -> Measured:
     return Measured(max(0.0, 1.0 - lasts / _SECOND), "length", (text,))
 
 
-def still_markers(motion: float, noise: float, radius: float) -> Measured:
+def still_markers(motion: float, radius: float) -> Measured:
     """Return the share of the least motion that is missing.
+
+    Where noise hides a motion, that it is large is the reason (`NOISE_LARGE`).
 
     Parameters
     ----------
-    motion, noise : float [m]
-        RMS displacement of the markers, and their noise.
+    motion : float [m]
+        RMS displacement of the markers, noise included.
     radius : float [m]
         RMS radius of the resting markers.
     """
     least = STILL * radius
-    shown = float(np.sqrt(max(motion**2 - noise**2, 0.0)))
-    return Measured(max(0.0, 1.0 - shown / least) if least else np.nan)
+    return Measured(max(0.0, 1.0 - motion / least) if least else np.nan)
 
 
 def still_weights(take: WeightsTake) -> Measured:
