@@ -97,9 +97,14 @@ def test_strict_makes_warnings_fail(folder: Path, capfd: pytest.CaptureFixture[s
     assert main(shot_command(folder)) == 0
     assert "warning EXPRESSION_UNKNOWN" in capfd.readouterr().out
     assert main(shot_command(folder, "--strict")) == 1
+    reason = (
+        "usdface: failed, as --strict counts warnings as errors: SHAPE_UNKNOWN, EXPRESSION_UNKNOWN"
+    )
+    assert capfd.readouterr().err.splitlines()[-1].startswith(reason)
     # Nothing to warn about.
     shot = str(folder / "shot.usda")
     assert main(["process", shot, "--no-express", "--strict"]) == 0
+    assert "--strict" not in capfd.readouterr().err
 
 
 def test_check_fails_on_errors_without_strict(folder: Path) -> None:
@@ -214,3 +219,22 @@ def test_a_misspelt_option_is_named_with_the_one_that_was_meant(
     said = capsys.readouterr().err
     assert caught.value.code == 2 and said.startswith("usage: usdface process")
     assert f"unrecognized arguments: {wrong} 2" in said and said.endswith(f"{hint}\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        # Not "required: --rig", which was meant.
+        ("shot --rigg a --take b -o c", "unrecognized arguments: --rigg; did you mean --rig?"),
+        ("fuzzy fit --shto a -o b", "unrecognized arguments: --shto; did you mean --shot?"),
+        ("shot --rig a", "the following arguments are required: --take, -o/--output"),
+        ("proces a", "there is no command 'proces'; did you mean process?"),
+        ("sing", "there is no command 'sing'; `usdface --help` lists all"),
+    ],
+)
+def test_a_misspelt_word_is_named_rather_than_what_it_leaves_open(
+    words: str, said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(words.split())
+    assert caught.value.code == 2 and capsys.readouterr().err.endswith(f"error: {said}\n")

@@ -116,7 +116,7 @@ def test_markers_whose_names_tell_no_place_need_a_vertex(
     given = np.full((7, 3), np.nan)
     given[5] = surface.mesh.points[vertices[order[5]]]
     assert lifted_take(take, surface, given).names == words[:6]
-    with pytest.raises(InputError, match="is of an image; where its markers sit can be proposed"):
+    with pytest.raises(InputError, match=r"is of an image; .* on the page of `usdface bind`"):
         lifted_take(replace(take, names=tuple("abcdefg")), surface)
 
 

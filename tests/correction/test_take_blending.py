@@ -45,6 +45,26 @@ def test_halves_that_show_an_emotion_alike_are_raised_alike() -> None:
     assert added[3] == pytest.approx(added[2], abs=0.1)
 
 
+def test_an_emotion_that_both_halves_have_peaks_on_both_at_once() -> None:
+    """Two peaks with another mouth; of one half this, of the other that is the higher."""
+    frames = 60
+    ramp = np.interp(np.arange(frames), [0, 8, 22, 30, 38, 52, 59], [0, 1, 1, 0.8, 1, 1, 0])
+    first = np.arange(frames) < 30
+    weights = np.tile([0.5, 0.5, 0.0, 0.0, 0.2], (frames, 1)) * ramp[:, None]
+    weights[first, 2:4] = 0.4 * ramp[first, None]
+    outputs: Outputs = {
+        "left": (ramp * np.where(first, 0.62, 0.58))[:, None],
+        "right": (ramp * np.where(first, 0.58, 0.66))[:, None],
+        "both": (ramp * 0.6)[:, None],
+    }
+    blending = TakeBlending(
+        chin("take"), POSE[None], NAMES, LAYOUT, Gains(), EVIDENCE, weights,
+        np.arange(frames) / 30.0,
+    )  # fmt: skip
+    added = blending.raise_up(outputs, outputs).weights - weights
+    np.testing.assert_allclose(added[:, 0], added[:, 1], atol=0.05)
+
+
 def test_a_half_that_shows_it_alone_is_judged_alone() -> None:
     assert raised(0.4, 0.0, (0.6, 0.0))[0] == pytest.approx(raised(0.4, 0.4, (0.6, 0.6))[0])
     assert raised(0.0, 0.4, (0.6, 0.0))[0] == 0.0

@@ -19,6 +19,16 @@ def test_one_curve_drives_both_sides_and_two_drive_their_mean() -> None:
     assert "by 0.05 at most: jawOpen" in findings[0].message
 
 
+@pytest.mark.parametrize(
+    ("weight", "code"), [(1.0033, "WEIGHTS_OVERSHOT"), (1.02, "WEIGHTS_CLIPPED")]
+)
+def test_the_overshoot_of_a_recorder_is_no_warning(weight: float, code: str) -> None:
+    """Each range of motion of a phone has some: with --strict it failed."""
+    renamed, (found,) = rename_weights(take(JawOpen=weight), ("jawOpen",))
+    assert renamed.weights[0, 0] == 1.0 and found.code == code
+    assert found.severity == ("info" if code == "WEIGHTS_OVERSHOT" else "warning")
+
+
 def test_a_little_beyond_1_is_not_called_from_0_to_1() -> None:
     _, findings = rename_weights(take(EyeLookInRight=1.0033), ("eyeLookIn_R",))
     assert "by 0.0033 at most: eyeLookIn_R" in findings[0].message

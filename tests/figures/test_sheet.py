@@ -1,7 +1,10 @@
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from matplotlib.figure import Figure
 from processed import shoot
 from worlds import make_world
 
@@ -41,6 +44,30 @@ def test_many_reasons_take_two_lines(
     assert "correction, residual, brows," in drawn and "cheeks, jaw, mouth" in drawn
     width = float(re.search(r'<svg [^>]*?width="([\d.]+)pt"', drawn, re.DOTALL)[1])
     assert width == pytest.approx(2 * 250 / 110 * 72)  # as wide as its two pictures
+
+
+@pytest.mark.slow
+def test_captions_keep_a_distance_from_the_heads_of_the_next_row(
+    shot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    names = {frame: "rest" for frame in range(12)}
+    monkeypatch.setattr("usdface.figures.sheet.sheet_frames", lambda *_: names)
+    distances = []
+
+    def measure(draw: Callable[[Any], None], _: Path) -> None:
+        figure = Figure(layout="constrained")
+        draw(figure)
+        figure.draw_without_rendering()
+        upper, lower = (block.axes for block in figure.subfigs)
+        captions = [axis.xaxis.label.get_window_extent() for axis in upper if axis.get_xlabel()]
+        heads = [axis.title.get_window_extent() for axis in lower if axis.get_title()]
+        assert len(captions) == len(heads) == 6
+        distances.append(min(c.y0 for c in captions) - max(h.y1 for h in heads))
+        distances[-1] /= figure.dpi
+
+    monkeypatch.setattr("usdface.figures.sheet.save_figure", measure)
+    main(["process", str(shot), "--sheet", str(tmp_path / "sheet.png")])
+    assert distances and distances[0] > 0.15  # inches: a line of text
 
 
 @pytest.mark.slow

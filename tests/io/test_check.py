@@ -35,8 +35,15 @@ def test_other_files_and_none_are_refused(tmp_path):
 
 
 def test_a_folder_is_not_called_missing(tmp_path):
-    with pytest.raises(InputError, match="is a folder"):
+    with pytest.raises(InputError, match=r"is a folder; .* `usdface rig` makes one to check"):
         check_file(tmp_path)
+
+
+def test_a_mesh_of_a_folder_is_checked_as_the_rig_of_it(tmp_path):
+    mesh = tmp_path / "blink.obj"
+    mesh.write_text("v 0 0 0\n")
+    with pytest.raises(InputError, match="`usdface rig` makes one of the folder of an OBJ"):
+        check_file(mesh)
 
 
 @pytest.mark.parametrize("suffix", [".usda", ".glb"])

@@ -206,6 +206,9 @@ def test_lights_that_gltf_lacks_and_motion_are_announced(tmp_path: Path) -> None
     rig, found = read_back(stage, tmp_path)
     assert found == ["FEATURE_DROPPED", "ANIMATION_DROPPED"]
     assert rig.lights == ()
+    # A rig in USD: what glTF lacks alone would be no reason.
+    sky = next(f for f in read_rig(tmp_path / "b.usda")[1] if f.code == "FEATURE_DROPPED")
+    assert "points, spots and distant lights are kept" in sky.message
     assert rig.cameras[0].matrix[3, 2] == 1
 
 

@@ -1,8 +1,10 @@
 import json
 
 import numpy as np
+import pytest
 from worlds import NEUTRAL, make_world
 
+from usdface.geometry.marker_spread import marker_spread
 from usdface.io.bind_file import bind_json
 from usdface.page.bind_data import bind_data, mirror_vertices, motion_curve
 from usdface.setup.binding import Binding
@@ -41,6 +43,23 @@ def test_each_marker_has_its_place_state_and_partner() -> None:
         other = name[:-1] + {"l": "r", "r": "l"}.get(name[-1], name[-1])
         assert names[partner] == (other if name.endswith(("_l", "_r")) else name)
     assert data["document"] == json.loads(bind_json(setup))
+
+
+def test_a_few_unsure_places_on_one_spot_do_not_shrink_the_performer() -> None:
+    world = make_world(head_moves=False)
+    mesh = world.rig.meshes[0]
+    names = list(world.points)[:5]
+    spot = np.argsort(np.linalg.norm(mesh.points - mesh.points[world.points["nose"]], axis=1))
+    unsure = dict(zip(names, spot[:5].tolist(), strict=True))
+    nothing = binding({})
+    sizes = []
+    for setup in (
+        RetargetSetup(nothing, unsure=binding(unsure, [0.0] * 5), neutral=(0, 0)),
+        RetargetSetup(nothing, neutral=(0, 0)),
+    ):
+        data = bind_data(world.take, mesh, setup, bind_json(setup))
+        sizes.append(marker_spread(data["positions"].values[0]))
+    assert sizes[0] == pytest.approx(sizes[1])
 
 
 def test_the_head_stands_still_and_the_motion_is_that_from_rest() -> None:

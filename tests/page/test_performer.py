@@ -1,14 +1,17 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from worlds import make_world
 
 from usdface.face.bound_face import bound_face
+from usdface.geometry.marker_spread import marker_spread
 from usdface.geometry.rigid_fit import rigid_fit
 from usdface.page.performer import markers_on_face
 from usdface.retarget.joint_motion import matrices_of
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.takes import MarkerTake
 
 
 def bound(world, neutral=(0, 0)):
@@ -61,3 +64,17 @@ def test_a_spike_is_hidden_and_leaves_the_others_where_they_are() -> None:
     assert np.isnan(shown[20, 3]).all()
     shown[20, 3] = expected[20, 3]
     np.testing.assert_array_equal(shown, expected)
+
+
+@pytest.mark.parametrize("unit", [1.0, 0.01, 1e4])
+def test_markers_that_no_place_fits_to_the_face_have_its_size(unit: float) -> None:
+    """Pixels of an image lay far outside the picture, a small performer was a speck."""
+    world = make_world(head_moves=False)
+    mesh = world.rig.meshes[0]
+    setup = RetargetSetup(Binding((), np.zeros(0, np.int64)), neutral=(0, 0))
+    pixels = unit * world.take.positions[..., :2] + (640.0, 480.0)
+    take = MarkerTake(world.take.names, world.take.times, pixels, world.take.rate)
+    shown = markers_on_face(take, setup, bound_face(mesh, setup), np.zeros((0, 4, 4)))[0]
+    skin = np.unique(np.concatenate([shape.indices for shape in mesh.shapes]))
+    assert marker_spread(shown) == pytest.approx(marker_spread(mesh.points[skin]))
+    np.testing.assert_allclose(shown.mean(axis=0), mesh.points[skin].mean(axis=0), atol=1e-6)

@@ -28,6 +28,21 @@ def test_every_file_of_a_batch_is_reported(tmp_path: Path, capfd) -> None:
         usdface.check(torn)
 
 
+def test_findings_of_several_files_begin_with_their_file(tmp_path: Path, capfd) -> None:
+    """ "mesh 0" is in each of them; of one file it needs no more."""
+    still = Mesh("Face", np.eye(3), [3], [0, 1, 2], shapes=(BlendShape("none", [1], [[0, 0, 0]]),))
+    first, other = tmp_path / "a.glb", tmp_path / "b.glb"
+    write_gltf(Rig("r", (still,)), first)
+    write_gltf(Rig("r", (still,)), other)
+    (alone,) = (f for f in usdface.check(first).findings if f.code == "SHAPE_EMPTY")
+    assert not alone.where.startswith(str(tmp_path))
+    found = [f.where for f in usdface.check([first, other]).findings if f.code == "SHAPE_EMPTY"]
+    assert found == [f"{path}: {alone.where}" for path in (first, other)]
+    main(["check", str(first), str(other)])
+    (line,) = (x for x in capfd.readouterr().out.splitlines() if "SHAPE_EMPTY" in x)
+    assert str(first) in line and str(other) in line
+
+
 def test_vrm_files_are_glb_files(tmp_path: Path) -> None:
     write_gltf(RIG, tmp_path / "a.glb")
     path = (tmp_path / "a.glb").rename(tmp_path / "avatar.vrm")

@@ -18,7 +18,9 @@ from usdface.io.usd.take_write import write_take
 from usdface.takes import MarkerTake, WeightsTake
 
 
-def test_weights_recorded_by_a_phone_play_by_name(tmp_path: Path) -> None:
+def test_weights_recorded_by_a_phone_play_by_name(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
     world = make_world()
     folder = world.write(tmp_path)
     (folder / "bind.json").unlink()
@@ -26,8 +28,23 @@ def test_weights_recorded_by_a_phone_play_by_name(tmp_path: Path) -> None:
     run("take", folder / "phone.csv", "-o", folder / "take.usda")
     shot = shoot(folder)
     assert "EXPRESS_SKIPPED" in codes_in(report(tmp_path, "process", shot))
+    assert main(["fuzzy", "explain", str(shot)]) == 1
+    error = capfd.readouterr().err
+    assert "`usdface shot` designs one where markers are bound" in error
     played = animation_of(folder / "shot.usdface.usda").reordered(world.rig.shape_names)
     np.testing.assert_allclose(played.weights, world.weights, atol=1e-6)
+
+
+def test_a_calibration_of_a_performer_is_named_as_unused_by_a_phone(tmp_path: Path) -> None:
+    """It is of markers; without a word its gains would seem applied."""
+    world = make_world()
+    folder = world.write(tmp_path)
+    (folder / "bind.json").unlink()
+    write_live_link(world, folder / "phone.csv")
+    run("take", folder / "phone.csv", "-o", folder / "take.usda")
+    (folder / "anna.json").write_text('{"shapes": {"jawOpen": {"gain": 0.8}}}')
+    arguments = [*shot_files(folder), "--calibration", folder / "anna.json"]
+    assert "CALIBRATION_UNUSED" in codes_in(report(tmp_path, "shot", *arguments))
 
 
 def test_a_phone_drives_a_rig_with_other_names(tmp_path: Path) -> None:

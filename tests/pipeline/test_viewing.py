@@ -6,6 +6,7 @@ from typing import Any
 import OpenImageIO as oiio
 import pytest
 from processed import Done, run
+from pxr import Usd
 from worlds import camera_pixels, make_world, write_live_link
 
 from usdface.cli import main
@@ -45,10 +46,32 @@ def test_the_same_shot_gives_the_same_page_and_is_not_changed(done: Done, tmp_pa
 
 
 def test_a_shot_that_was_not_processed_shows_what_there_is(done: Done, tmp_path: Path) -> None:
-    view(done.folder / "shot.usda", tmp_path / "shot.html")
+    result = view(done.folder / "shot.usda", tmp_path / "shot.html")
+    (absent,) = (f for f in result.findings if f.code == "RESULT_ABSENT")
+    assert absent.message.endswith(f"its result is {done.root.name}")
+    assert "RESULT_ABSENT" in json.dumps(data_of(tmp_path / "shot.html")["findings"])
     data = data_of(tmp_path / "shot.html")
     assert data["features"] is data["residual"] is data["rules"] is None
     assert data["performer"]["names"] == list(done.world.take.names)
+
+
+@pytest.mark.parametrize("kept", ["layers", "flattened"])
+def test_only_a_shot_without_a_result_is_called_unprocessed(
+    done: Done, tmp_path: Path, kept: str
+) -> None:
+    """Exported, its face rests: mostly the shot was named in place of its result."""
+    codes = [f.code for f in export_scene(done.folder / "shot.usda", tmp_path / "a.glb").findings]
+    assert "RESULT_ABSENT" in codes
+    source = done.root
+    if kept == "flattened":
+        source = tmp_path / "flat.usda"
+        Usd.Stage.Open(str(done.root)).Flatten().Export(str(source))
+    for findings in (
+        export_scene(source, tmp_path / "b.glb").findings,
+        view(source, tmp_path / "b.html").findings,
+        view(done.folder / "rig.usda", tmp_path / "c.html").findings,
+    ):
+        assert "RESULT_ABSENT" not in {f.code for f in findings}
 
 
 def test_any_face_has_a_page(done: Done, tmp_path: Path) -> None:

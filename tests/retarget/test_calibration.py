@@ -7,6 +7,7 @@ from worlds import NEUTRAL, World, make_world
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
+from usdface.retarget.calibration import _findings
 from usdface.retarget_take.calibrate import calibrate
 from usdface.retarget_take.clean_and_solve import clean_and_solve
 from usdface.setup.binding import Binding
@@ -181,3 +182,14 @@ def test_a_take_that_cannot_be_calibrated_on_is_refused() -> None:
     curves = WeightsTake(NAMES, WORLD.take.times, WORLD.weights, 30.0)
     with pytest.raises(InputError, match="markers"):
         calibrate(curves, FACE, SETUP)
+
+
+@pytest.mark.parametrize("extremes", [False, True])
+def test_a_range_of_motion_is_not_advised_where_the_take_is_said_to_be_one(extremes: bool) -> None:
+    weights = np.zeros((NEUTRAL + 60, len(NAMES)))
+    weights[NEUTRAL:, 0] = 0.4 * np.sin(np.linspace(0, np.pi, 60)) ** 2
+    found, _ = calibrate(performance(weights, np.ones(len(NAMES))), FACE, SETUP, extremes=extremes)
+    unsure = replace(found, deviations=np.full(len(NAMES), 0.2), peaks=np.ones(len(NAMES)))
+    (unknown,) = _findings(unsure, np.zeros(len(NAMES)), "take", extremes)
+    assert unknown.code == "GAIN_UNKNOWN"
+    assert ("--extremes" in unknown.message) is not extremes

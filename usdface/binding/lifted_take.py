@@ -57,7 +57,8 @@ def lifted_take(
         raise InputError(
             f"the take {take.source} is of an image; where its markers sit can be proposed only by "
             f"names that tell the places of {FEWEST_NAMED} (left_mouth_corner, chin, landmark_30), "
-            "on a rig with lips that part and lids that close. Give all in --bind bind.json",
+            "on a rig with lips that part and lids that close. Place them on the page of `usdface "
+            "bind`, or give all in --bind bind.json",
             "TAKE_KIND_WRONG",
         )
     places = np.full((len(take.names), 3), np.nan) if given is None else given

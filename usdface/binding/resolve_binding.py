@@ -220,10 +220,10 @@ def _check_sure(proposal: Proposal, mesh: Mesh, take: MarkerTake) -> None:
     reasons = [f.message for f in proposal_findings(proposal, take.source) if f.code in _REASONS]
     reason = f" ({reasons[0].split(';')[0]})" if reasons else ""
     raise UnsureBindingError(
-        f"the places of {unsure} of {unsure + bound} markers of {take.source} on mesh "
-        f"{mesh.name!r} are unsure{reason}; check the proposal of --write-bind bind.json and "
-        "--bind-figure bind.png, then give a few places in --bind bind.json, with --propose for "
-        "the others",
+        f"the places of {unsure} markers of {take.source} on mesh {mesh.name!r} are unsure{reason},"
+        f" {bound} of {len(take.names)} are sure; place them on the page of `usdface bind`, or "
+        "check the proposal of --write-bind bind.json and --bind-figure bind.png and give a few "
+        "places in --bind bind.json, with --propose for the others",
         mesh,
         setup,
     )

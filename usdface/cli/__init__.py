@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from io import StringIO, TextIOWrapper
+from typing import Any, NoReturn
 
 from usdface import __version__
 from usdface.blas_threads import limit_from_start
@@ -61,12 +62,35 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parsed(words: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command; those that it does not have are refused with a hint."""
     parser = _parser(next((word for word in words if word in _COMMANDS), ""))
+    first = next((word for word in words if not word.startswith("-")), None)
+    if first is not None and first not in _COMMANDS:
+        hint = did_you_mean(first, _COMMANDS) or "; `usdface --help` lists all"
+        parser.error(f"there is no command {plain(first, _LONGEST)!r}{hint}")
     parsed, unknown = parser.parse_known_args(words)
     if unknown:
         command: argparse.ArgumentParser = parsed.command
         hint = did_you_mean(unknown[0].partition("=")[0], options_of(command))
         command.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
     return parsed
+
+
+class _Parser(argparse.ArgumentParser):
+    """A parser that names a misspelt option rather than the required one that it was meant for."""
+
+    words: Sequence[str] = ()
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        self.words = args or ()
+        return super().parse_known_args(args, namespace)
+
+    def error(self, message: str) -> NoReturn:
+        known = options_of(self)
+        names = [word.partition("=")[0] for word in self.words if word.startswith("--")]
+        unknown = [n for n in names if n != "--" and not any(k.startswith(n) for k in known)]
+        if unknown and "unrecognized" not in message:
+            hint = did_you_mean(unknown[0], known)
+            message = f"unrecognized arguments: {' '.join(unknown)}{hint}"
+        super().error(message)
 
 
 def _run(parsed: argparse.Namespace) -> int:
@@ -114,7 +138,7 @@ def _print_rest(*, quiet: bool) -> bool:
 @cache
 def _parser(command: str | None = None) -> argparse.ArgumentParser:
     """Make the parser, with the options of one command; without a name those of all."""
-    parser = argparse.ArgumentParser(
+    parser = _Parser(
         prog="usdface",
         description="Marker takes onto blend-shape characters, in USD and glTF.",
         epilog="exit status: 0 done, 1 an error (one line says which), 2 wrong usage, "

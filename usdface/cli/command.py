@@ -1,6 +1,7 @@
 """Common parts of all commands: shared options, the report, the exit status."""
 
 import argparse
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
@@ -198,5 +199,14 @@ def report(
         write_report(result, parsed.report)
     print_result(result, parsed.format, file)
     worst = severest(result.findings)
-    strict = parsed.strict and worst in ("warning", "error")
-    return FAILED if strict or worst in fail_on else DONE
+    if parsed.strict and worst in ("warning", "error"):
+        print(_strictly(result), file=sys.stderr)
+        return FAILED
+    return FAILED if worst in fail_on else DONE
+
+
+def _strictly(result: "Result[Any]") -> str:
+    """Return the line that says why ``--strict`` fails a result, which may be called good."""
+    codes = dict.fromkeys(f.code for f in result.findings if f.severity != "info")
+    kept = "; the files above are written all the same" if result.written else ""
+    return f"usdface: failed, as --strict counts warnings as errors: {', '.join(codes)}{kept}"

@@ -148,13 +148,22 @@ def _shot(parsed: argparse.Namespace) -> int:
                 on_progress=step,
             )
     except InputError as error:
-        if parsed.print_bind and error.code == "BINDING_UNSURE":
-            _print_bind(error.setup)  # type: ignore[attr-defined]
+        if error.code == "BINDING_UNSURE":
+            _print_unsure(parsed, error)
         raise
     status = report(parsed, result, file=sys.stderr if parsed.print_bind else None)
     if parsed.print_bind:
         _print_bind(result.value.setup)
     return status
+
+
+def _print_unsure(parsed: argparse.Namespace, error: InputError) -> None:
+    """Print what there is of a refused binding: the files with its proposal, or itself."""
+    for path in (parsed.write_bind, parsed.bind_figure):
+        if path:
+            print(f"wrote {path}", file=sys.stderr)
+    if parsed.print_bind:
+        _print_bind(error.setup)  # type: ignore[attr-defined]
 
 
 def _print_bind(setup: Any) -> None:

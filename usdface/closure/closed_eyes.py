@@ -236,7 +236,7 @@ def _closed(completed: Sequence[CompletedClosing]) -> list[Finding]:
         own = [each for each in completed if each.closing.kind == kind]
         if own:
             message = f"{{closing_count}} {words}, at frames {{frames}}"
-            frames = [each.peak for each in own]
+            frames = sorted({each.peak for each in own})  # of both eyes, which may be closings each
             findings.append(finding("EYES_CLOSED", "lids", message, len(own), frames, kind=kind))
     guessed = [each.peak for each in completed if each.closing.guessed]
     if guessed:

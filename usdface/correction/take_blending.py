@@ -112,7 +112,7 @@ class TakeBlending:
             events = self._events(drives, ruled, row, side)
             for *_, region, part in own:
                 events.raise_part(part, self._gain(row, region), added, reached)
-            if drives[side] is outputs.get(side):
+            if side in outputs and (side != "both" or len(outputs) == 1):
                 record(events, row, side)
                 unrecorded.remove((row, side))
         for row, side in unrecorded:
@@ -137,10 +137,8 @@ class TakeBlending:
             pairs = symmetric_pairs(self.names)
             weights, (pose,) = (half_weights(w, pairs, side) for w in (weights, pose[None]))
             opposite: Side = "left" if side == "right" else "right"
-            other = outputs[opposite][:, row]
-            shared = np.minimum(output, other) / np.maximum(np.maximum(output, other), 1e-12)
             across = half_weights(self.weights, pairs, opposite)
-            mixed = 0.5 * linear_ramp(shared, *_ALIKE)
+            mixed = 0.5 * _alike(output, outputs[opposite][:, row])
             judged = weights + mixed[:, None] * (across - weights)
         step = None if self.times is None else frame_step(self.times)
         return raised_events(
@@ -172,9 +170,18 @@ def _row_and_side(part: tuple[int, Side, GainRegion | None, FloatArray]) -> tupl
 def _driving(outputs: Outputs) -> dict[Side, FloatArray]:
     """Return the outputs that the blend shapes of each side follow.
 
-    Those of neither half follow the smaller output: symmetric in left and right.
+    As far as both halves have an emotion they follow the mean of the two, so that it begins, peaks
+    and ends on both at once. Those of neither half follow the smaller output: symmetric in left and
+    right.
     """
-    whole = outputs["both"]
-    if len(outputs) > 1:
-        whole = np.minimum(outputs["left"], outputs["right"])
-    return {side: outputs.get(side, whole) if side != "both" else whole for side in SIDES}
+    if len(outputs) == 1:
+        return dict.fromkeys(SIDES, outputs["both"])
+    left, right = outputs["left"], outputs["right"]
+    towards = 0.5 * _alike(left, right) * (right - left)
+    return {"both": np.minimum(left, right), "left": left + towards, "right": right - towards}
+
+
+def _alike(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return how far two outputs are those of one movement of the whole face: 0 to 1."""
+    shared = np.minimum(one, other) / np.maximum(np.maximum(one, other), 1e-12)
+    return linear_ramp(shared, *_ALIKE)

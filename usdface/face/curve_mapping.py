@@ -20,6 +20,9 @@ __all__ = ["rename_weights", "undecided", "unknown_curves"]
 CurveMap = Mapping[str, Mapping[str, float]]
 
 _ROUNDED = 1e-6  # of a weight
+# Recorders overshoot 0 and 1: Live Link Face by 0.003 in a range of motion. A hundredth of a shape
+# is a tenth of a millimetre where it moves the skin by a centimetre. Set by hand.
+_OVERSHOT = 0.01
 _NAMED = 6  # names that a message lists
 
 
@@ -48,8 +51,8 @@ def rename_weights(
     list of Finding
         CHANNEL_IGNORED for curves without a blend shape (but those of gaze, which
         `usdface.retarget.recorded_eyes` reports), CURVE_UNKNOWN for those of `curves` that
-        the take lacks. WEIGHTS_CLIPPED, but not below 0 where a factor is negative: such a curve
-        takes back what others drive.
+        the take lacks. WEIGHTS_CLIPPED or WEIGHTS_OVERSHOT, but not below 0 where a factor is
+        negative: such a curve takes back what others drive.
 
     Raises
     ------
@@ -74,8 +77,9 @@ def rename_weights(
     if len(outside):
         clipped = [names[i] for i in outside]
         most = np.abs(weights - np.clip(weights, 0.0, 1.0)).max()
+        code = "WEIGHTS_CLIPPED" if most > _OVERSHOT else "WEIGHTS_OVERSHOT"
         message = "weights outside 0 to 1 were clipped, by {excess:.3g} at most: {shapes}"
-        findings.append(finding("WEIGHTS_CLIPPED", take.source, message, most, clipped))
+        findings.append(finding(code, take.source, message, most, clipped))
     return replace(take, names=names, weights=np.clip(weights, 0.0, 1.0)), findings
 
 

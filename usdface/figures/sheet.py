@@ -17,6 +17,7 @@ __all__ = ["write_sheet"]
 _COLUMNS, _ROWS = 6, 2
 _SIZE = (250, 280)
 _DPI = 110  # of saved figures
+_GAP = 0.25  # between rows [inches]
 _LETTERS = 34  # in a line above a picture
 _LEAST_OUTPUT = 0.05  # of an emotion that is named
 
@@ -40,22 +41,26 @@ def write_sheet(result: ShotResult, path: Path) -> None:
 
     def draw(figure: Any) -> None:
         columns = min(_COLUMNS, len(numbers))
-        rows = 2 * -(-len(numbers) // columns)
-        figure.set_size_inches(columns * _SIZE[0] / _DPI, rows * (_SIZE[1] / _DPI + 0.35))
-        axes = figure.subplots(rows, columns, squeeze=False)
-        for axis in axes.ravel():
+        rows = -(-len(numbers) // columns)
+        height = 2 * (_SIZE[1] / _DPI + 0.35) + _GAP
+        figure.set_size_inches(columns * _SIZE[0] / _DPI, rows * height)
+        # Each row in a figure of its own: captions keep their distance from the heads below them.
+        blocks = np.ravel(figure.subfigures(rows, 1, hspace=_GAP / height))
+        axes = [block.subplots(2, columns, squeeze=False) for block in blocks]
+        for axis in np.ravel(axes):
             axis.set(xticks=[], yticks=[], frame_on=False)
         for place, frame in enumerate(numbers):
             block, column = divmod(place, columns)
-            above, below = axes[2 * block, column], axes[2 * block + 1, column]
+            above, below = axes[block][:, column]
             above.imshow(images[place])
             below.imshow(images[len(numbers) + place])
             seconds = solved.times[frame] - solved.times[0]
             reasons = fill(frames[frame], _LETTERS)
             above.set_title(f"frame {frame}, {seconds:.2f} s\n{reasons}", fontsize=9)
             below.set_xlabel(_caption(result, frame), fontsize=9)
-        for row, axis in enumerate(axes[:, 0]):
-            axis.set_ylabel(("solved", "corrected")[row % 2], fontsize=11)
+        for pair in axes:
+            for axis, name in zip(pair[:, 0], ("solved", "corrected"), strict=True):
+                axis.set_ylabel(name, fontsize=11)
 
     save_figure(draw, path)
 

@@ -488,6 +488,12 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "keep_source",
         "the target format or this version does not support a feature",
     ),
+    "HELPERS_DROPPED": (
+        "info",
+        "nothing",
+        "helper faces of MakeHuman's base mesh, which clothes and joints are fitted to, are left "
+        "out: they are no skin",
+    ),
     "FEATURE_APPROXIMATED": (
         "warning",
         "compare",
@@ -720,6 +726,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     ),
     "TAKE_STILL": ("warning", "check_recording", "no marker moves in the whole take"),
     "WEIGHTS_CLIPPED": ("warning", "nothing", "recorded weights outside 0 to 1 were clipped"),
+    "WEIGHTS_OVERSHOT": (
+        "info",
+        "nothing",
+        "recorded weights outside 0 to 1 by a hundredth at most, as of recorders, were clipped",
+    ),
     "FRAME_UNSOLVED": (
         "warning",
         "look_at_frames",
@@ -751,6 +762,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "info",
         "calibrate",
         "the calibration take does not show how the performer makes a blend shape",
+    ),
+    "CALIBRATION_UNUSED": (
+        "info",
+        "nothing",
+        "a performer's file says nothing of a take of weights: it is of markers",
     ),
     "PERFORMER_UNMATCHED": (
         "warning",
@@ -832,6 +848,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "warning",
         "correct_settings",
         "an attribute of another type is replaced by the result",
+    ),
+    "RESULT_ABSENT": (
+        "warning",
+        "process_again",
+        "a shot was not processed: its take does not move the face",
     ),
     "RESULT_HIDDEN": (
         "warning",

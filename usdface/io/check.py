@@ -29,7 +29,11 @@ def check_file(path: Path) -> list[Finding]:
     """
     kind = path.suffix.lower()
     if path.is_dir():
-        raise InputError(f"{path} is a folder; name the files in it to check", "FILE_UNREADABLE")
+        raise InputError(
+            f"{path} is a folder; name its USD or glTF files; of a folder of OBJ, PLY or MakeHuman "
+            "targets `usdface rig` makes one to check",
+            "FILE_UNREADABLE",
+        )
     if not path.is_file():
         raise InputError(f"no such file: {path}", "FILE_UNREADABLE")
     if kind in _USD:
@@ -44,7 +48,12 @@ def check_file(path: Path) -> list[Finding]:
         except InputError as error:
             raise InputError(f"{path}: {error}", error.code) from error
     known = ", ".join((*_USD, *_GLTF))
-    raise InputError(f"{path} cannot be checked; expected one of {known}")
+    raise InputError(
+        f"{path} cannot be checked; expected one of {known}; `usdface rig` makes one of the folder "
+        "of an OBJ or PLY"
+        if kind in (".obj", ".ply")
+        else f"{path} cannot be checked; expected one of {known}"
+    )
 
 
 def _face_of(path: Path) -> list[Finding]:

@@ -17,12 +17,14 @@ from usdface.findings import Finding, finding
 from usdface.findings.codes import CODES
 from usdface.findings.values import Prose
 from usdface.formats import FileFormat, suffixes_of
+from usdface.plain_text import listed
 
 __all__ = ["FormatTable", "Registered", "conflicts"]
 
 F = TypeVar("F", bound=FileFormat)
 _ERRORS = UsdFaceError.__module__
 _MISTAKES = (Exception, SystemExit)  # of code that is not ours
+_SHOWN = 4  # formats that an error names; a line of all that takes may have is not read
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,11 +113,15 @@ class FormatTable(Generic[F]):
     @property
     def summary(self) -> str:
         """The formats of usdface itself with their suffixes, for help texts."""
+        return ", ".join(self._families())
+
+    def _families(self) -> list[str]:
+        """Return the names of formats with the same suffixes, and these."""
         families = (
             (suffixes, ", ".join(each.name for each in alike))
             for suffixes, alike in groupby(self.built_in, lambda each: each.suffixes)
         )
-        return ", ".join(f"{names} ({' '.join(s)})" if s else names for s, names in families)
+        return [f"{names} ({' '.join(s)})" if s else names for s, names in families]
 
     def find(self, path: Path) -> tuple[Registered[F], list[Finding]]:
         """Return the format of a file or folder, and findings on other packages' formats.
@@ -144,7 +150,10 @@ class FormatTable(Generic[F]):
             if all(each.name.startswith(".") for each in path.iterdir()):
                 kind = "empty folders"
         else:
-            kind, expected = f"{noun} of kind {path.suffix!r}", self.summary
+            families = self._families()
+            kind, expected = f"{noun} of kind {path.suffix!r}", listed(families, _SHOWN)
+            if len(families) > _SHOWN:
+                expected += " (`usdface formats` lists them)"
         message = f"{path}: {kind} are not {verb}; expected {expected}"
         failed = [f"{f.where} {f.message}" for f in findings if f.code == "PLUGIN_FAILED"]
         if failed:

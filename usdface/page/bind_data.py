@@ -37,12 +37,10 @@ def bind_data(take: MarkerTake, mesh: Mesh, setup: RetargetSetup, document: str)
         The binding file of the setup: the page keeps all other keys of it.
     """
     rows = [_place(name, setup) for name in take.names]
-    known = [i for i, row in enumerate(rows) if row["point"] >= 0]
-    points = np.array([rows[i]["point"] for i in known], dtype=np.int64)
-    markers = tuple(take.names[i] for i in known)
-    face = bound_face(mesh, RetargetSetup(Binding(markers, points), neutral=setup.neutral))
+    known = [row for row in rows if row["point"] >= 0]
+    face = _face(mesh, known, setup)
     still = _stabilised(take)
-    positions = markers_on_face(still, setup, face, _NO_HEAD)
+    positions = markers_on_face(still, setup, _face(mesh, _telling(rows), setup), _NO_HEAD)
     first, last = setup.neutral or (0, 0)
     return {
         "document": json.loads(document),
@@ -57,6 +55,24 @@ def bind_data(take: MarkerTake, mesh: Mesh, setup: RetargetSetup, document: str)
         "positions": Quantized(positions),
         "motion_mm": Quantized(1000.0 * motion_curve(positions, (first, last))),
     }
+
+
+def _face(mesh: Mesh, rows: list[dict[str, Any]], setup: RetargetSetup) -> BoundFace:
+    points = np.array([row["point"] for row in rows], dtype=np.int64)
+    binding = Binding(tuple(row["name"] for row in rows), points)
+    return bound_face(mesh, RetargetSetup(binding, neutral=setup.neutral))
+
+
+def _telling(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the markers whose places tell where the others are, beside the face.
+
+    A few unsure places may all lie on one spot; markers that are fitted to it would be a speck.
+    """
+    bound = [row for row in rows if row["state"] == "bound"]
+    known = [row for row in rows if row["point"] >= 0]
+    if len(bound) >= FEWEST_MARKERS:
+        return bound
+    return known if 2 * len(known) >= len(rows) else []
 
 
 def _place(name: str, setup: RetargetSetup) -> dict[str, Any]:

@@ -66,10 +66,19 @@ def _mean(positions: FloatArray) -> FloatArray:
 
 
 def _centred(positions: FloatArray, rest: FloatArray, face: BoundFace) -> FloatArray:
-    """Return markers at the middle of the face: too few are bound to fit them to it."""
+    """Return markers at the middle of the face, in its size: too few are bound to fit them to it.
+
+    Those of an image are in pixels, and those of a performer may be far smaller than a character:
+    unscaled they would lie outside the picture, or be a speck in it.
+    """
     known = rest[~np.isnan(rest).any(axis=1)]
-    middle = face.mesh.points.mean(axis=0)
-    return np.asarray(positions - (known.mean(axis=0) if len(known) else 0.0) + middle)
+    moved = [shape.indices for shape in face.mesh.shapes if shape.offsets.any()]
+    skin = face.mesh.points[np.unique(np.concatenate(moved))] if moved else face.mesh.points
+    if not len(known):
+        return np.asarray(positions + skin.mean(axis=0))
+    spread = marker_spread(known)
+    size = marker_spread(skin) / spread if spread > 0 else 1.0
+    return np.asarray(size * (positions - known.mean(axis=0)) + skin.mean(axis=0))
 
 
 def performer_data(

@@ -1,6 +1,7 @@
 """Checks of blend shapes: `usdface check`."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -33,7 +34,7 @@ def check(
     Parameters
     ----------
     paths : path or paths
-        USD or glTF files.
+        USD or glTF files. Of several, the place of a finding begins with its file.
     facs : bool
         Also judge each face by action units: blend shapes, expression poses, and of a processed
         shot the peaks of its emotions.
@@ -72,13 +73,13 @@ def check(
         progress(Step("check", done / len(files)))
         with progress.step(f"check {path.name}"):
             found = check_file(path) if len(files) == 1 else _checked(path)
-            findings += found
+            findings += found if len(files) == 1 else _placed(found, path)
         if facs and all(one.code != "FILE_UNREADABLE" for one in found):
             from usdface.pipeline.facs import judge_file  # loads the geometry of faces
 
             with progress.step(f"judge {path.name}"):
                 verdicts, found = judge_file(path, picture)
-            findings += found
+            findings += found if len(files) == 1 else _placed(found, path)
             judged.append({"file": str(path), **verdicts})
     findings += check_generations(files)
     summary = {"files": len(files), "findings": len(findings)}
@@ -108,3 +109,14 @@ def _checked(path: Path) -> list[Finding]:
         return check_file(path)
     except UsdFaceError as error:
         return [finding("FILE_UNREADABLE", str(path), "{error}", error)]
+
+
+def _placed(findings: Iterable[Finding], path: Path) -> list[Finding]:
+    """Return findings whose places begin with their file: "mesh 0" is in each of several."""
+    file = str(path)
+    return [
+        f
+        if f.where.startswith(file)
+        else replace(f, where=f"{file}: {f.where}" if f.where else file)
+        for f in findings
+    ]

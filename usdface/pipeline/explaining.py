@@ -150,5 +150,8 @@ def _read(path: Path) -> tuple[Shot, list[Finding]]:
     stage = open_shot(path)
     staged, findings = read_shot(stage, str(path))
     if staged.shot.system is None:
-        raise InputError(f"{path} has no fuzzy system; `usdface shot` designs one")
+        raise InputError(
+            f"{path} has no fuzzy system; `usdface shot` designs one where markers are bound (for "
+            "a take of weights: --bind with the places of `usdface markers`)"
+        )
     return staged.shot, findings

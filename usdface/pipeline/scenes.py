@@ -92,6 +92,7 @@ def export_scene(
     from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.generation import generation_of_stage
     from usdface.io.usd.stage import open_stage
+    from usdface.io.usd.unprocessed import report_unprocessed
 
     register_schemas()
     with progress.step("read"):
@@ -99,6 +100,7 @@ def export_scene(
         rig, clips, findings = animated_rig(
             stage, asset_folder(options.asset_root), options.purpose
         )
+        findings = report_unprocessed(stage, source) + findings
         clips = chosen_clips(clips, options.clip)
         (rig, clips), new_findings = run_hooks(hooks, "before_export", (rig, clips))
         problems += new_findings

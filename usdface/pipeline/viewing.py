@@ -181,6 +181,7 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
     from usdface.io.usd.clips import animated_rig
     from usdface.io.usd.played_shot import has_setup, read_played_shot
     from usdface.io.usd.stage import open_stage
+    from usdface.io.usd.unprocessed import report_unprocessed
 
     stage, folder = open_stage(path), asset_folder(options.asset_root)
     if not has_setup(stage):
@@ -189,6 +190,7 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
     from usdface.page.shot_data import shot_data
 
     played, findings = read_played_shot(stage, str(path), folder)
+    findings = report_unprocessed(stage, path) + findings
     shapes = _shapes(played.rig, options)
     data = shot_data(played, shapes, page_meshes(played.rig, options.face_only))
     facts = {"take": played.shot.take.source or "", "rig": played.rig.name}

@@ -156,7 +156,7 @@ def calibrate_take(
         sized = replace(setup, calibration=Calibration(names, amplitudes, np.zeros(len(names))))
         face, unknown = _face(take, bound, sized, surface)
     calibrated = Calibrated(Calibration(names, amplitudes, rest, face), spreads, peaks, solution)
-    findings += unknown + _findings(calibrated, deviations, take.source)
+    findings += unknown + _findings(calibrated, deviations, take.source, extremes)
     return calibrated, findings
 
 
@@ -206,7 +206,9 @@ def _weights_in_wide_bounds(
     )
 
 
-def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> list[Finding]:
+def _findings(
+    calibrated: Calibrated, deviations: FloatArray, where: str, extremes: bool
+) -> list[Finding]:
     names, known = calibrated.calibration.shapes, set(calibrated.known)
     still = calibrated.peaks < np.maximum(_UNLIKE * deviations, 0.1)
     quiet = [n for n, s in zip(names, still, strict=True) if s and n not in known]
@@ -218,7 +220,9 @@ def _findings(calibrated: Calibrated, deviations: FloatArray, where: str) -> lis
     if open_:
         message = (
             "the take does not determine the gains of {shapes}: small movements and low gains look "
-            "alike; --extremes reads them from a range of motion"
+            "alike"
         )
+        if not extremes:
+            message += "; --extremes reads them from a range of motion"
         found.append(finding("GAIN_UNKNOWN", where, message, open_))
     return found

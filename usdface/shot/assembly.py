@@ -13,7 +13,7 @@ from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
 from usdface.face.fitted_setup import fit_setup
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.numerics.solve_errors import solve_errors
 from usdface.options import BindOptions, CorrectionOptions
 from usdface.retarget.usable_markers import check_bound_markers
@@ -93,6 +93,8 @@ def assemble_shot(
         bound = replace(bound, calibration=calibration)
     if isinstance(take, MarkerTake):
         check_bound_markers(bound, take)
+    elif calibration is not None:
+        findings.append(finding("CALIBRATION_UNUSED", take.source))
     bound, new_findings = fit_setup(bound, mesh, take)
     findings += new_findings
     expressions, new_findings = expressions_for(rig.shape_names, poses or {})

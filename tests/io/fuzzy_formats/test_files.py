@@ -141,3 +141,11 @@ def test_most_of_is_refused_where_no_program_knows_it(tmp_path, suffix):
         with pytest.raises(OutputError, match="MOST OF") as error:
             write_fuzzy_file(file, system)
         assert suffix in str(error.value) and not file.exists()
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_system_that_is_not_there_is_unreadable_in_every_format(tmp_path, suffix):
+    """As any other file: a program tells it from one with a wrong content."""
+    with pytest.raises(InputError) as caught:
+        read_fuzzy_file(tmp_path / f"gone{suffix}")
+    assert caught.value.code == "FILE_UNREADABLE"

@@ -57,7 +57,9 @@ def read_text(path: Path) -> str:
             raise InputError(f"{path} has more than {_MOST_BYTES >> 20} MB: no fuzzy system")
         data = path.read_bytes()
     except OSError as error:
-        raise InputError(f"cannot read {path}: {error.strerror or error}") from error
+        raise InputError(
+            f"cannot read {path}: {error.strerror or error}", "FILE_UNREADABLE"
+        ) from error
     if b"\0" in data or not data.strip():
         raise InputError(f"{path} is {'empty' if not data.strip() else 'not text'}")
     try:

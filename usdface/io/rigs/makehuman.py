@@ -139,12 +139,11 @@ def _body(obj: ObjMesh, path: Path, unit: float) -> tuple[Mesh, IntArray, list[F
         kept,
         [
             finding(
-                "FEATURE_DROPPED",
+                "HELPERS_DROPPED",
                 str(path),
                 message,
                 (~on_body).sum(),
                 lost,
-                feature="helper_geometry",
             )
         ],
     )

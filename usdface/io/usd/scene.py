@@ -140,7 +140,9 @@ def _light(prim: Usd.Prim, matrix: FloatArray, found: list[Finding]) -> Light | 
         lux = strength if normal or half == 0 else strength * math.pi * math.sin(half) ** 2
         return Light(name, "directional", rigid(matrix), hue, lux)
     if not prim.IsA(UsdLux.SphereLight):
-        message = "a {type} is left out: glTF has points, spots and distant lights"
+        message = (
+            "a {type} is left out; points, spots and distant lights are kept, as glTF has them"
+        )
         found.append(
             finding("FEATURE_DROPPED", where, message, str(prim.GetTypeName()), feature="light")
         )
