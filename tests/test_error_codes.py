@@ -33,7 +33,7 @@ MESH = WORLD.rig.face()
 TAKE = WORLD.take
 CSV = "time,a_x,a_y,a_z\n0,1,2,3\n0.1,1,2,3\n"
 HEAD = "PathFileType\t4\t(X/Y/Z)\ta.trc\nDataRate\tNumMarkers\n30\t3\n"
-TRC = HEAD + "Frame#\tTime\ta\t\t\n\tX1\tY1\tZ1\n"
+TRC = HEAD + "Frame#\tTime\ta\tb\n\tX1\tY1\tZ1\n"
 
 
 def setup(**changes: object) -> RetargetSetup:

@@ -1,8 +1,10 @@
 """Places that nothing can be written to."""
 
 import os
+from pathlib import Path
 
 import pytest
+from pxr import Usd
 from spoilt import Place, Refused, marker_take, wide_csv
 
 from usdface.cli import main
@@ -87,6 +89,50 @@ def test_a_name_that_is_not_utf_8(place: Place, refused: Refused) -> None:
         assert "\\udcff.usda: the name is not UTF-8, as USD wants it" in message
     csv = wide_csv(place, ["0,1,2,3,4,5,6", "0.1,1,2,3,4,5,6"])
     assert "is not UTF-8" in refused(["take", csv, "-o", place / os.fsdecode(b"\xff") / "a.usda"])
+
+
+@pytest.mark.parametrize(
+    ("part", "says"),
+    [
+        ("back\\slash", "with a backslash; rename 'back"),
+        ("tab\there", "with a control character; rename 'tab"),
+        ("a:SDF_FORMAT_ARGS:b", "with ':SDF_FORMAT_ARGS:'; rename 'a:SDF"),
+    ],
+)
+def test_a_path_that_usd_cannot_follow(
+    place: Place, refused: Refused, part: str, says: str
+) -> None:
+    """USD writes such a shot, and then does not find the rig that it names."""
+    assert says in refused([*place.shot[:-1], place / f"{part}.usda"])
+    assert says in refused([*place.process, "-o", place / f"{part}.usda"])
+    folder = place / part
+    folder.mkdir()
+    assert says in refused([*place.shot[:-1], folder / "new.usda"])
+    (folder / "rig.usda").write_bytes((place / "rig.usda").read_bytes())
+    elsewhere = [folder / "rig.usda" if a == place / "rig.usda" else a for a in place.shot[:-1]]
+    refusal = refused([*elsewhere, place / "new.usda"])
+    assert says in refusal or "cannot be read as USD" in refusal
+
+
+def test_a_shot_in_a_folder_that_was_renamed(place: Place, refused: Refused) -> None:
+    folder = place / "back\\slash"
+    folder.mkdir()
+    for name in ("rig.usda", "take.usda", "shot.usda"):
+        (place / name).rename(folder / name)
+    message = refused(["process", folder / "shot.usda"])
+    assert "does not compose: USD follows no path with a backslash" in message
+
+
+def test_paths_of_all_other_characters(place: Place) -> None:
+    folder = place / "a@b@@@ #%20%d[0].usd] 'q\"~$`{}<UDIM>?*:;&=+,! üñ口 "
+    folder.mkdir()
+    for name in ("rig.usda", "take.usda", "bind.json"):
+        (place / name).rename(folder / name)
+    moved = [folder / a.name if isinstance(a, Path) else a for a in place.shot[:-1]]
+    shot = folder / "x@#.usda"
+    assert main([*map(str, moved), str(shot)]) == 0
+    assert main(["process", str(shot), "--gltf", str(folder / "a.glb")]) == 0
+    assert Usd.Stage.Open(str(folder / "x@#.usdface.usda")).GetCompositionErrors() == []
 
 
 @pytest.mark.parametrize("name", [".", "/", ""])

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from usdface.cleanup import low_rank_model
 from usdface.cleanup.low_rank_model import (
     fit_low_rank_model,
     predict_from_others,
@@ -50,3 +51,30 @@ def test_few_frames_predict_their_mean_or_better(frames: int) -> None:
     model, _ = fit_low_rank_model(few, seen, few)
     off = np.linalg.norm(reconstruct(model, few, seen) - few)
     assert off <= np.linalg.norm(few - few.mean(axis=0)) + 1e-9
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+@pytest.mark.parametrize("frames", [5, 60, 400])
+def test_many_markers_are_modelled_alike_without_all_pairs(monkeypatch, frames: int, gaps) -> None:
+    rng = np.random.default_rng(6)
+    still = STILL[:frames] + 0.01 * rng.normal(size=(frames, 12, 3))
+    seen = np.ones((frames, 12), dtype=bool)
+    if gaps:
+        seen[rng.random(seen.shape) < 0.1] = False
+        seen[0] = True
+    guess = np.broadcast_to(still.mean(axis=0), still.shape)
+    dense, filled = fit_low_rank_model(still, seen, guess)
+    monkeypatch.setattr(low_rank_model, "_MANY", 10)
+    found, also = fit_low_rank_model(still, seen, guess)
+    np.testing.assert_allclose(also, filled, atol=1e-9)
+    np.testing.assert_allclose(found.powers, dense.powers, rtol=1e-9)
+    assert found.variance == pytest.approx(dense.variance, rel=1e-9)
+    modes, expected = (m.modes.reshape(len(m.modes), 36) for m in (found, dense))
+    np.testing.assert_allclose(modes.T @ modes, expected.T @ expected, atol=1e-7)
+
+
+def test_many_markers_that_rest_have_no_modes() -> None:
+    still = np.repeat(np.random.default_rng(2).normal(size=(1, 1001, 3)), 20, axis=0)
+    model, filled = fit_low_rank_model(still, np.ones((20, 1001), bool), still)
+    np.testing.assert_array_equal(filled, still)
+    np.testing.assert_allclose(model.mean, still[0], atol=1e-12)

@@ -154,13 +154,24 @@ def test_a_peak_far_behind_in_an_emotion_that_lasts_fades_out_smoothly():
     assert (more[-4000:] == 0).all()
 
 
-def test_an_emotion_that_lasts_is_alike_at_any_frame_rate() -> None:
-    found = []
-    for rate in (30, 120):
+@pytest.mark.parametrize("rates", [(30, 120), (120, 240), (60, 480)])
+def test_an_emotion_that_lasts_is_alike_at_any_frame_rate(rates: tuple[int, int]) -> None:
+    found, peaks = [], []
+    for rate in rates:
         times = np.arange(100 * rate) / rate
         output = 0.15 + 0.05 * np.sin(2 * np.pi * times / 0.8)
         output[(times > 0.1) & (times < 0.3)] = 0.9
         events = events_of(output, 0.15, 1 / rate)
         found.append(np.interp(np.arange(1, 99), times[events.frames], events.size))
+        means = events.peaks(np.stack([times / 100, np.sin(times / 9)], axis=1))
+        peaks.append([np.interp(np.arange(1, 99), times[events.frames], m) for m in means.T])
+    np.testing.assert_allclose(*peaks, atol=0.01)
     assert found[0].max() > 0.35 and found[0].min() < 0.25
     np.testing.assert_allclose(*found, atol=0.02)
+
+
+def test_a_single_frame_is_an_event() -> None:
+    events = events_of(np.array([0.9]), 0.15, 0.0)
+    np.testing.assert_array_equal(events.frames, [0])
+    np.testing.assert_allclose(events.size, 0.9)
+    np.testing.assert_allclose(events.peaks(np.array([[0.3]])), 0.3)

@@ -12,6 +12,7 @@ from usdface.certificate.certificate import Certificate
 from usdface.cli import main
 from usdface.clips import Clip, JointsTake
 from usdface.io.compare_conversion import certify_conversion
+from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.transforms import decompose
 from usdface.io.usd.evaluate import UsdMesh
@@ -201,3 +202,57 @@ def test_a_moving_head_is_certified_by_its_joints(
     np.testing.assert_allclose(quick.vertex_mean, slow.vertex_mean, rtol=1e-4, atol=1e-7)
     assert quick.normal_largest is not None and slow.normal_largest is not None
     np.testing.assert_allclose(quick.normal_largest, slow.normal_largest, atol=1e-4)
+
+
+def cubic_face(write_glb, path: Path) -> Path:
+    """A mesh whose two weights are eased between keys, as animators leave them."""
+    points = np.eye(3, dtype="<f4")
+    times = np.array([0, 0.5, 1.25, 2], "<f4")[:, None]
+    keys = np.zeros((4, 3, 2), "<f4")
+    keys[:, 1] = [[0, 0], [1, 0.2], [0.3, 0.9], [0, 0]]
+    sampler = {"input": 2, "output": 3, "interpolation": "CUBICSPLINE"}
+    channel = {"sampler": 0, "target": {"node": 0, "path": "weights"}}
+    targets = [{"POSITION": 1}] * 2
+    document = {
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [
+            {
+                "primitives": [{"attributes": {"POSITION": 0}, "targets": targets}],
+                "extras": {"targetNames": ["jawOpen", "smile"]},
+            }
+        ],
+        "animations": [{"name": "ease", "channels": [channel], "samplers": [sampler]}],
+    }
+    return write_glb(path, document, [points, 0.1 * points, times, keys.reshape(-1, 1)])
+
+
+def test_cubic_weights_are_imported_within_the_limit(tmp_path: Path, write_glb) -> None:
+    path = cubic_face(write_glb, tmp_path / "a.glb")
+    done = import_scene(path, tmp_path / "a.usdc", every_frame=True)
+    codes = {f.code for f in done.findings}
+    assert "CURVE_RESAMPLED" in codes and "CONVERSION_INEXACT" not in codes
+    assert 1e-6 < done.summary["weight_error_max"] < 1e-5
+
+
+def test_lines_that_miss_a_curve_between_their_keys_are_found(tmp_path: Path, write_glb) -> None:
+    path = cubic_face(write_glb, tmp_path / "a.glb")
+    rig, (clip,), _ = read_gltf(path)
+    own = clip.weights
+    kept = np.arange(len(own.times)) % 8 == 0
+    kept[-1] = True
+    fewer = replace(own, times=own.times[kept], weights=own.weights[kept])
+    write_rig(rig, tmp_path / "a.usdc", [replace(clip, weights=fewer)])
+    certificate, found = certify_conversion(
+        open_stage(tmp_path / "a.usdc"), path, exported=False, every_frame=True
+    )
+    many = np.linspace(0, 2, 20_001)
+    off = max(
+        np.abs(
+            np.interp(many, own.times, own.weights[:, k])
+            - np.interp(many, fewer.times, fewer.weights[:, k])
+        ).max()
+        for k in range(2)
+    )
+    assert [f.code for f in found] == ["CONVERSION_INEXACT"]
+    assert max(certificate.weights.values()) == pytest.approx(off, rel=0.1)

@@ -113,6 +113,28 @@ def test_markers_that_were_put_on_again_elsewhere_are_followed() -> None:
     assert np.abs(got - change).mean() < 0.5 * np.abs(change).mean()
 
 
+@pytest.mark.parametrize("stretch", [[1.06, 1.0, 1.0], [1.0, 0.94, 1.0], [1.03, 1.0, 0.96]])
+def test_another_person_is_told(stretch: list[float]) -> None:
+    """Of the same size, with other proportions."""
+    noise = 5e-5 * np.random.default_rng(2).normal(size=FACE.rest.shape)
+    found, findings = matched((FACE.rest * stretch + noise) @ TURN.T)
+    assert found is not None
+    other = next(f for f in findings if f.code == "PERFORMER_OTHER")
+    assert other.severity == "warning"
+    assert other.values["shared_percent"] > other.values["limit_percent"] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize("shown", [{}, {0: 0.2}, {1: 0.15, 2: 0.1}])
+@pytest.mark.parametrize("beside", [0.0, 0.001, 0.003])
+def test_the_same_person_is_not_another(shown: dict[int, float], beside: float) -> None:
+    """With markers that were put on again, in another size, showing something."""
+    noise = 5e-5 * np.random.default_rng(3).normal(size=FACE.rest.shape)
+    moved = sum((w * OWN[k] for k, w in shown.items()), np.zeros_like(FACE.rest))
+    there = HEAD.surface.at(SHIFTS + HEAD.beside(beside, seed=9)).points if beside else FACE.rest
+    _, findings = matched(100.0 * (there + moved + noise) @ TURN.T)
+    assert "PERFORMER_OTHER" not in {f.code for f in findings}
+
+
 def test_markers_and_shapes_that_the_face_does_not_know_are_the_characters() -> None:
     few = PerformerFace(
         NAMES[:20], HEAD.vertices[:20], SHIFTS[:20], FACE.rest[:20], 10, ("x", *SHAPES[1:]),

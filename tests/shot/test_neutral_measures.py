@@ -104,7 +104,7 @@ def test_a_still_take_is_no_expression(world: World) -> None:
     still = np.zeros_like(performed(world))
     found = shot_measures(retargeted(world, world.rig.meshes[0], still), {})
     assert not {"NEUTRAL_EXPRESSIVE", "MOTION_UNEXPLAINED", "MOTION_BEYOND_SHAPES"} & set(found)
-    assert judge(found).level == "good"
+    assert [r.criterion.code for r in judge(found).reasons] == ["PERFORMANCE_STILL"]
 
 
 def test_a_found_weight_at_its_limit_may_be_more_and_a_named_one_is_all(world: World) -> None:

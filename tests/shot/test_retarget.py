@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from worlds import World, animation_of, make_world
 
 import usdface
-from usdface import Cancelled, InputError, ProcessOptions, Shot, Step, WeightsTake
+from usdface import Cancelled, InputError, MarkerTake, ProcessOptions, Shot, Step, WeightsTake
 from usdface.face.shape_names import split_words
 from usdface.shot.report import report_of
 
@@ -231,3 +232,32 @@ def test_blocks_of_frames_do_not_show(shot: Shot, monkeypatch: pytest.MonkeyPatc
         np.testing.assert_allclose(b, a, atol=1e-9, rtol=0)
     assert report_of(again).details == report_of(whole).details
     assert report_of(again).verdict == report_of(whole).verdict
+
+
+@pytest.mark.slow
+def test_a_take_is_corrected_alike_at_any_frame_rate() -> None:
+    """The example's performance without noise, sampled at 60, 120 and 240 Hz."""
+    examples = Path(__file__).resolve().parents[2] / "examples"
+    rig, _ = usdface.read_rig(examples / "head.usdc")
+    take, _ = usdface.read_take(examples / "take.usdc")
+    bind, _ = usdface.read_bind(examples / "bind.json")
+    shot, _ = usdface.assemble_shot(rig, take.with_frames(slice(0, 300)), setup=bind)
+    performed, vertices = usdface.retarget(shot).solved.weights, bind.binding.points
+    rest, offsets = shot.mesh.points[vertices], shot.mesh.offsets_at(vertices)
+    known = np.arange(300) / 60.0
+    found = []
+    for every in (1, 2, 4):
+        times = np.arange(299 * every + 1) / (60.0 * every)
+        weights = np.clip(CubicSpline(known, performed)(times), 0.0, 1.0)
+        positions = rest + np.einsum("fs,smk->fmk", weights, offsets)
+        sampled = MarkerTake(bind.binding.markers, times, positions, 60.0 * every)
+        first, last = bind.neutral
+        setup = replace(bind, head="stabilised", neutral=(first * every, last * every))
+        result = usdface.retarget(replace(shot, take=sampled, setup=setup))
+        solved, corrected = result.solved.weights, result.corrected
+        found.append([(corrected - solved)[::every], (result.weights.weights - corrected)[::every]])
+    assert np.abs(found[0][0]).max() > 0.4
+    for corrections in zip(*found, strict=True):
+        for faster in corrections[1:]:
+            assert np.abs(faster - corrections[0]).max() < 0.03
+            assert np.sqrt(((faster - corrections[0]) ** 2).mean()) < 2e-3

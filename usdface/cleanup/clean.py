@@ -20,6 +20,7 @@ from usdface.cleanup.spikes import find_spikes, find_strays
 from usdface.cleanup.stabilise import ROUNDS, StabilisedMarkers, stabilise
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.nearest_points import nearest_points
 from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.numerics.frame_ranges import frame_ranges
 from usdface.options import CleanOptions
@@ -141,9 +142,9 @@ def _spacing(positions: FloatArray, seen: BoolArray) -> float:
     place = place[~np.isnan(place[:, 0])]
     if np.nanmax(np.abs(positions)) > _LARGEST:
         return 0.0
-    apart = np.linalg.norm(place[:, None] - place, axis=2)
-    np.fill_diagonal(apart, np.inf)
-    return float(np.median(apart.min(axis=1))) if len(place) > 1 else 0.0
+    if len(place) < 2:
+        return 0.0
+    return float(np.median(np.linalg.norm(place - place[nearest_points(place, 1)[:, 0]], axis=1)))
 
 
 def _unswapped(

@@ -28,6 +28,8 @@ _MODES = 8
 FRAMES_PER_MODE = 8
 # Rounds of expectation and maximisation.
 _ROUNDS = 6
+# Coordinates whose covariance is made, 72 MB; of more, only its largest part is found.
+_MANY = 3000
 # Frames in one batch: bounds the memory.
 _TOGETHER = 4096
 
@@ -82,15 +84,19 @@ def fit_low_rank_model(
     # About a fixed place, so that frames without gaps are summed once.
     place = flat.mean(axis=0)
     whole = np.delete(flat, gappy, axis=0) - place
-    total, squares = whole.sum(axis=0), whole.T @ whole
+    many = flat.shape[1] > _MANY
+    total, squares = whole.sum(axis=0), None if many else whole.T @ whole
+    count = min(_MODES, len(flat) // FRAMES_PER_MODE, flat.shape[1] - 1)
     for _ in range(rounds if len(gappy) else 1):
         part = flat[gappy] - place
         shift = (total + part.sum(axis=0)) / len(flat)
         mean = place + shift
-        covariance = (squares + part.T @ part) / len(flat) - np.outer(shift, shift)
-        values, vectors = np.linalg.eigh(covariance)
-        count = min(_MODES, len(flat) // FRAMES_PER_MODE, len(values) - 1)
-        rest = float(values[: len(values) - count].clip(min=0.0).mean())
+        if squares is None:
+            values, vectors, rest = _largest(flat - mean, count)
+        else:
+            covariance = (squares + part.T @ part) / len(flat) - np.outer(shift, shift)
+            values, vectors = np.linalg.eigh(covariance)
+            rest = float(values[: len(values) - count].clip(min=0.0).mean())
         floor = max(rest, 1e-12 * float(values[-1]), 1e-300)
         keep = slice(len(values) - count, None)
         powers = np.maximum(values[keep] - floor, 1e-3 * floor)
@@ -100,6 +106,28 @@ def fit_low_rank_model(
             predicted = reconstruct(model, filled[gappy], seen[gappy])
             filled[gappy] = np.where(entries[gappy], still[gappy], predicted)
     return model, filled
+
+
+def _largest(away: FloatArray, count: int) -> tuple[FloatArray, FloatArray, float]:
+    """Return the largest variances (K,), their directions (N, K), and the mean of the others.
+
+    Of `away` (F, N) from the mean, by products with it: no matrix of all pairs of coordinates.
+    """
+    from scipy.sparse.linalg import LinearOperator, eigsh  # few takes need it
+
+    frames, size = away.shape
+    total, wanted = float((away**2).sum()) / frames, max(count, 1)
+    if not total:  # nothing moves
+        return np.zeros(wanted), np.eye(size, wanted), 0.0
+    covariance = LinearOperator(
+        (size, size), matvec=lambda v: away.T @ (away @ v.ravel()) / frames, dtype=np.float64
+    )
+    # The start is fixed, so that the answer is.
+    values, vectors = eigsh(covariance, wanted, v0=away[np.abs(away).sum(axis=1).argmax()])
+    order = np.argsort(values)
+    values, vectors = values[order].clip(min=0.0), vectors[:, order]
+    kept = float(values[len(values) - count :].sum())
+    return values, vectors, max(total - kept, 0.0) / (size - count)
 
 
 def reconstruct(model: LowRankModel, still: FloatArray, seen: BoolArray) -> FloatArray:

@@ -33,7 +33,8 @@ _PEAK = (0.8, 0.9)
 # frame is compared with all cores of a stretch that lasts. Emotions that come and go in less than
 # half a minute do not depend on it.
 _FADE = (30.0, 60.0)
-# Least step that counts [s]: of a faster take, as many frames as of one of 120 Hz.
+# Frames of a core within this time [s] count as one, with their mean, for what is averaged over a
+# peak: a faster take than of 120 Hz would take time by the square of its rate.
 _LEAST_STEP = 1.0 / 120.0
 # Places and frames of cores at a time; limits of memory (1 MB) that no result depends on.
 _BLOCK = 64
@@ -110,8 +111,10 @@ class _Stretch:
         self._at, self._own = at, own
         self._release, self._onset = levels
         onset = self._onset
+        step = step or _LEAST_STEP  # a single frame has none
         # In frames.
-        self._fade = np.array(_FADE) / max(step, _LEAST_STEP)
+        self._fade = np.array(_FADE) / step
+        self._joined = max(1, int(_LEAST_STEP / step + 1e-6))
         core = label(own >= onset)[0] - 1  # -1 between the cores
         inner = core >= 0
         first = ~inner | (core != np.concatenate([[-1], core[:-1]]))
@@ -142,20 +145,34 @@ class _Stretch:
 
     def peaks(self, values: FloatArray) -> FloatArray:
         """Return the mean (N, T) of values (F, T) at the peak of each frame's event."""
-        output, values = self._own[self._inner], values[self._at[self._inner]]
+        output, values, core, count = self._joined_frames(values[self._at[self._inner]])
         means = np.empty((len(self._level), values.shape[1]))
         for places, cores, together in self._together():
             size = self._sizes[places, None]
             total, mean = np.zeros((len(size), 1)), np.zeros((len(size), values.shape[1]))
-            first, end = np.searchsorted(self._core, [cores.start, cores.stop])
+            first, end = np.searchsorted(core, [cores.start, cores.stop])
             for part in frame_blocks(end - first, _COLUMNS):
                 columns = slice(first + part.start, first + part.stop)
                 weights = linear_ramp(output[columns] / size, *_PEAK)
-                weights *= together[:, self._core[columns] - cores.start]
+                weights *= together[:, core[columns] - cores.start] * count[columns]
                 total += weights.sum(axis=1, keepdims=True)
                 mean += weights @ values[columns]
             means[places] = mean / total
         return np.asarray(means[self._place])
+
+    def _joined_frames(
+        self, values: FloatArray
+    ) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
+        """Return means of frames of the cores: output (J,), values (J, T), core, how many (J,)."""
+        output, core = self._own[self._inner], self._core
+        if self._joined == 1:
+            return output, values, core, np.ones(len(output))
+        within = np.arange(len(core)) - np.searchsorted(core, core)
+        starts = np.flatnonzero(within % self._joined == 0)
+        count = np.diff(np.append(starts, len(core))).astype(np.float64)
+        output = np.add.reduceat(output, starts) / count
+        values = np.add.reduceat(values, starts, axis=0) / count[:, None]
+        return output, values, core[starts], count
 
     def _together(self) -> Iterator[tuple[slice, slice, FloatArray]]:
         """Yield places, the cores near them, and how far they belong to each: (B, K)."""

@@ -116,6 +116,16 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "check_recording",
         "the file holds more frames than it announces; they are not read",
     ),
+    "FRAMES_UNANNOUNCED": (
+        "warning",
+        "check_recording",
+        "the file holds more frames than it announces; all are read",
+    ),
+    "MARKERS_MISCOUNTED": (
+        "warning",
+        "check_recording",
+        "the file holds more or fewer markers than it announces; all are read",
+    ),
     "FRAMES_DROPPED": (
         "info",
         "nothing",
@@ -763,6 +773,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "calibrate",
         "the performer's file does not know markers as they are bound; there the shapes are the "
         "character's",
+    ),
+    "PERFORMER_OTHER": (
+        "warning",
+        "calibrate",
+        "the take's face differs from that of the performer's file as another person's does",
     ),
     "PERFORMER_SHAPES_UNUSED": (
         "info",

@@ -43,7 +43,7 @@ def certify_conversion(
 
     In each clip; clips belong together by name, or by place where there are equally many. The
     moments are all keys of the file, and those of the stage that it lacks; where a curve is cubic,
-    also the middle between two keys.
+    also the middles between these.
 
     Parameters
     ----------
@@ -113,10 +113,11 @@ def _clip_certificate(
     gltf_times = shown.times if len(shown.times) else np.zeros(1)
     # Keys that only one side has, for a curve or an inbetween, change no time.
     drift = min(_time_drift(stage_times, gltf_times), _time_drift(gltf_times, stage_times))
-    between = (gltf_times[1:] + gltf_times[:-1]) / 2 if shown.cubic else np.zeros(0)
-    known = np.unique(np.concatenate([gltf_times, between]))
-    lacking = stage_times[np.abs(_nearest(known, stage_times) - stage_times) > _near(stage_times)]
-    times = np.unique(np.concatenate([known, lacking]))
+    lacking = _lacking(gltf_times, stage_times)
+    times = np.unique(np.concatenate([gltf_times, lacking]))
+    if shown.cubic:  # the stage's lines meet the curve at its own keys, and miss it between them
+        middles = (times[1:] + times[:-1]) / 2
+        times = np.unique(np.concatenate([times, middles]))
     there = _nearest(stage_times, times)
     exact = np.abs(there - times) <= _near(times)
     rate = metrics_of(stage).time_codes_per_second
@@ -137,6 +138,12 @@ def _clip_certificate(
 
 def _time_drift(one: FloatArray, other: FloatArray) -> float:
     return float(np.abs(one - _nearest(other, one)).max(initial=0.0))
+
+
+def _lacking(known: FloatArray, stage_times: FloatArray) -> FloatArray:
+    """Return the keys of a stage that are not near a `known` one."""
+    apart = np.abs(_nearest(known, stage_times) - stage_times)
+    return np.asarray(stage_times[apart > _near(stage_times)])
 
 
 def _near(times: FloatArray) -> FloatArray:

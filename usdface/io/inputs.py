@@ -12,6 +12,7 @@ from usdface.errors import OutputError
 from usdface.io.atomic import check_place
 from usdface.io.images.sequence import find_images, is_pattern, may_be_images
 from usdface.io.staging import finish_dead_runs
+from usdface.io.usd_names import unusable_part
 
 __all__ = ["among", "check_outputs", "files_read", "files_written", "first_free"]
 
@@ -129,17 +130,18 @@ def _identity(path: Path) -> tuple[int, int] | None:
 
 
 def _check_name(place: Path) -> None:
-    """Refuse a name for USD that is not UTF-8: it would write the file, and then not open it."""
+    """Refuse a name for USD under which it would write the file, and then not open it."""
+    fault = unusable_part(place)
     try:
         str(place.absolute()).encode()
-    except UnicodeEncodeError as error:
-        from usdface.io.usd.stage import is_usd  # loads USD only here
+    except UnicodeEncodeError:
+        fault = "the name is not UTF-8, as USD wants it; choose another"
+    if not fault:
+        return
+    from usdface.io.usd.stage import is_usd  # loads USD only here
 
-        if not is_usd(place):
-            return
-        raise OutputError(
-            f"cannot write {place}: the name is not UTF-8, as USD wants it; choose another"
-        ) from error
+    if is_usd(place):
+        raise OutputError(f"cannot write {place}: {fault}")
 
 
 def _with_binary(place: Path) -> tuple[Path, ...]:

@@ -13,6 +13,7 @@ from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.performed_directions import PerformedDirections, learn_directions
+from usdface.retarget.performer_check import OTHER_PERSON, shared_difference
 from usdface.retarget.places import MOST_MARKERS, PlaceGuess, guess_at_rest
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
@@ -161,6 +162,15 @@ def match_face(
     before = face.rest[own] @ linear + offset
     moved = neutral[known] - before
     away = np.linalg.norm(moved, axis=1) / rms_radius(neutral[known])
+    shared = shared_difference(face.rest[own], neutral[known], face.displacements[:, own])
+    if shared > OTHER_PERSON:
+        message = (
+            "the resting face differs from that of the performer's file as another person's does: "
+            "markers together by {shared_percent:.1f} % of its size, {limit_percent:.1f} % at most "
+            "in takes of one person"
+        )
+        limit = 100 * OTHER_PERSON
+        findings.append(finding("PERFORMER_OTHER", source, message, 100 * shared, limit))
     if float(np.sqrt((away**2).mean() / 3.0)) > _SAME:
         message = (
             "markers rest {median_percent:.1f} % of the face's size from where they did in "

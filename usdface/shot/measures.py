@@ -13,8 +13,14 @@ from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.shape_reach import beyond_reach
 from usdface.retarget.solution import Solution
 from usdface.shot.neutral_measures import neutral_at_limit, neutral_expressive
+from usdface.shot.performance_measures import (
+    STILL,
+    performance_short,
+    still_markers,
+    still_weights,
+)
 from usdface.shot.shot import ShotResult
-from usdface.takes import MarkerTake, visible
+from usdface.takes import MarkerTake, WeightsTake, visible
 from usdface.verdict.judge import Measured
 
 __all__ = ["shot_measures"]
@@ -30,9 +36,6 @@ _VALUES = 2**23
 # hand: above the forehead of AnimFace's Eyebrows (8 to 10.5 mm; its brows move by 8 to 16.5, of
 # which a rig makes a part), below the motion of a head that is left in the take (18 mm).
 _FARTHEST = 0.012
-# Motion of a face that moves, as a share of the RMS radius of its markers (0.06 mm of ICT's): of a
-# still one, all is rounding. Set by hand.
-_STILL = 1e-3
 # A shape rests open by this percentile of its weight: it is above that in nine tenths of the take.
 _OPEN = 10.0
 
@@ -56,6 +59,10 @@ def shot_measures(
         By code; without the codes that do not apply to the shot.
     """
     found = _of_weights(result)
+    take = result.shot.take
+    found["PERFORMANCE_SHORT"] = performance_short(take.times)
+    if isinstance(take, WeightsTake):
+        found["PERFORMANCE_STILL"] = still_weights(take)
     if result.solution is not None:
         found |= _of_markers(result, result.solution)
         found["SHAPES_UNDETERMINED"] = Measured(deviation)
@@ -92,7 +99,9 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
         "NEUTRAL_AT_LIMIT": neutral_at_limit(result.shot.setup, solution, face),
         "BINDING_UNSURE": _unsure(result),
     }
-    if motion**2 - noise**2 > (_STILL * rms_radius(solution.rest)) ** 2:
+    radius = rms_radius(solution.rest)
+    found["PERFORMANCE_STILL"] = still_markers(motion, radius)
+    if motion**2 - noise**2 > (STILL * radius) ** 2:
         farthest = 1000.0 * _FARTHEST / human_mm
         found |= _of_motion(solution, face, motion, noise, farthest)
         found["NEUTRAL_EXPRESSIVE"] = neutral_expressive(result.shot, solution, motion)

@@ -155,6 +155,20 @@ CRITERIA: tuple[Criterion, ...] = (
         unit="times",
     ),
     Criterion(
+        "PERFORMANCE_STILL",
+        0.01,
+        0.5,
+        "the face does not move: {value} of the least motion of a performance are missing",
+        "check the take, its frames and its labels: usdface view shows what moves",
+    ),
+    Criterion(
+        "PERFORMANCE_SHORT",
+        0.5,
+        np.inf,
+        "the take is too short for a performance: {where}, {value} less than a second",
+        "check that all of it was exported and read; a pose alone is no performance",
+    ),
+    Criterion(
         "TAKE_SIZE",
         2.0,
         np.inf,

@@ -14,7 +14,7 @@ __all__ = ["Level", "Measured", "Reason", "Verdict", "judge", "refuse_unusable",
 Level = Literal["good", "look_at", "not_usable"]
 
 _REASONS = 3
-_KINDS = ("markers", "shapes", "regions", "size")
+_KINDS = ("markers", "shapes", "regions", "size", "length")
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +25,8 @@ class Measured:
     ----------
     value : float
     kind : str
-        Kind of the names in `where`: ``"markers"``, ``"shapes"``, ``"regions"``, ``"size"``.
+        Kind of the names in `where`: ``"markers"``, ``"shapes"``, ``"regions"``, ``"size"``,
+        ``"length"``.
     where : tuple of str
     frames : tuple of int
         First and last frame index; () = the whole take.

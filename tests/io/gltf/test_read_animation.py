@@ -96,7 +96,7 @@ def test_cubic_curves_become_lines_within_the_stated_error(write_glb, tmp_path: 
             + d * (s**3 - s**2) * keys[k + 1, 0]
         )
         actual = [np.interp(t, take.times, column) for column in take.weights.T]
-        assert np.abs(actual - expected).max() <= 1.01e-4
+        assert np.abs(actual - expected).max() <= 0.82e-5  # the certificate's limit is 1e-5
     np.testing.assert_array_equal(take.weights[-1], keys[-1, 1])
     for time, key in zip(times, keys[:, 1], strict=True):
         np.testing.assert_allclose(take.weights[take.times == time], [key])
@@ -108,7 +108,7 @@ def test_wild_tangents_do_not_explode(write_glb, tmp_path: Path) -> None:
     world.animate(n0=world.curve([0, 1], [[0, 0, 1e30], [-1e30, 1, 0]], "CUBICSPLINE"))
     _, take, _ = world.read(write_glb, tmp_path)
     assert take is not None
-    assert len(take.times) == 257
+    assert len(take.times) <= 2049
 
 
 def test_equal_curves_share_a_name_and_others_get_their_own(write_glb, tmp_path: Path) -> None:

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
-from usdface.io.gltf import samplers as curves
+from usdface.io.gltf import animation_size
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.samplers import Curve
 
@@ -21,7 +21,7 @@ def test_ends_hold_and_quaternions_turn_the_short_way() -> None:
 
 @pytest.mark.parametrize("what", ["keys", "cubic", "union", "weights"])
 def test_small_files_do_not_unfold_into_huge_curves(write_glb, tmp_path, monkeypatch, what) -> None:
-    monkeypatch.setattr(curves, "_MOST_NUMBERS", 1000)
+    monkeypatch.setattr(animation_size, "_MOST_NUMBERS", 1000)
     path = "weights" if what == "weights" else "translation"
     keys = {"keys": 600, "cubic": 10, "union": 60, "weights": 60}[what]
     mode = "CUBICSPLINE" if what == "cubic" else "LINEAR"

@@ -101,6 +101,28 @@ def test_motion_that_ends_early_is_read_and_told(read):
     assert codes(findings)[0] == "FRAMES_MISSING"
 
 
+def test_more_motion_than_announced_is_read_and_told(read):
+    take, findings = read(bvh_text(frames=4))
+    assert len(take.times) == 7
+    assert codes(findings)[0] == "FRAMES_UNANNOUNCED"
+    assert findings[0].values == {"expected_count": 4, "frame_count": 7}
+
+
+@pytest.mark.parametrize(("numbers", "frames"), [(12, 7), (12, 9), (18, 7), (3, 7), (7, 5)])
+def test_rows_of_another_number_of_channels_are_refused(read, numbers, frames):
+    """Read as a stream they are frames, too, of other channels."""
+    motion = np.random.default_rng(3).uniform(-1, 1, (7, numbers))
+    with pytest.raises(InputError, match=f"{numbers} numbers, the hierarchy 9") as raised:
+        read(bvh_text(motion, frames=frames))
+    assert raised.value.code == "COLUMNS_WRONG"
+
+
+def test_a_frame_may_be_in_several_rows_and_several_in_one(read):
+    for shape in ((21, 3), (1, 63)):
+        text = bvh_text(MOTION.reshape(shape), frames=7)
+        np.testing.assert_allclose(read(text)[0].positions, read(bvh_text())[0].positions)
+
+
 @pytest.mark.parametrize("frames", [7, 12])
 def test_motion_that_is_cut_off_within_a_frame_is_refused(read, frames):
     whole = bvh_text(frames=frames).rstrip()

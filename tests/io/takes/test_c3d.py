@@ -240,10 +240,19 @@ def test_more_than_65535_frames(read):
     take, findings = read(c3d_bytes(positions, labels=("A",), frames=70_000, parameters=long))
     assert take.positions[-1, 0, 0] == pytest.approx(69.999)
     assert codes(findings) == ["UP_AXIS_ASSUMED"]
-    take, findings = read(data)
-    assert len(take.times) == 65535
+    take, findings = read(data + bytes(-len(data) % 512))
+    assert len(take.times) == 70_000
+    assert take.positions[-1, 0, 0] == pytest.approx(69.999)
+    assert codes(findings) == ["FRAMES_UNANNOUNCED", "UP_AXIS_ASSUMED"]
+    assert findings[0].values == {"expected_count": 65535, "frame_count": 70_000}
+
+
+def test_frames_that_a_header_leaves_out_are_told(read):
+    positions = np.random.default_rng(2).uniform(-100, 100, (100, 3, 3))
+    take, findings = read(c3d_bytes(positions, frames=60))
+    assert len(take.times) == 60
     assert codes(findings) == ["FRAMES_UNREAD", "UP_AXIS_ASSUMED"]
-    assert "4465 more" in findings[0].message
+    assert "40 more" in findings[0].message
 
 
 @pytest.mark.parametrize("filling", [bytes(511), b"\x01" * 511, bytes(5000)])

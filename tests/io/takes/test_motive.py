@@ -124,6 +124,12 @@ def test_fewer_frames_than_announced(read):
     assert "FRAMES_MISSING" in codes(read(motive_text(Total_Exported_Frames="30004"))[1])
 
 
+def test_more_frames_than_announced(read):
+    take, findings = read(motive_text(Total_Exported_Frames="2"))
+    assert len(take.times) == 4
+    assert "FRAMES_UNANNOUNCED" in codes(findings)
+
+
 def test_a_last_number_that_is_cut_is_refused(read):
     cut = motive_text(Total_Exported_Frames="30004").rstrip()[:-3]
     with pytest.raises(InputError, match="line 11: no line end, fewer rows") as raised:

@@ -72,15 +72,6 @@ def test_the_first_frame_of_a_part_is_kept_and_told(read):
     assert read(trc_text())[0].first_frame == 0
 
 
-def test_columns_behind_the_labels_are_announced(read):
-    lines = trc_text().split("\n")
-    lines[6] += "\t1\t2\t3"
-    take, findings = read("\n".join(lines))
-    assert len(take.names) == 3
-    channels = [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"]
-    assert channels == [["3 columns without a label"]]
-
-
 def test_empty_cells_are_occluded_also_at_the_end_of_a_row(read):
     positions = POSITIONS.copy()
     positions[2, 0] = positions[3, 2] = np.nan
@@ -94,6 +85,41 @@ def test_fewer_frames_than_announced_are_read_and_told(read):
     take, findings = read(trc_text(frames=652))
     assert len(take.times) == 6
     assert "FRAMES_MISSING" in codes(findings)
+
+
+def test_more_frames_than_announced_are_read_and_told(read):
+    take, findings = read(trc_text(frames=4))
+    assert len(take.times) == 6
+    assert codes(findings) == ["FRAMES_UNANNOUNCED", "UP_AXIS_ASSUMED"]
+    assert findings[0].values == {"expected_count": 4, "frame_count": 6}
+
+
+@pytest.mark.parametrize("announced", [2, 5])
+def test_another_number_of_markers_than_announced_is_told(read, announced):
+    text = trc_text().replace("\t6\t3\tmm", f"\t6\t{announced}\tmm")
+    take, findings = read(text)
+    assert take.names == ("A", "B", "C")
+    np.testing.assert_allclose(take.positions, POSITIONS * 1e-3, atol=1e-9)
+    assert codes(findings) == ["MARKERS_MISCOUNTED", "UP_AXIS_ASSUMED"]
+    assert findings[0].values == {"expected_count": announced, "marker_count": 3}
+
+
+@pytest.mark.parametrize("labels", [["A", "", "C"], ["A", "B", ""]])
+def test_markers_without_a_label_keep_their_columns(read, labels):
+    take, findings = read(trc_text(labels=labels))
+    names = tuple(label or f"marker_{k + 1}" for k, label in enumerate(labels))
+    assert take.names == names
+    np.testing.assert_allclose(take.positions, POSITIONS * 1e-3, atol=1e-9)
+    assert codes(findings) == ["LABEL_CHANGED", "UP_AXIS_ASSUMED"]
+
+
+@pytest.mark.parametrize(("cells", "columns"), [("\t1.5", 1), ("\tok\tno\tyes", 3)])
+def test_cells_behind_the_markers_are_told(read, cells, columns):
+    lines = trc_text().splitlines()
+    take, findings = read("\n".join([*lines[:-1], lines[-1] + cells]) + "\n")
+    assert take.names == ("A", "B", "C")
+    assert codes(findings) == ["CHANNEL_IGNORED", "UP_AXIS_ASSUMED"]
+    assert list(findings[0].values["channels"]) == [f"column {12 + k}" for k in range(columns)]
 
 
 @pytest.mark.parametrize("frames", [6, 1590])
@@ -159,7 +185,7 @@ def test_without_a_time_column_the_rate_counts(read):
         ("", "empty"),
         ("hello\nworld\n", "not a TRC file"),
         ("PathFileType\t4\n", "header is cut off"),
-        (trc_text(labels="AB"), "announces 3 markers, line 4 names 2"),
+        (trc_text().replace("\tA\t\t\tB\t\t\tC\t\t", "\tA\tB"), "3 markers, line 4 names 2"),
         (trc_text(POSITIONS[:0], frames=10**12), "no frames"),
         (trc_text().replace("0.02000", "0.00000"), "time does not increase at frame 1"),
         (trc_text(np.full((2, 3, 3), np.nan)), "no marker is visible"),

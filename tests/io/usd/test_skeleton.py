@@ -75,3 +75,35 @@ def test_a_broken_skeleton_is_left_out_with_a_finding(joints):
     rig, findings = rig_of_stage(skinned_sheet(joints))
     assert rig.skeleton is None and rig.meshes[0].skin is None
     assert "FEATURE_DROPPED" in codes(findings)
+
+
+@pytest.mark.parametrize(
+    ("rigid", "weights", "normals", "told"),
+    [
+        (True, [0.75, 0.25], True, True),
+        (True, [1.0, 0.0], True, False),
+        (True, [0.75, 0.25], False, False),
+        (False, [0.75, 0.25], True, False),
+    ],
+)
+def test_normals_of_a_mesh_that_several_joints_move_as_a_whole_are_told(
+    rigid: bool, weights: list[float], normals: bool, told: bool
+) -> None:
+    """glTF has no such thing, and its players turn the normals by each joint."""
+    stage = skinned_sheet()
+    prim = stage.GetPrimAtPath("/R/M")
+    if rigid:
+        for name in ("skel:jointIndices", "skel:jointWeights"):
+            prim.RemoveProperty(f"primvars:{name}")
+        binding = UsdSkel.BindingAPI(prim)
+        binding.CreateJointIndicesPrimvar(True, 2).Set([0, 1])
+        binding.CreateJointWeightsPrimvar(True, 2).Set(weights)
+    if normals:
+        mesh = UsdGeom.Mesh(prim)
+        mesh.CreateNormalsAttr([(0, 0, 1)] * 3)
+        mesh.SetNormalsInterpolation("vertex")
+    _, findings = rig_of_stage(stage)
+    found = [f for f in findings if f.values.get("feature") == "rigid_skin"]
+    assert [f.code for f in found] == ["FEATURE_APPROXIMATED"] * told
+    if told:
+        assert list(found[0].values["names"]) == ["neck", "neck/head"]

@@ -15,13 +15,15 @@ from usdface.clips import Clip, JointsTake
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
+from usdface.io.gltf.animation_size import check_size
 from usdface.io.gltf.channels import Channel, channels_of
+from usdface.io.gltf.curve_tolerance import CurveTolerance, curve_tolerance
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.frame_rate import chosen_rate, frame_rate
 from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.read_skin import Armature
 from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, shared_weights
-from usdface.io.gltf.samplers import Curve, check_size, curve_of
+from usdface.io.gltf.samplers import Curve, curve_of
 from usdface.io.transforms import compose, decompose, followed_by
 from usdface.rigs import Mesh
 
@@ -104,8 +106,10 @@ def clips_of(
         ),
         "the animation of the file",
     )
+    points = [placed.mesh.points for placed in meshes]
+    tolerance = curve_tolerance(points, tree, [*armature.nodes])
     for number, animation in enumerate(file.document.animations or []):
-        motion, new_findings = _motion(file, animation, number, meshes, armature, reader)
+        motion, new_findings = _motion(file, animation, number, meshes, armature, reader, tolerance)
         found += new_findings
         if motion.weights or motion.transforms:
             motions.append(motion)
@@ -135,6 +139,7 @@ def _motion(
     meshes: Sequence[PlacedMesh],
     armature: Armature,
     reader: AccessorReader,
+    tolerance: CurveTolerance,
 ) -> tuple[_Motion, list[Finding]]:
     name = _text(animation.name or f"animation {number}")
     channels, unknown = channels_of(file.document, file.node_weights, animation)
@@ -148,13 +153,14 @@ def _motion(
         node = channel.node
         if channel.path != "weights" and node in armature.nodes:
             kind, width = _KINDS[channel.path]
+            subject = f"{name!r}, node {node}"
             curve, new_findings = curve_of(
-                channel.sampler, kind, width, reader, f"{name!r}, node {node}"
+                channel.sampler, kind, width, reader, subject, tolerance.of(channel.path, node)
             )
             transforms.setdefault(node, {})[channel.path] = curve
         elif channel.path == "weights" and node in place_of:
             place = place_of[node]
-            curve, new_findings = _weights_curve(channel, meshes[place], name, reader)
+            curve, new_findings = _weights_curve(channel, meshes[place], name, reader, tolerance)
             weights.setdefault(place, []).append((channel.column, curve))
         else:
             lost.append(f"{channel.path} of node {node}")
@@ -169,14 +175,18 @@ def _motion(
 
 
 def _weights_curve(
-    channel: Channel, placed: PlacedMesh, name: str, reader: AccessorReader
+    channel: Channel,
+    placed: PlacedMesh,
+    name: str,
+    reader: AccessorReader,
+    tolerance: CurveTolerance,
 ) -> tuple[Curve, list[Finding]]:
     shapes = len(placed.mesh.shapes)
     subject = f"{name!r} on mesh {placed.mesh.name!r}"
     if channel.column is not None and channel.column >= shapes:
         raise InputError(f"{subject} moves weight {channel.column}, but there are {shapes}")
     width = shapes if channel.column is None else 1
-    return curve_of(channel.sampler, "SCALAR", width, reader, subject)
+    return curve_of(channel.sampler, "SCALAR", width, reader, subject, tolerance.weights)
 
 
 def _joined(parts: Sequence[tuple[int | None, Curve]], rest: FloatArray) -> Curve:

@@ -7,9 +7,10 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.io.gltf.animation_size import check_size
 from usdface.io.gltf.frame_rate import chosen_rate, frame_rate
 from usdface.io.gltf.inbetweens import Step, folded
-from usdface.io.gltf.samplers import Curve, check_size
+from usdface.io.gltf.samplers import Curve
 from usdface.rigs import Mesh
 from usdface.takes import WeightsTake
 

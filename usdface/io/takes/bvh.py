@@ -9,6 +9,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.takes.announced import compare_frames
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import positive, read_text, refuse_cut_end
 from usdface.io.takes.timing import nominal_rate
@@ -128,20 +129,33 @@ def _motion(
             "ROW_WRONG",
         ) from error
     count, announced = len(words) // width, int(header[1])
+    _check_rows(path, section[header.end() :], width, announced)
     rest = len(words) % width
     if words:
         last = text.rstrip().count("\n") + 1, words[-(rest or width) :]
         refuse_cut_end(path, text, last, width, count < announced)
     motion = numbers[: count * width].reshape(count, width)
     motion[~np.isfinite(motion)] = np.nan
-    findings = []
-    if count < announced:
-        message = "the header announces {expected_count} frames, the file holds {frame_count}"
-        findings = [finding("FRAMES_MISSING", str(path), message, announced, count)]
-    elif rest:
+    findings = compare_frames(path, announced, count)
+    if rest and count >= announced:
         message = "a part of a frame after {frame_count} whole ones is not read"
-        findings = [finding("FRAMES_UNREAD", str(path), message, count)]
+        findings.append(finding("FRAMES_UNREAD", str(path), message, count))
     return motion, positive(header[2]), findings
+
+
+def _check_rows(path: Path, text: str, width: int, announced: int) -> None:
+    """Refuse rows of another number of channels: as a stream of numbers they give frames, too."""
+    rows = [len(line.split()) for line in text.splitlines() if line.strip()]
+    numbers = rows[0] if rows else width
+    if len(rows) < 2 or any(n != numbers for n in rows) or numbers == width:
+        return
+    wrapped = max(numbers, width) % min(numbers, width) == 0 and len(rows) != announced
+    if not wrapped:
+        raise InputError(
+            f"{path}: each row of the motion has {numbers} numbers, the hierarchy {width} "
+            "channels; expected as many of both: export it again",
+            "COLUMNS_WRONG",
+        )
 
 
 def _forward_kinematics(joints: list[_Joint], motion: FloatArray) -> FloatArray:

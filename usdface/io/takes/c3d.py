@@ -5,7 +5,7 @@ stay on disk, and no count in the file is believed before it is checked against 
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +24,7 @@ __all__ = ["read_c3d"]
 
 # C3D User Guide, "The header section" and, for the processor types, "The parameter section".
 _BLOCK = 512  # bytes
+_MOST_COUNTED = 65535  # frames, in 16 bits
 _KEY = 0x50  # second byte of every C3D file
 _ORDERS: dict[int, ByteOrder] = {84: "intel", 85: "dec", 86: "mips"}
 # Parameters that list the labels of points that are no places, as Vicon writes computed quantities.
@@ -61,10 +62,11 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
 
     A negative residual or a coordinate that is not finite = occluded. Times count from
     the first frame in the file; FRAMES_RENUMBERED has its number where it is not 1. Analog
-    channels and events are named (CHANNEL_IGNORED). A file that ends between two frames
-    gives its whole frames and FRAMES_MISSING; one that ends within a frame was cut off. Data
-    behind the announced frames, whose number may not fit its 16 bits, are FRAMES_UNREAD. Points
-    that the file lists as angles, forces and the like are no markers.
+    channels and events are named (CHANNEL_IGNORED). A file that ends between two frames gives its
+    whole frames and FRAMES_MISSING; one that ends within a frame was cut off. Frames behind the
+    announced ones are read where their number did not fit its 16 bits, and are else FRAMES_UNREAD:
+    a header may leave out the end of a take. Points that the file lists as angles, forces and the
+    like are no markers.
 
     Raises
     ------
@@ -87,7 +89,8 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     header = _header(path, data)
     parameters = header.parameters
     layout, findings = _layout(path, len(data), header)
-    findings += _unread_frames(path, data, layout)
+    layout, frame_findings = _all_frames(path, data, layout, header)
+    findings += frame_findings
     findings += report_beside_points(path, parameters, _analog_count(header, layout.rate))
     first = _first_frame(header)
     if first > 1:
@@ -192,16 +195,33 @@ def _first_frame(header: _Header) -> int:
     return int(first @ [1.0, 65536.0])
 
 
-def _unread_frames(path: Path, data: NDArray[np.uint8], layout: _Layout) -> list[Finding]:
-    """Report frames behind the announced ones: more than what fills the last block up."""
+def _all_frames(
+    path: Path, data: NDArray[np.uint8], layout: _Layout, header: _Header
+) -> tuple[_Layout, list[Finding]]:
+    """Add frames behind the announced ones, or report them: more than fills the last block up."""
     end = layout.start + layout.frames * layout.frame_bytes
     parameters = (int(data[0]) - 1) * _BLOCK
     rest = data[end : parameters if parameters > layout.start else len(data)]
     count = len(rest) // layout.frame_bytes
     if len(rest) < _BLOCK or not count or not rest.any():
-        return []
-    message = "the header announces {expected_count} frames; {frame_count} more are not read"
-    return [finding("FRAMES_UNREAD", str(path), message, layout.frames, count)]
+        return layout, []
+    where, announced = str(path), layout.frames
+    if not _counter_full(header):
+        message = "the header announces {expected_count} frames; {frame_count} more are not read"
+        return layout, [finding("FRAMES_UNREAD", where, message, announced, count)]
+    used = np.flatnonzero(rest[: count * layout.frame_bytes])[-1] // layout.frame_bytes + 1
+    filling = (_BLOCK - 1) // layout.frame_bytes  # frames of zeros that a last block may hold
+    whole = replace(layout, frames=announced + max(int(used), count - filling))
+    message = "the header announces {expected_count} frames, the most that it can count, the file "
+    message += "holds {frame_count}; all are read"
+    return whole, [finding("FRAMES_UNANNOUNCED", where, message, announced, whole.frames)]
+
+
+def _counter_full(header: _Header) -> bool:
+    """Return whether the only number of frames is the largest of its 16 bits."""
+    others = ("TRIAL:ACTUAL_END_FIELD", "POINT:LONG_FRAMES")
+    counted = _number(header.parameters, "POINT:FRAMES", header.words[4])
+    return counted == _MOST_COUNTED and not any(key in header.parameters for key in others)
 
 
 def _points(data: NDArray[np.uint8], layout: _Layout) -> FloatArray:

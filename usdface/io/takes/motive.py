@@ -10,6 +10,7 @@ from pathlib import Path
 
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.takes.announced import compare_frames
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import (
     Row,
@@ -81,12 +82,10 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         first_frame=number if number < _MOST_FRAMES else 0,
     )
     take, findings = finish_take(raw, options)
+    findings = compare_frames(path, announced, len(data)) + findings
     if number:
         message = "time 0 is frame {frame_number} of the recording"
         findings.insert(0, finding("FRAMES_RENUMBERED", str(path), message, number))
-    if announced > len(data):
-        message = "the header announces {expected_count:g} frames, the file holds {frame_count}"
-        findings.insert(0, finding("FRAMES_MISSING", str(path), message, announced, len(data)))
     if count := nameless_columns(["named"] * len(rows[top][1]), data):
         ignored.append(f"{count} columns without a header")
     if ignored:

@@ -11,12 +11,22 @@ from usdface.errors import OutputError
 from usdface.io.atomic import all_or_none, atomic_path, staged_files, when_written, write_bridge
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.held_layers import hold_specs
+from usdface.io.usd_names import unusable_part
 
 __all__ = ["check_usd_name", "relative_asset", "save_layer", "save_layers"]
 
 
 def relative_asset(target: Path, owner: Path) -> str:
-    """Return `target` as an asset path that the layer at `owner` can name, relative to it."""
+    """Return `target` as an asset path that the layer at `owner` can name, relative to it.
+
+    Raises
+    ------
+    OutputError
+        If USD would not find it.
+    """
+    for path in (target, owner):
+        if fault := unusable_part(path):
+            raise OutputError(f"a USD file cannot refer to {target}: {fault}")
     relative = Path(os.path.relpath(target.resolve(), owner.resolve().parent)).as_posix()
     return relative if relative.startswith("..") else f"./{relative}"
 

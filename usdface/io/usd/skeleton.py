@@ -99,4 +99,26 @@ def read_skin(
         message = "{why}; the mesh is left unskinned"
         return None, [finding("FEATURE_DROPPED", where, message, Prose(why), feature="skin")]
     places = np.array([joints.index(joint) for joint in order], np.int64)
-    return Skin(places[indices], weights), []
+    skin = Skin(places[indices], weights)
+    if not count:
+        return skin, []
+    holding = dict.fromkeys(indices[0][weights[0] != 0].tolist())  # of all points, where rigid
+    return skin, _mixed_normals(query, [order[joint] for joint in holding])
+
+
+def _mixed_normals(query: UsdSkel.SkinningQuery, holding: list[str]) -> list[Finding]:
+    """Report where one transform, mixed of several joints, moves a whole mesh and its normals.
+
+    UsdSkel turns the normals by that transform. glTF has influences of points alone, and does not
+    say how they turn normals: its players mix the joints' own turns, as UsdSkel does where
+    influences are of points.
+    """
+    prim: Usd.Prim = query.GetPrim()
+    if not query.IsRigidlyDeformed() or len(holding) < 2 or not prim.GetAttribute("normals").Get():
+        return []
+    message = (
+        "the mesh moves as a whole by several joints, {names}: as glTF its points do, and its "
+        "normals are those of each joint, mixed"
+    )
+    where = str(prim.GetPath())
+    return [finding("FEATURE_APPROXIMATED", where, message, holding, feature="rigid_skin")]

@@ -11,6 +11,7 @@ from usdface.io.staging import finish_dead_runs
 from usdface.io.usd.errors import one_line, usd_errors
 from usdface.io.usd.held_layers import hold_layers
 from usdface.io.usd.sandbox import try_to_open
+from usdface.io.usd_names import unusable_part
 from usdface.plain_text import plain
 
 __all__ = ["Stage", "check_clocks", "default_prim", "is_usd", "open_layer", "open_stage"]
@@ -48,6 +49,8 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
             if layer.realPath in left_out:
                 stage.MuteLayer(layer.identifier)
     check_clocks(stage)
+    if broken and (fault := unusable_part(path)):
+        raise InputError(f"{path} does not compose: {fault}", "FILE_UNREADABLE")
     for error in broken:
         if not any(f"@{layer}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {_with_remedy(error)}", "SCHEMA_BROKEN")

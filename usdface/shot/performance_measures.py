@@ -1,0 +1,48 @@
+"""The measures of a verdict that ask whether there is a performance at all."""
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.takes import WeightsTake
+from usdface.verdict.judge import Measured
+
+__all__ = ["STILL", "performance_short", "still_markers", "still_weights"]
+
+# Motion of a face that moves, as a share of the RMS radius of its markers (0.06 mm of ICT's): of a
+# still one, all is rounding. Set by hand.
+STILL = 1e-3
+# [s] A take of less than half of it holds no expression that comes and goes. Set by hand: the
+# longest blink lasts 0.6 s.
+_SECOND = 1.0
+# Of a weight that moves, as little as its marker would. Set by hand.
+_STILL_WEIGHT = 1e-3
+
+
+def performance_short(times: FloatArray) -> Measured:
+    """Return the share of a second by which a take is shorter; `times` (F,) [s]."""
+    count, lasts = len(times), float(times[-1] - times[0]) if len(times) else 0.0
+    text = "1 frame" if count == 1 else f"{count} frames, {lasts:.2g} s"
+    return Measured(max(0.0, 1.0 - lasts / _SECOND), "length", (text,))
+
+
+def still_markers(motion: float, radius: float) -> Measured:
+    """Return the share of the least motion that is missing.
+
+    Where noise hides a motion, that it is large is the reason (`NOISE_LARGE`).
+
+    Parameters
+    ----------
+    motion : float [m]
+        RMS displacement of the markers, noise included.
+    radius : float [m]
+        RMS radius of the resting markers.
+    """
+    least = STILL * radius
+    return Measured(max(0.0, 1.0 - motion / least) if least else np.nan)
+
+
+def still_weights(take: WeightsTake) -> Measured:
+    """Return the same of a take of weights, by the one that moves most."""
+    if not take.weights.size:
+        return Measured(np.nan)
+    return Measured(max(0.0, 1.0 - float(np.ptp(take.weights, axis=0).max()) / _STILL_WEIGHT))
