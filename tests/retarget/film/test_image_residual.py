@@ -51,6 +51,43 @@ def test_the_equations_are_those_of_the_dense_columns() -> None:
     np.testing.assert_allclose(right, expected, atol=1e-9 * np.abs(expected).max())
 
 
+def test_errors_of_the_shapes_are_a_covariance_over_the_frames() -> None:
+    """By the dense columns and residuals."""
+    off = TAKE.positions + RNG.normal(size=TAKE.positions.shape)
+    offsets = VERTICES.marker_evaluator.offsets.reshape(len(WORLD.weights[0]), -1, 3)
+    residual = residual_of(off).with_shape_errors(offsets, WORLD.weights, MOVED)
+    repeated = residual.repeated
+    assert repeated is not None
+    np.testing.assert_allclose(
+        repeated, WORLD.weights * repeated[-1] / WORLD.weights[-1], atol=1e-12
+    )
+    normal, right = residual.equations(COLUMNS)
+    count = len(VERTICES.rest)
+    dense = np.zeros((COUNT, count, 2, count, 2))
+    dense[:, np.arange(count), :, np.arange(count)] = (residual.slopes @ COLUMNS).swapaxes(0, 1)
+    taken = residual.taken.reshape(COUNT, 2 * count, -1)
+    kept = np.eye(2 * count) - taken @ taken.transpose(0, 2, 1)
+    dense = dense.reshape(COUNT, 2 * count, 2 * count)
+    shapes = repeated.shape[1]
+    along = np.einsum("fs,fij->sij", repeated, kept @ dense).reshape(shapes, -1)
+    rest = np.einsum("fs,fij->sij", repeated, kept @ residual.left.reshape(COUNT, -1, 1))
+    inner = np.eye(shapes) + repeated.T @ repeated
+    solved = np.linalg.solve(inner, along).reshape(shapes, 2 * count, 2 * count)
+    plain, alone = replace(residual, repeated=None).equations(COLUMNS)
+    expected = plain - np.einsum("sik,sij->kj", along.reshape(solved.shape), solved)
+    np.testing.assert_allclose(normal, expected, atol=1e-9 * np.abs(expected).max())
+    expected = alone - np.einsum("sik,si->k", solved, rest[..., 0])
+    np.testing.assert_allclose(right, expected, atol=1e-9 * np.abs(expected).max())
+    assert np.linalg.eigvalsh(normal).min() > -1e-9 * np.abs(normal).max()
+
+
+def test_a_film_without_misfit_has_no_errors_of_shapes() -> None:
+    image = CAMERA.image(POSE.to_take(VERTICES.rest + MOVED))
+    offsets = VERTICES.marker_evaluator.offsets.reshape(len(WORLD.weights[0]), -1, 3)
+    exact = residual_of(image)
+    assert exact.with_shape_errors(offsets, WORLD.weights, MOVED).repeated is None
+
+
 def test_white_noise_counts_each_frame_and_a_lasting_error_fewer() -> None:
     white = residual_of(TAKE.positions + RNG.normal(size=TAKE.positions.shape))
     np.testing.assert_allclose([white.variance, white.noise], 1.0, rtol=0.25)

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 from filmed import CAMERA, NEUTRAL, VERTICES, WORLD, filmed, true_weights
 
@@ -15,8 +17,13 @@ def known(take: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArra
     return true_weights(VERTICES, take, views, neutral)
 
 
-def solved(rounds: int, *guess: FloatArray, refined: bool = True) -> SolvedFilm:
-    return solve_film(FILM, CAMERA, known, rounds, *guess, refined=refined)
+def solved(rounds: int, start: SolvedFilm | None = None, *, refined: bool = True) -> SolvedFilm:
+    return solve_film(FILM, CAMERA, known, rounds, start, refined=refined)
+
+
+def with_depths(film: SolvedFilm, depths: FloatArray) -> SolvedFilm:
+    rest = np.c_[film.head.rest[:, :2], depths]
+    return replace(film, head=replace(film.head, rest=rest))
 
 
 def test_true_weights_leave_nothing() -> None:
@@ -26,15 +33,15 @@ def test_true_weights_leave_nothing() -> None:
 
 
 def test_a_good_guess_needs_one_round() -> None:
-    deep = VERTICES.rest[:, 2]
-    assert solved(1, deep, WORLD.weights).left < 1e-4 < 1.0 < solved(1).left
+    assert solved(1, solved(10)).left < 1e-4 < 1.0 < solved(1).left
 
 
 def test_depths_stay_as_they_are_given_unless_they_are_refined() -> None:
     deep = VERTICES.rest[:, 2] + 0.004 * np.random.default_rng(1).normal(size=len(VERTICES.rest))
-    kept = solved(3, deep, WORLD.weights, refined=False)
+    start = with_depths(solved(10), deep)
+    kept = solved(3, start, refined=False)
     np.testing.assert_allclose(kept.depths, deep)
-    refined = solved(6, deep, WORLD.weights)
+    refined = solved(6, start)
     assert refined.left < 0.1 * kept.left
 
 

@@ -139,13 +139,12 @@ def film_head(
         # A part of the errors was hidden by what these markers did to the places of all.
         errors = filmed_marker_errors(solved)
         solved = solve_film(
-            solved.film, camera, partial(solve, skin), _LAST_ROUNDS, solved.depths, solved.weights,
-            errors=errors,
-        )  # fmt: skip
+            solved.film, camera, partial(solve, skin), _LAST_ROUNDS, solved, errors=errors
+        )
     if len(solved.weights) < len(film.image):
         solved = solve_film(
             replace(film, skin=skin.select(bound)), camera, partial(solve, skin), _LAST_ROUNDS,
-            solved.depths, solved.weights_at(film.take.times), errors=errors, refined=False,
+            solved, errors=errors, refined=False,
         )  # fmt: skip
     findings += marker_error_findings(errors, film.take.names, take.source)
     return FilmedFace(solved.head, skin, shifts), findings
@@ -198,8 +197,7 @@ def _with_places(
         moved = surface.at(there).skin
         again = solve_film(
             replace(solved.film, skin=moved.select(bound)), solved.head.camera,
-            partial(solve, moved), _PLACE_ROUNDS, solved.depths, solved.weights,
-            errors=solved.head.errors,
+            partial(solve, moved), _PLACE_ROUNDS, solved, errors=solved.head.errors,
         )  # fmt: skip
         before = solved.left
         if again.left < before:

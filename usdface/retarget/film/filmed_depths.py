@@ -27,10 +27,10 @@ def refined_depths(
     look: Pose,
     pose: Pose,
     rest: FloatArray,
-    moved: FloatArray,
+    weights: FloatArray,
     sure: FloatArray,
-) -> FloatArray:
-    """Return the neutral markers' depths (M,) [m], refined by the parallax of a turning head.
+) -> tuple[FloatArray, float]:
+    """Refine the neutral markers' depths by the parallax of a turning head.
 
     A marker that is deeper than assumed lies on the same ray in the neutral frames, but off its
     prediction once the head turns. One step of least squares, with the character's depths as a
@@ -45,20 +45,30 @@ def refined_depths(
         Of the neutral, one frame, and of all frames.
     rest : (M, 3) float64 [m]
         The markers where they rest.
-    moved : (F, M, 3) float64 [m]
-        How far weights move them.
+    weights : (F, S) float64
+        With which the film was solved.
     sure : (F, M) float64
         As of `usdface.retarget.film.filmed_head.certainty`.
+
+    Returns
+    -------
+    depths : (M,) float64 [m]
+    deviation : float [m]
+        Standard deviation of a depth (RMS).
     """
     size = rms_radius(film.face)
+    moved = film.moved(weights)
     residual = image_residual(film, camera, pose, rest, moved, sure, _MISFIT * size)
+    residual = residual.with_shape_errors(film.moving.offsets, weights, moved)
     directions = error_directions(film, camera, look).transpose(0, 2, 1)
     normal, right = residual.equations(directions[None])
     prior = residual.variance / (DEPTH_SPREAD * size) ** 2
     right[2::3] -= prior * (rest[:, 2] - film.face[:, 2])
     across = residual.neutral_prior(film.neutral)
     normal += np.diag(np.tile([across, across, prior], len(rest)))
-    return np.asarray(rest[:, 2] + np.linalg.solve(normal, right)[2::3])
+    covariance = np.linalg.inv(normal)
+    deviation = np.sqrt(residual.variance * np.diag(covariance)[2::3].mean())
+    return rest[:, 2] + (covariance @ right)[2::3], float(deviation)
 
 
 def error_directions(film: FilmedTake, camera: PinholeCamera, look: Pose) -> FloatArray:

@@ -12,6 +12,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.geometry.rigid_fit import Pose
 from usdface.numerics.rms import rms
+from usdface.retarget.film.aligned_head import aligned_head
 from usdface.retarget.film.dot_centres import dot_centre_offsets, foreshortening
 from usdface.retarget.film.filmed_depths import refined_depths
 from usdface.retarget.film.filmed_head import FilmedHead, certainty
@@ -64,8 +65,7 @@ def solve_film(
     camera: PinholeCamera,
     solve: SolveProjected,
     rounds: int,
-    depths: FloatArray | None = None,
-    weights: FloatArray | None = None,
+    start: SolvedFilm | None = None,
     *,
     errors: FloatArray | None = None,
     refined: bool = True,
@@ -79,23 +79,22 @@ def solve_film(
     solve : callable
     rounds : int
         At most.
-    depths : (M,) float64 [m], optional
-        Of the resting markers, a first guess; else those of the character.
-    weights : (F, S) float64, optional
-        A first guess.
+    start : SolvedFilm, optional
+        Of these markers in some of the frames, a first guess; else the character at rest.
     errors : (M,) float64 [1], optional
         Of the markers; equal, if left out.
     refined : bool
         Depths are refined where weights are known.
     """
     filmed, skin, count = film, film.moving, len(film.image)
-    look = start_pose(film.face, film.rest[None], camera)
-    look, _ = fit_pose(film.face, film.rest[None], camera, look)
-    deep = film.face[:, 2] if depths is None else depths
-    errors = np.ones(len(deep)) if errors is None else errors
-    guessed = weights is not None
-    if weights is None:
-        weights = np.zeros((count, len(skin.evaluator.offsets)))
+    errors = np.ones(len(film.face)) if errors is None else errors
+    if start is None:
+        look = start_pose(film.face, film.rest[None], camera)
+        look, _ = fit_pose(film.face, film.rest[None], camera, look)
+        deep, weights = film.face[:, 2], np.zeros((count, len(skin.evaluator.offsets)))
+    else:
+        look, deep = start.head.rest_pose, start.depths
+        weights = start.weights_at(film.take.times)
     pose = Pose(np.repeat(look.rotations, count, 0), np.repeat(look.translations, count, 0))
     before = np.zeros(0)
     for done in range(rounds):
@@ -104,12 +103,15 @@ def solve_film(
         facing = foreshortening(skin, weights, pose, camera)
         sure = certainty(facing, visible(film.image), errors)
         film = filmed.without(beside)
-        look, _ = fit_pose(film.face, film.rest[None], camera, look)
+        if start is None and done == 0:
+            look, _ = fit_pose(film.face, film.rest[None], camera, look)
         rest = camera.at_depths(film.rest[None], look, deep)[0]
         pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
-        if refined and (done > 0 or guessed):
-            deep = refined_depths(film, camera, look, pose, rest, moved, sure)
+        if refined and (done > 0 or start is not None):
+            deep, deviation = refined_depths(film, camera, look, pose, rest, weights, sure)
             rest = camera.at_depths(film.rest[None], look, deep)[0]
+            look, pose, rest = aligned_head(look, pose, rest, film.face, deviation)
+            deep = rest[:, 2]
             pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
         head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing, errors)
         left = rms((film.image - camera.image(pose.to_take(rest + moved))) / errors[:, None])

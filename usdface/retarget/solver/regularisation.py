@@ -8,7 +8,7 @@ from usdface.arrays import FloatArray
 from usdface.options import SolveOptions
 from usdface.retarget.solver.terms import TERMS, SolverTerm
 
-__all__ = ["Regularisation"]
+__all__ = ["Regularisation", "lasting_variance"]
 
 # Effective number of markers with equal errors. Of 1, 2 and 5 (weight RMS 0.140, 0.135, 0.134 in
 # the mean of four performers with other movements than the rig's, python -m benchmarks.solve
@@ -51,7 +51,7 @@ class Regularisation:
     @property
     def lasting_variance(self) -> float:
         """The part of `variance` that does not average out over frames [m^2]."""
-        return _ALIKE * self.misfit**2
+        return lasting_variance(self.misfit)
 
     @property
     def variance(self) -> float:
@@ -115,3 +115,11 @@ class Regularisation:
         two, one, none = self.bands(step * np.arange(9.0))
         curve = none[4] + 2.0 * (one[5] * np.cos(frequencies) + two[6] * np.cos(2.0 * frequencies))
         return np.asarray(curve.clip(min=0.0))
+
+
+def lasting_variance(misfit: float) -> float:
+    """Return the part of the error variance that does not average out over frames [m^2].
+
+    `misfit` [m] is the RMS error of a marker coordinate beyond the noise.
+    """
+    return _ALIKE * misfit**2
