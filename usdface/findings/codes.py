@@ -377,6 +377,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "two blend shapes of a mesh share one name",
     ),
     "SHAPE_NAMES_MISSING": ("warning", "correct_stage", "morph targets have no names"),
+    "SHAPE_NAMES_ASSUMED": (
+        "info",
+        "nothing",
+        "morph targets without names were given those of their accessors, or numbers",
+    ),
     "TARGETS_UNEQUAL": (
         "error",
         "export_again",
