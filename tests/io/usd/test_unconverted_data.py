@@ -75,6 +75,29 @@ def test_custom_data_that_nothing_keeps_is_announced() -> None:
     ]
 
 
+def test_a_property_below_another_has_a_name_of_its_own() -> None:
+    """As Blender 2.8 wrote names of data, and below them those of texture coordinates."""
+    stage = sheet()
+    mesh = stage.GetPrimAtPath("/R/M")
+    give(mesh, "userProperties:names:data", "Cube")
+    give(mesh, "userProperties:names:data:st", "UVMap")
+    give(mesh, "userProperties:names:st", "plain")
+    rig, _ = rig_of_stage(stage)
+    assert rig.meshes[0].extras == {"names": {"data": "Cube", "data_st": "UVMap", "st": "plain"}}
+
+
+def test_what_exporters_note_on_each_prim_is_not_announced() -> None:
+    stage = sheet()
+    group = UsdGeom.Xform.Define(stage, "/R/Group").GetPrim()
+    give(group, "userProperties:blender:object_name", "Group")
+    give(group, "userProperties:blenderName:object", "Group")
+    group.SetCustomDataByKey("Blender", {"generated": True})
+    group.SetCustomDataByKey("HoudiniPrimEditorNodeId", 7)
+    assert "CHANNEL_IGNORED" not in [f.code for f in rig_of_stage(stage)[1]]
+    group.SetCustomDataByKey("Studio", {"generated": False})
+    assert ignored(rig_of_stage(stage)[1]) == ["/R/Group Studio"]
+
+
 def with_variants(prim: Usd.Prim, name: str, *variants: str) -> Usd.VariantSet:
     chosen = prim.GetVariantSets().AddVariantSet(name)
     for variant in variants:

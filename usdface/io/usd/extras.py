@@ -106,14 +106,18 @@ def _user_properties(prim: Usd.Prim) -> dict[str, Any]:
     for attribute in prim.GetAuthoredPropertiesInNamespace(USER_PROPERTIES):
         if not isinstance(attribute, Usd.Attribute) or attribute.ValueMightBeTimeVarying():
             continue
+        value = attribute.Get()
+        if value is None:
+            continue
         *above, name = attribute.GetName().removeprefix(USER_PROPERTIES).split(":")
         holder = found
-        for part in above:
+        for depth, part in enumerate(above):
             inner = holder.setdefault(part, {})
-            holder = inner if isinstance(inner, dict) else holder
-        value = attribute.Get()
-        if value is not None:
-            holder[name] = value
+            if not isinstance(inner, dict):  # `a` is a value beside `a:b`, which becomes `a_b`
+                name = "_".join((*above[depth:], name))
+                break
+            holder = inner
+        holder[name] = value
     return found
 
 

@@ -20,6 +20,10 @@ _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _OUR_TYPES, _OURS = "UsdFace", "usdface:"
 # Of USD's own schemas; a prim that does not apply one has its properties as custom ones.
 _OF_SCHEMAS = ("material:", "primvars:", "skel:")
+# What Blender, Maya and Houdini note on each prim that they write: their own names of it, and that
+# they made it. Nobody misses it, and it would hide what somebody does.
+_NOTES_OF_EXPORTERS = ("userProperties:blender:", "userProperties:blenderName:", "Houdini")
+_MADE = {"generated": True}  # customData of Blender and Maya, below a key of their name
 _MATERIALS = "material"  # the set that becomes material variants of glTF
 
 
@@ -49,7 +53,7 @@ def _unread(prim: Usd.Prim, kept: Collection[str]) -> Iterator[str]:
         yield from (f"{path} {name}" for name in _metadata(prim))
     for each in prim.GetAuthoredProperties():
         name = each.GetName()
-        if not each.IsCustom() or name.startswith((_OURS, *_OF_SCHEMAS)):
+        if not each.IsCustom() or name.startswith((_OURS, *_OF_SCHEMAS, *_NOTES_OF_EXPORTERS)):
             continue
         varies = isinstance(each, Usd.Attribute) and each.ValueMightBeTimeVarying()
         if varies or not (read and name.startswith(USER_PROPERTIES)):
@@ -63,11 +67,15 @@ def _has_extras(prim: Usd.Prim, kept: Collection[str]) -> bool:
 
 
 def _metadata(prim: Usd.Prim) -> list[str]:
-    """Return the keys of a prim's customData that are of no schema and not of a conversion."""
+    """Return the keys of a prim's customData that are of no schema, conversion or exporter."""
     if not prim.HasAuthoredCustomData():
         return []
     extras, _ = read_extras(prim, properties=False)
-    return sorted(extras)
+    return sorted(
+        key
+        for key, value in extras.items()
+        if value != _MADE and not key.startswith(_NOTES_OF_EXPORTERS)
+    )
 
 
 def report_unconverted_variants(stage: Usd.Stage, materials: bool = True) -> list[Finding]:
