@@ -9,6 +9,7 @@ from sheets import sheet
 
 from usdface.clips import Clip
 from usdface.findings import Finding
+from usdface.io.usd import unconverted_data
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.rig_write import write_rig
@@ -121,6 +122,18 @@ def test_variants_that_are_not_selected_are_announced() -> None:
     assert lost.code == "FEATURE_DROPPED"
     assert lost.values["variants"] == ["/R lod=high", "/R/M hair=none"]
     assert lods.GetVariantSelection() == "high"
+
+
+def test_variants_of_a_set_do_not_open_the_stage_again(monkeypatch) -> None:
+    """A set has hundreds of props with variants; clips are only those of characters."""
+    stage = sheet()
+    prop = UsdGeom.Xform.Define(stage, "/Set/Prop").GetPrim()
+    with_variants(prop, "lod", "high", "low")
+    opened: list[object] = []
+    monkeypatch.setattr(unconverted_data, "stage_with_variant", opened.append)
+    (lost,) = report_unconverted_variants(stage)
+    assert lost.values["variants"] == ["/Set/Prop lod=high"]
+    assert opened == []
 
 
 def test_variants_that_are_clips_or_materials_arrive(face_rig: Rig, tmp_path: Path) -> None:

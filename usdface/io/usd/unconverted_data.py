@@ -110,6 +110,9 @@ def _sets(prim: Usd.Prim) -> Iterator[tuple[str, str]]:
 
 def _chooses_animation(stage: Usd.Stage, prim: Usd.Prim, name: str, chosen: str) -> bool:
     """Return whether another variant of a set has the same prims, but binds other animations."""
+    below = Usd.PrimRange(prim, _ALL)
+    if not UsdSkel.Root.Find(prim) and not any(each.IsA(UsdSkel.Root) for each in below):
+        return False  # of a set: without opening the stage once for each of its variants
     before = _bound_and_other(stage, prim.GetPath())
     for variant in prim.GetVariantSet(name).GetVariantNames():
         if variant == chosen:
