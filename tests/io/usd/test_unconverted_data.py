@@ -87,6 +87,19 @@ def test_a_property_below_another_has_a_name_of_its_own() -> None:
     assert rig.meshes[0].extras == {"names": {"data": "Cube", "data_st": "UVMap", "st": "plain"}}
 
 
+def test_a_property_with_samples_that_do_not_differ_is_kept() -> None:
+    """As of exports of an animation, which sample each property at one frame, or at all."""
+    stage = sheet()
+    mesh = stage.GetPrimAtPath("/R/M")
+    for name, codes in (("once", (1.0,)), ("each", (1.0, 2.0, 3.0))):
+        attribute = mesh.CreateAttribute(f"userProperties:{name}", Sdf.ValueTypeNames.Int)
+        for code in codes:
+            attribute.Set(5, code)
+    rig, found = rig_of_stage(stage)
+    assert rig.meshes[0].extras == {"once": 5, "each": 5}
+    assert "CHANNEL_IGNORED" not in [f.code for f in found]
+
+
 def test_what_exporters_note_on_each_prim_is_not_announced() -> None:
     stage = sheet()
     group = UsdGeom.Xform.Define(stage, "/R/Group").GetPrim()

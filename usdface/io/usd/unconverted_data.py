@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.attributes import changes
 from usdface.io.usd.extras import USER_PROPERTIES, read_extras
 from usdface.io.usd.variant_stages import stage_with_variant
 
@@ -55,7 +56,7 @@ def _unread(prim: Usd.Prim, kept: Collection[str]) -> Iterator[str]:
         name = each.GetName()
         if not each.IsCustom() or name.startswith((_OURS, *_OF_SCHEMAS, *_NOTES_OF_EXPORTERS)):
             continue
-        varies = isinstance(each, Usd.Attribute) and each.ValueMightBeTimeVarying()
+        varies = isinstance(each, Usd.Attribute) and changes(each)
         if varies or not (read and name.startswith(USER_PROPERTIES)):
             yield f"{path}.{name}"
 
