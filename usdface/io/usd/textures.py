@@ -91,10 +91,11 @@ def read_texture(
 
 def _changing_inputs(shader: UsdShade.Shader) -> list[str]:
     """Return the inputs of a texture, and of what moves it on the mesh, that change."""
-    mover = _upstream(shader, "st")
-    is_moved = mover is not None and mover.GetShaderId() == "UsdTransform2d"
+    parts, mover = [shader], _upstream(shader, "st")
+    if mover is not None and mover.GetShaderId() == "UsdTransform2d":
+        parts.append(mover)
     found: list[str] = []
-    for part in (shader, mover) if is_moved else (shader,):
+    for part in parts:
         for given in part.GetInputs():
             producers = given.GetValueProducingAttributes()
             plain = producers and not UsdShade.Output.IsOutput(producers[0])
