@@ -139,6 +139,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     ),
     "DEFAULT_PRIM_CHOSEN": ("info", "nothing", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "name_up_axis", "the file does not name its up axis"),
+    "METRICS_MIXED": (
+        "warning",
+        "correct_stage",
+        "a layer has another unit or up axis than its stage, which USD does not convert",
+    ),
     "RATE_ASSUMED": ("warning", "name_rate", "the file does not name its frame rate"),
     "TIMES_IN_MILLISECONDS": (
         "warning",
@@ -341,7 +346,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "SHAPE_SKIPPED": (
         "warning",
         "export_again",
-        "a shape file does not fit the neutral mesh and is left out",
+        "a shape file is left out: it does not fit the neutral mesh, or lies in a folder below",
     ),
     "FACES_DIFFER": (
         "warning",
