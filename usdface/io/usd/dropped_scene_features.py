@@ -39,7 +39,7 @@ def report_dropped_features(prim: Usd.Prim) -> list[Finding]:
         found.append(finding("ANIMATION_DROPPED", where, message, sorted(changing)))
     if lacking := sorted(_lacking(prim)):
         kind = "light" if prim.HasAPI(UsdLux.LightAPI) else "camera"
-        message = "what it has of a {type} is not kept: {attributes}"
+        message = "attributes of the {type} that are not kept: {attributes}"
         found.append(finding("FEATURE_DROPPED", where, message, kind, lacking, feature=kind))
     return found
 
