@@ -139,13 +139,32 @@ def test_the_file_holds_what_json_prints(
 
 def test_a_second_message_about_one_place_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     """It is not one of the "others", of which only the places are named."""
-    messages = ["curves without a shape: jawLeft", "not read: residual", "not read: residual"]
-    found = [finding("CHANNEL_IGNORED", "t.csv", message) for message in messages]
-    found.append(finding("CHANNEL_IGNORED", "u.csv", "not read: error"))
+    found = [
+        finding("MARKER_OCCLUDED", where, message)
+        for where, message in (("a", "late"), ("a", "early"), ("b", "never"), ("a", "early"))
+    ]
     print_result(Result(None, (), tuple(found)), "text")
     assert capsys.readouterr().out.splitlines() == [
-        "info CHANNEL_IGNORED: curves without a shape: jawLeft (t.csv); others: u.csv",
-        "info CHANNEL_IGNORED: not read: residual (t.csv)",
+        "info MARKER_OCCLUDED: late (a); others: b",
+        "info MARKER_OCCLUDED: early (a)",
+    ]
+
+
+def test_what_is_left_out_is_not_hidden_by_another_loss(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    ignored = (
+        ("head.usda", "materials that no mesh shows: {channels}", "Old"),
+        ("/A", "primvars that usdface does not keep: {channels}", "ao"),
+        ("/B", "primvars that usdface does not keep: {channels}", "dirt"),
+        ("/A", "primvars that usdface does not keep: {channels}", "rest"),
+    )
+    found = [finding("CHANNEL_IGNORED", where, message, [name]) for where, message, name in ignored]
+    print_result(Result(None, (), tuple(found)), "text")
+    assert capsys.readouterr().out.splitlines() == [
+        "info CHANNEL_IGNORED: materials that no mesh shows: Old (head.usda)",
+        "info CHANNEL_IGNORED: primvars that usdface does not keep: ao (/A); others: /B",
+        "info CHANNEL_IGNORED: primvars that usdface does not keep: rest (/A)",
     ]
 
 

@@ -126,14 +126,15 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
         groups[finding.code].append(finding)
     for group in groups.values():
         kinds: dict[str, list[Finding]] = {}
-        messages: Counter[str] = Counter()
+        messages: Counter[tuple[str, str]] = Counter()
         for finding in dict.fromkeys(group):
-            # Infos are grouped by place alone; a second one about a place has a line of its own,
-            # since among "others" it would not be printed.
-            messages[finding.where] += 1
+            # Infos are grouped by place, and by what they are about where they list it; a second
+            # one about a place has a line of its own: among "others" it would not be printed.
             wording = _wording(finding)
             if finding.severity == "info":
-                wording = str(messages[finding.where])
+                about = finding.message.partition(": ")[0] if "channels" in finding.values else ""
+                messages[finding.where, about] += 1
+                wording = f"{messages[finding.where, about]} {about}"
             if wording not in kinds and len(kinds) == _EXAMPLES:
                 wording = next(iter(kinds))
             kinds.setdefault(wording, []).append(finding)

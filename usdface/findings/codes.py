@@ -149,6 +149,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     ),
     "DEFAULT_PRIM_CHOSEN": ("info", "nothing", "the stage has no defaultPrim; one was chosen"),
     "UP_AXIS_ASSUMED": ("info", "name_up_axis", "the file does not name its up axis"),
+    "METRICS_MIXED": (
+        "warning",
+        "correct_stage",
+        "a layer has another unit or up axis than its stage, which USD does not convert",
+    ),
     "RATE_ASSUMED": ("warning", "name_rate", "the file does not name its frame rate"),
     "TIMES_IN_MILLISECONDS": (
         "warning",
@@ -351,7 +356,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "SHAPE_SKIPPED": (
         "warning",
         "export_again",
-        "a shape file does not fit the neutral mesh and is left out",
+        "a shape file is left out: it does not fit the neutral mesh, or lies in a folder below",
     ),
     "FACES_DIFFER": (
         "warning",
@@ -387,6 +392,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "two blend shapes of a mesh share one name",
     ),
     "SHAPE_NAMES_MISSING": ("warning", "correct_stage", "morph targets have no names"),
+    "SHAPE_NAMES_ASSUMED": (
+        "info",
+        "nothing",
+        "morph targets without names were given those of their accessors, or numbers",
+    ),
     "TARGETS_UNEQUAL": (
         "error",
         "export_again",

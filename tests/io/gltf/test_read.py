@@ -85,7 +85,7 @@ def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:
     }
     rig, _, found = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
     assert [mesh.name for mesh in rig.meshes] == ["a", "a"]
-    assert [f.code for f in found] == ["SHAPE_NAMES_MISSING"]
+    assert [f.code for f in found] == ["SHAPE_NAMES_ASSUMED"]
     assert rig.shape_names == ("target_0",)
     np.testing.assert_array_equal(rig.meshes[1].points, 2 * TRIANGLE)
     np.testing.assert_array_equal(rig.meshes[1].shapes[0].offsets, 2 * TRIANGLE)

@@ -146,9 +146,9 @@ def test_targets_with_normals(write_glb, tmp_path: Path) -> None:
         (["a_2", "a"], ("a_2", "a"), []),
         (["a"], ("a", "target_1"), ["NAME_CHANGED"]),
         (["a", "b", "c"], ("a", "b"), ["NAME_CHANGED"]),
-        ([], ("target_0", "target_1"), ["SHAPE_NAMES_MISSING"]),
-        ("ab", ("target_0", "target_1"), ["SHAPE_NAMES_MISSING"]),
-        ([1, 2], ("target_0", "target_1"), ["SHAPE_NAMES_MISSING"]),
+        ([], ("target_0", "target_1"), ["SHAPE_NAMES_ASSUMED"]),
+        ("ab", ("target_0", "target_1"), ["SHAPE_NAMES_ASSUMED"]),
+        ([1, 2], ("target_0", "target_1"), ["SHAPE_NAMES_ASSUMED"]),
         (["\ud800", "?"], ("?", "?_2"), ["NAME_CHANGED"]),
     ],
 )
@@ -219,7 +219,7 @@ def test_names_of_accessors_stand_for_those_of_targets(
 ) -> None:
     rig, found = named_targets(write_glb, tmp_path, {"accessors": names})
     assert rig.shape_names == expected
-    assert [f.code for f in found] == ["SHAPE_NAMES_MISSING"]
+    assert [f.code for f in found] == ["SHAPE_NAMES_ASSUMED"]
 
 
 def test_attributes_behind_a_gap_are_announced(write_glb, tmp_path: Path) -> None:

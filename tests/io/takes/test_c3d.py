@@ -341,5 +341,5 @@ def test_analog_channels_and_events_are_announced(tmp_path):
     _, findings = read_c3d(tmp_path / "a.c3d", TakeOptions(units="mm", up_axis="Y"))
     assert [f.values["channels"] for f in findings] == [
         ["microphone", "1 without a name"],
-        ["Clap at 0.25 s", "event at 62.5 s"],
+        ["Clap at 0.25 s", "event at 62.50 s"],
     ]

@@ -41,3 +41,13 @@ def test_rotations_and_events() -> None:
     ]
     assert named(EVENT_USED=[1.0], EVENT_LABELS=["Clap"]) == [["Clap"]]
     assert named(EVENT_USED=[0.0], EVENT_LABELS=["Clap"], ROTATION_USED=[0.0]) == []
+    late = [20.0, 34.5]  # minutes and seconds
+    assert named(EVENT_USED=[1.0], EVENT_LABELS=["Clap"], EVENT_TIMES=late) == [
+        ["Clap at 1234.50 s"]
+    ]
+
+
+@pytest.mark.parametrize("used", [-1.0, float("nan"), float("inf"), 1e9])
+def test_a_number_of_entries_that_is_none_counts_as_none(used: float) -> None:
+    assert named(EVENT_USED=[used], EVENT_LABELS=["Clap"], ROTATION_USED=[used]) == []
+    assert named(4, ANALOG_USED=[used], ANALOG_LABELS=["Fx"]) == [["4 without a name"]]

@@ -24,14 +24,14 @@ def assembled(folder: Path, scale: float = 1.0, unit: float = 1.0) -> Usd.Stage:
 
 
 def assumed(found: list[Finding]) -> list[tuple[str, object]]:
-    return [(f.code, f.values["value"]) for f in found if "other_layer" in f.values]
+    return [(f.code, f.values["value"]) for f in found if "layer" in f.values]
 
 
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        ({"unit": 0.01}, [("UNITS_ASSUMED", 0.01), ("UP_AXIS_ASSUMED", "Z")]),
-        ({"unit": 1.0}, [("UP_AXIS_ASSUMED", "Z")]),
+        ({"unit": 0.01}, [("METRICS_MIXED", 0.01), ("METRICS_MIXED", "Z")]),
+        ({"unit": 1.0}, [("METRICS_MIXED", "Z")]),
         ({"unit": 0.01, "scale": 0.01}, []),
     ],
 )

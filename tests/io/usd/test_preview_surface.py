@@ -88,3 +88,32 @@ def test_a_texture_that_changes_over_time_is_told(stage: Usd.Stage, tmp_path: Pa
     assert [(f.code, f.values["channels"]) for f in read.findings] == [
         ("ANIMATION_DROPPED", ["file", "translation"])
     ]
+
+
+def test_texture_coordinates_that_drive_themselves_end(stage: Usd.Stage) -> None:
+    """Two transforms that each take the other's result, in a broken file."""
+    image = UsdShade.Shader.Get(stage, "/Skin/Image")
+    moves = [UsdShade.Shader.Define(stage, f"/Skin/Move{n}") for n in (1, 2)]
+    for move in moves:
+        move.SetShaderId("UsdTransform2d")
+    for part, name, other in (
+        (image, "st", moves[0]),
+        (moves[0], "in", moves[1]),
+        (moves[1], "in", moves[0]),
+    ):
+        given = part.CreateInput(name, TYPES.Float2)
+        given.ConnectToSource(other.CreateOutput("result", TYPES.Float2))
+    stage.Save()
+    assert surface(stage).texture("metallic") is not None
+
+
+def test_a_value_that_is_repeated_for_each_frame_does_not_change(stage: Usd.Stage) -> None:
+    image = UsdShade.Shader.Get(stage, "/Skin/Image")
+    roughness = UsdShade.Shader.Get(stage, "/Skin/Surface").GetInput("roughness")
+    for code in (1.0, 2.0):
+        image.GetInput("file").Set("./skin.png", code)
+        roughness.Set(0.25, code)
+    stage.Save()
+    read = surface(stage)
+    assert read.texture("metallic") is not None and read.number("roughness", 0.0) == 0.25
+    assert read.findings == []

@@ -59,6 +59,8 @@ def test_visibility_that_changes_is_announced() -> None:
     stage = sheet()
     seen = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M")).CreateVisibilityAttr()
     seen.Set("inherited", 0)
+    seen.Set("inherited", 5)
+    assert codes(rig_of_stage(stage)[1]) == []
     seen.Set("invisible", 9)
     assert codes(rig_of_stage(stage)[1]) == ["ANIMATION_DROPPED"]
 

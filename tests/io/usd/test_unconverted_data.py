@@ -9,6 +9,7 @@ from sheets import sheet
 
 from usdface.clips import Clip
 from usdface.findings import Finding
+from usdface.io.usd import unconverted_data
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.rig_write import write_rig
@@ -75,6 +76,42 @@ def test_custom_data_that_nothing_keeps_is_announced() -> None:
     ]
 
 
+def test_a_property_below_another_has_a_name_of_its_own() -> None:
+    """As Blender 2.8 wrote names of data, and below them those of texture coordinates."""
+    stage = sheet()
+    mesh = stage.GetPrimAtPath("/R/M")
+    give(mesh, "userProperties:names:data", "Cube")
+    give(mesh, "userProperties:names:data:st", "UVMap")
+    give(mesh, "userProperties:names:st", "plain")
+    rig, _ = rig_of_stage(stage)
+    assert rig.meshes[0].extras == {"names": {"data": "Cube", "data_st": "UVMap", "st": "plain"}}
+
+
+def test_a_property_with_samples_that_do_not_differ_is_kept() -> None:
+    """As of exports of an animation, which sample each property at one frame, or at all."""
+    stage = sheet()
+    mesh = stage.GetPrimAtPath("/R/M")
+    for name, codes in (("once", (1.0,)), ("each", (1.0, 2.0, 3.0))):
+        attribute = mesh.CreateAttribute(f"userProperties:{name}", Sdf.ValueTypeNames.Int)
+        for code in codes:
+            attribute.Set(5, code)
+    rig, found = rig_of_stage(stage)
+    assert rig.meshes[0].extras == {"once": 5, "each": 5}
+    assert "CHANNEL_IGNORED" not in [f.code for f in found]
+
+
+def test_what_exporters_note_on_each_prim_is_not_announced() -> None:
+    stage = sheet()
+    group = UsdGeom.Xform.Define(stage, "/R/Group").GetPrim()
+    give(group, "userProperties:blender:object_name", "Group")
+    give(group, "userProperties:blenderName:object", "Group")
+    group.SetCustomDataByKey("Blender", {"generated": True})
+    group.SetCustomDataByKey("HoudiniPrimEditorNodeId", 7)
+    assert "CHANNEL_IGNORED" not in [f.code for f in rig_of_stage(stage)[1]]
+    group.SetCustomDataByKey("Studio", {"generated": False})
+    assert ignored(rig_of_stage(stage)[1]) == ["/R/Group Studio"]
+
+
 def with_variants(prim: Usd.Prim, name: str, *variants: str) -> Usd.VariantSet:
     chosen = prim.GetVariantSets().AddVariantSet(name)
     for variant in variants:
@@ -98,6 +135,18 @@ def test_variants_that_are_not_selected_are_announced() -> None:
     assert lost.code == "FEATURE_DROPPED"
     assert lost.values["variants"] == ["/R lod=high", "/R/M hair=none"]
     assert lods.GetVariantSelection() == "high"
+
+
+def test_variants_of_a_set_do_not_open_the_stage_again(monkeypatch) -> None:
+    """A set has hundreds of props with variants; clips are only those of characters."""
+    stage = sheet()
+    prop = UsdGeom.Xform.Define(stage, "/Set/Prop").GetPrim()
+    with_variants(prop, "lod", "high", "low")
+    opened: list[object] = []
+    monkeypatch.setattr(unconverted_data, "stage_with_variant", opened.append)
+    (lost,) = report_unconverted_variants(stage)
+    assert lost.values["variants"] == ["/Set/Prop lod=high"]
+    assert opened == []
 
 
 def test_variants_that_are_clips_or_materials_arrive(face_rig: Rig, tmp_path: Path) -> None:

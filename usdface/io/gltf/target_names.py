@@ -46,7 +46,7 @@ def target_names(
         given = _names_of_accessors(primitives[0].targets, accessors)
         message = "its accessors have some, which are taken" if given else "they are numbered"
         message = f"there are no targetNames for {{shape_count}} morph targets: {message}"
-        found.append(finding("SHAPE_NAMES_MISSING", name, message, count))
+        found.append(finding("SHAPE_NAMES_ASSUMED", name, message, count))
     names = [given[k] if k < len(given) and given[k] else f"target_{k}" for k in range(count)]
     ours = extras.get("usdface")
     own = _texts(ours.get("names")) if isinstance(ours, Mapping) else []

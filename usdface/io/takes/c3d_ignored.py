@@ -36,8 +36,11 @@ def report_beside_points(path: Path, parameters: Parameters, held: int) -> list[
 
 
 def _used(parameters: Parameters, group: str) -> int:
+    """Return how many of a group's entries are in use; 0 where a broken file has no number."""
     used = parameters.get(f"{group}:USED")
-    return int(used[0]) if used is not None and not isinstance(used, list) and len(used) else 0
+    if used is None or isinstance(used, list) or not len(used) or not 0 <= used[0] < 1 << 16:
+        return 0
+    return int(used[0])
 
 
 def _analog_channels(parameters: Parameters, held: int) -> list[str]:
@@ -73,6 +76,6 @@ def _events(parameters: Parameters) -> list[str]:
         return names
     pairs = times[: 2 * count].reshape(count, 2)  # whole minutes, and seconds
     return [
-        f"{name} at {60 * minutes + seconds:.3g} s"
+        f"{name} at {60 * minutes + seconds:.2f} s"
         for name, (minutes, seconds) in zip(names, pairs.tolist(), strict=True)
     ]

@@ -6,7 +6,7 @@ from pxr import Sdf, Usd
 
 from usdface.errors import InputError
 
-__all__ = ["author", "strings_of", "value_of", "value_or"]
+__all__ = ["author", "changes", "strings_of", "value_of", "value_or"]
 
 
 def author(
@@ -33,6 +33,17 @@ def value_of(prim: Usd.Prim, name: str, kind: type) -> Any:
     if value is not None and not isinstance(value, kind):
         raise InputError(f"{name} holds a {type(value).__name__}; expected a {kind.__name__}")
     return value
+
+
+def changes(attribute: Usd.Attribute) -> bool:
+    """Return whether values differ over time; exporters repeat the same one for each frame."""
+    if not attribute.ValueMightBeTimeVarying():
+        return False
+    codes = attribute.GetTimeSamples()
+    if not codes:
+        return True  # a spline
+    first = attribute.Get(codes[0])
+    return any(attribute.Get(code) != first for code in codes[1:])
 
 
 def value_or(prim: Usd.Prim, name: str, default: Any) -> Any:

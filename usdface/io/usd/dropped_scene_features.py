@@ -5,6 +5,7 @@ from collections.abc import Iterator
 from pxr import Usd, UsdGeom, UsdLux
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.attributes import changes
 from usdface.io.usd.rendered_meshes import visibility_changes
 from usdface.io.usd.world_transforms import moves_in_world
 
@@ -31,14 +32,14 @@ def report_dropped_features(prim: Usd.Prim) -> list[Finding]:
     if moves_in_world(prim):
         message = "it stands still: its animation is not kept"
         found.append(finding("ANIMATION_DROPPED", where, message))
-    changing = [each.GetName() for each in _authored(prim) if _changes(each)]
+    changing = [each.GetName() for each in _authored(prim) if changes(each)]
     changing += ["visibility"] if visibility_changes(prim) else []
     if changing:
         message = "they change over time, and stay as at the first: {channels}"
         found.append(finding("ANIMATION_DROPPED", where, message, sorted(changing)))
     if lacking := sorted(_lacking(prim)):
         kind = "light" if prim.HasAPI(UsdLux.LightAPI) else "camera"
-        message = "what it has of a {type} is not kept: {attributes}"
+        message = "attributes of the {type} that are not kept: {attributes}"
         found.append(finding("FEATURE_DROPPED", where, message, kind, lacking, feature=kind))
     return found
 
@@ -47,15 +48,6 @@ def _authored(prim: Usd.Prim) -> Iterator[Usd.Attribute]:
     for attribute in prim.GetAuthoredAttributes():
         if attribute.HasAuthoredValue() and not attribute.GetName().startswith(_OTHERS):
             yield attribute
-
-
-def _changes(attribute: Usd.Attribute) -> bool:
-    """Return whether values differ; exporters repeat the same one for each frame."""
-    if not attribute.ValueMightBeTimeVarying():
-        return False
-    codes = attribute.GetTimeSamples()
-    first = attribute.Get(_START)
-    return not codes or any(attribute.Get(code) != first for code in codes)  # none: a spline
 
 
 def _lacking(prim: Usd.Prim) -> Iterator[str]:

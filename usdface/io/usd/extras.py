@@ -7,6 +7,7 @@ from typing import Any
 from pxr import Sdf, Usd, Vt
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.attributes import changes
 from usdface.io.usd.conversion_metadata import KEY
 from usdface.io.usd.held_layers import hold
 from usdface.scene import Extras
@@ -104,16 +105,20 @@ def read_extras(prim: Usd.Prim, properties: bool = True) -> tuple[dict[str, Any]
 def _user_properties(prim: Usd.Prim) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for attribute in prim.GetAuthoredPropertiesInNamespace(USER_PROPERTIES):
-        if not isinstance(attribute, Usd.Attribute) or attribute.ValueMightBeTimeVarying():
+        if not isinstance(attribute, Usd.Attribute) or changes(attribute):
+            continue
+        value = attribute.Get(Usd.TimeCode.EarliestTime())
+        if value is None:
             continue
         *above, name = attribute.GetName().removeprefix(USER_PROPERTIES).split(":")
         holder = found
-        for part in above:
+        for depth, part in enumerate(above):
             inner = holder.setdefault(part, {})
-            holder = inner if isinstance(inner, dict) else holder
-        value = attribute.Get()
-        if value is not None:
-            holder[name] = value
+            if not isinstance(inner, dict):  # `a` is a value beside `a:b`, which becomes `a_b`
+                name = "_".join((*above[depth:], name))
+                break
+            holder = inner
+        holder[name] = value
     return found
 
 

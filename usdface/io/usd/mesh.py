@@ -7,6 +7,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_up
+from usdface.io.usd.attributes import changes
 from usdface.io.usd.blend_shapes import read_shapes
 from usdface.io.usd.conversion_metadata import GEOMETRY_NAME, read_metadata
 from usdface.io.usd.extras import read_extras
@@ -210,12 +211,6 @@ def _material_subsets(
     return tuple(subsets), findings
 
 
-def _changes(attribute: Usd.Attribute) -> bool:
-    """Whether samples differ; exporters of caches repeat the same ones for each frame."""
-    codes = attribute.GetTimeSamples()
-    return any(attribute.Get(code) != attribute.Get(codes[0]) for code in codes[1:])
-
-
 def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
     path = str(mesh.GetPath())
     scheme = mesh.GetSubdivisionSchemeAttr()
@@ -227,7 +222,7 @@ def _dropped_features(mesh: UsdGeom.Mesh, read: set[str]) -> list[Finding]:
     others = [name for name in primvars if name not in kept and not name.startswith(_SKIN)]
     once = {name: mesh.GetPrim().GetAttribute(name) for name in _READ_ONCE}
     once |= {name: primvars[name] for name in primvars if name not in others}
-    moving = sorted(name for name, attribute in once.items() if _changes(attribute))
+    moving = sorted(name for name, attribute in once.items() if changes(attribute))
     findings = []
     # Points that move have normals that do; a vertex cache gets those of its shapes.
     if moving and not (moving == ["normals"] and points_move(mesh)):

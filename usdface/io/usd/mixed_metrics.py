@@ -20,7 +20,7 @@ _UNIT, _AXIS = UsdGeom.Tokens.metersPerUnit, UsdGeom.Tokens.upAxis
 
 
 def report_mixed_metrics(stage: Usd.Stage, meshes: Iterable[Usd.Prim]) -> list[Finding]:
-    """Return UNITS_ASSUMED and UP_AXIS_ASSUMED for layers of meshes that are not converted.
+    """Return METRICS_MIXED for layers of meshes that are not converted.
 
     A mesh whose transform to the world scales or turns it may be, and is not reported.
     """
@@ -33,21 +33,18 @@ def report_mixed_metrics(stage: Usd.Stage, meshes: Iterable[Usd.Prim]) -> list[F
             continue
         world = np.array(xforms.GetLocalToWorldTransform(prim))
         turned = not np.allclose(world[:3, :3], np.eye(3), atol=_SAME)
-        for name, code, own in (
-            (_UNIT, "UNITS_ASSUMED", metrics.meters_per_unit),
-            (_AXIS, "UP_AXIS_ASSUMED", metrics.up_axis),
-        ):
+        for name, own in ((_UNIT, metrics.meters_per_unit), (_AXIS, metrics.up_axis)):
             value = layer.pseudoRoot.GetInfo(name) if layer.pseudoRoot.HasInfo(name) else own
             same = value == own if name == _AXIS else np.isclose(value, own, rtol=_SAME)
             if same or turned:
                 continue
             message = (
-                "{other_layer} has {name} {value}, the stage {fallback}: USD does not convert; "
+                "{layer} has {name} {value}, the stage {other_value}: USD does not convert; "
                 "scale or turn its prims, if they are meant to be"
             )
             where = layer.GetDisplayName()
             values = where, name, value, own
-            found[where, name] = finding(code, str(prim.GetPath()), message, *values)
+            found[where, name] = finding("METRICS_MIXED", str(prim.GetPath()), message, *values)
     return list(found.values())
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from pxr import Sdf, Usd, UsdShade
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.attributes import changes
 from usdface.io.usd.textures import read_texture, scale_of, value_of
 from usdface.materials import Texture
 
@@ -92,7 +93,7 @@ def _source(given: UsdShade.Input, where: str, found: list[Finding]) -> Source:
     if not producers:
         return Source()
     if not UsdShade.Output.IsOutput(producers[0]):
-        if producers[0].ValueMightBeTimeVarying():
+        if changes(producers[0]):
             message = "{attribute} changes over time; it stays as it is at the first"
             found.append(finding("ANIMATION_DROPPED", where, message, given.GetBaseName()))
         return Source(producers[0].Get(Usd.TimeCode.EarliestTime()))

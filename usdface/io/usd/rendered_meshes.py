@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterable
 from pxr import Usd, UsdGeom, UsdMedia, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.attributes import changes
 
 __all__ = [
     "outside_meshes",
@@ -103,7 +104,7 @@ def visibility_changes(prim: Usd.Prim) -> bool:
     """Return whether a prim, or one above it, may be shown at some times only."""
     while prim and not prim.IsPseudoRoot():
         imageable = UsdGeom.Imageable(prim)
-        if imageable and imageable.GetVisibilityAttr().ValueMightBeTimeVarying():
+        if imageable and changes(imageable.GetVisibilityAttr()):
             return True
         prim = prim.GetParent()
     return False

@@ -17,6 +17,7 @@ from usdface.findings.values import Prose
 from usdface.io.asset_folder import OUTSIDE, is_inside
 from usdface.io.udim import udim_tiles
 from usdface.io.usd.assets import folders_of, outer_file, read_asset
+from usdface.io.usd.attributes import changes
 from usdface.io.usd.conversion_metadata import read_metadata
 from usdface.io.usd.held_layers import hold
 from usdface.materials import ColourSpace, Placement, Texture, Wrap
@@ -89,19 +90,17 @@ def read_texture(
 
 
 def _changing_inputs(shader: UsdShade.Shader) -> list[str]:
-    """Return the inputs of a texture, and of what moves it on the mesh, that have samples."""
+    """Return the inputs of a texture, and of what moves it on the mesh, that change."""
+    parts, mover = [shader], _upstream(shader, "st")
+    if mover is not None and mover.GetShaderId() == "UsdTransform2d":
+        parts.append(mover)
     found: list[str] = []
-    part: UsdShade.Shader | None = shader
-    while part is not None:
+    for part in parts:
         for given in part.GetInputs():
             producers = given.GetValueProducingAttributes()
             plain = producers and not UsdShade.Output.IsOutput(producers[0])
-            if plain and producers[0].ValueMightBeTimeVarying():
+            if plain and changes(producers[0]):
                 found.append(given.GetBaseName())
-        is_texture = part.GetShaderId() == "UsdUVTexture"
-        part = _upstream(part, "st" if is_texture else "in")
-        if part is not None and part.GetShaderId() != "UsdTransform2d":
-            part = None
     return sorted(found)
 
 

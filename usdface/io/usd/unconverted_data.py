@@ -5,6 +5,7 @@ from collections.abc import Collection, Iterator
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.attributes import changes
 from usdface.io.usd.extras import USER_PROPERTIES, read_extras
 from usdface.io.usd.variant_stages import stage_with_variant
 
@@ -20,6 +21,10 @@ _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _OUR_TYPES, _OURS = "UsdFace", "usdface:"
 # Of USD's own schemas; a prim that does not apply one has its properties as custom ones.
 _OF_SCHEMAS = ("material:", "primvars:", "skel:")
+# What Blender, Maya and Houdini note on each prim that they write: their own names of it, and that
+# they made it. Nobody misses it, and it would hide what somebody does.
+_NOTES_OF_EXPORTERS = ("userProperties:blender:", "userProperties:blenderName:", "Houdini")
+_MADE = {"generated": True}  # customData of Blender and Maya, below a key of their name
 _MATERIALS = "material"  # the set that becomes material variants of glTF
 
 
@@ -49,9 +54,9 @@ def _unread(prim: Usd.Prim, kept: Collection[str]) -> Iterator[str]:
         yield from (f"{path} {name}" for name in _metadata(prim))
     for each in prim.GetAuthoredProperties():
         name = each.GetName()
-        if not each.IsCustom() or name.startswith((_OURS, *_OF_SCHEMAS)):
+        if not each.IsCustom() or name.startswith((_OURS, *_OF_SCHEMAS, *_NOTES_OF_EXPORTERS)):
             continue
-        varies = isinstance(each, Usd.Attribute) and each.ValueMightBeTimeVarying()
+        varies = isinstance(each, Usd.Attribute) and changes(each)
         if varies or not (read and name.startswith(USER_PROPERTIES)):
             yield f"{path}.{name}"
 
@@ -63,11 +68,15 @@ def _has_extras(prim: Usd.Prim, kept: Collection[str]) -> bool:
 
 
 def _metadata(prim: Usd.Prim) -> list[str]:
-    """Return the keys of a prim's customData that are of no schema and not of a conversion."""
+    """Return the keys of a prim's customData that are of no schema, conversion or exporter."""
     if not prim.HasAuthoredCustomData():
         return []
     extras, _ = read_extras(prim, properties=False)
-    return sorted(extras)
+    return sorted(
+        key
+        for key, value in extras.items()
+        if value != _MADE and not key.startswith(_NOTES_OF_EXPORTERS)
+    )
 
 
 def report_unconverted_variants(stage: Usd.Stage, materials: bool = True) -> list[Finding]:
@@ -102,6 +111,9 @@ def _sets(prim: Usd.Prim) -> Iterator[tuple[str, str]]:
 
 def _chooses_animation(stage: Usd.Stage, prim: Usd.Prim, name: str, chosen: str) -> bool:
     """Return whether another variant of a set has the same prims, but binds other animations."""
+    below = Usd.PrimRange(prim, _ALL)
+    if not UsdSkel.Root.Find(prim) and not any(each.IsA(UsdSkel.Root) for each in below):
+        return False  # of a set: without opening the stage once for each of its variants
     before = _bound_and_other(stage, prim.GetPath())
     for variant in prim.GetVariantSet(name).GetVariantNames():
         if variant == chosen:

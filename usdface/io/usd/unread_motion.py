@@ -3,6 +3,7 @@
 from pxr import Usd, UsdSkel
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.attributes import changes
 
 __all__ = ["report_unread_motion"]
 
@@ -18,7 +19,7 @@ def report_unread_motion(prim: Usd.Prim) -> list[Finding]:
         animation.GetScalesAttr(),
     )
     joints = list(map(str, animation.GetJointsAttr().Get() or ()))
-    if not joints or not any(attribute.ValueMightBeTimeVarying() for attribute in moved):
+    if not joints or not any(map(changes, moved)):
         return []
     message = "motion of joints is not read: {channels}"
     return [finding("CHANNEL_IGNORED", str(prim.GetPath()), message, joints)]
