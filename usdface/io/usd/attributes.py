@@ -37,11 +37,9 @@ def value_of(prim: Usd.Prim, name: str, kind: type) -> Any:
 
 def changes(attribute: Usd.Attribute) -> bool:
     """Return whether values differ over time; exporters repeat the same one for each frame."""
-    if not attribute.ValueMightBeTimeVarying():
-        return False
     codes = attribute.GetTimeSamples()
     if not codes:
-        return True  # a spline
+        return bool(attribute.HasSpline())
     first = attribute.Get(codes[0])
     return any(attribute.Get(code) != first for code in codes[1:])
 
