@@ -65,6 +65,19 @@ def test_an_emotion_that_both_halves_have_peaks_on_both_at_once() -> None:
     np.testing.assert_allclose(added[:, 0], added[:, 1], atol=0.05)
 
 
+def test_the_papers_addition_follows_each_half_by_itself() -> None:
+    weights = np.zeros((3, 5))
+    blending = TakeBlending(
+        chin("take"), POSE[None], NAMES, LAYOUT, Gains(), EVIDENCE, weights, None
+    )
+    outputs: Outputs = {
+        "both": np.full((3, 1), 0.6), "left": np.full((3, 1), 0.6), "right": np.full((3, 1), 0.56)
+    }  # fmt: skip
+    added = blending.add(outputs).weights
+    assert (added[:, 0] > added[:, 1]).all()
+    np.testing.assert_allclose(added[:, 1] / added[:, 0], 0.56 / 0.6)
+
+
 def test_a_half_that_shows_it_alone_is_judged_alone() -> None:
     assert raised(0.4, 0.0, (0.6, 0.0))[0] == pytest.approx(raised(0.4, 0.4, (0.6, 0.6))[0])
     assert raised(0.0, 0.4, (0.6, 0.0))[0] == 0.0

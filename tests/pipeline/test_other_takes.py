@@ -156,7 +156,7 @@ def test_weights_with_a_binding_are_corrected_like_markers(done: Done, tmp_path:
     write_live_link(done.world, folder / "phone.csv")
     run("take", folder / "phone.csv", "-o", folder / "take.usda")
     np.testing.assert_allclose(
-        animation_of(process(folder)).weights, animation_of(done.root).weights, atol=2e-4
+        animation_of(process(folder)).weights, animation_of(done.root).weights, atol=1e-4
     )
 
 

@@ -104,19 +104,22 @@ class TakeBlending:
             for region, absent in missing[side].items():
                 absent[:, row] = events.missing(region, len(absent))
 
-        drives, ruled = _driving(outputs), _driving(by_rules)
+        alike = _alike(outputs)
+        raised = linear_ramp(_driving(outputs)["both"], *self.system.response)
+        shared, shared_rules = (_shared(each, alike * raised) for each in (outputs, by_rules))
+        drives, ruled = _driving(shared), _driving(shared_rules)
         unrecorded = [(row, side) for side in outputs for row in range(len(self.poses))]
         # The events of one emotion and side at a time: those of a long take are many.
         parts = sorted(self._parts(), key=_row_and_side)
         for (row, side), own in groupby(parts, _row_and_side):
-            events = self._events(drives, ruled, row, side)
+            events = self._events(drives, ruled, alike, row, side)
             for *_, region, part in own:
                 events.raise_part(part, self._gain(row, region), added, reached)
-            if side in outputs and (side != "both" or len(outputs) == 1):
+            if drives[side] is shared.get(side):
                 record(events, row, side)
                 unrecorded.remove((row, side))
         for row, side in unrecorded:
-            record(self._events(outputs, by_rules, row, side), row, side)
+            record(self._events(shared, shared_rules, alike, row, side), row, side)
         eased = self._eased(reached)
         corrected = np.clip(eased + blended(added, self.frames, self.times), 0.0, 1.0)
         return Blended(corrected, intensity, missing)
@@ -124,11 +127,13 @@ class TakeBlending:
     def _parts(self) -> list[tuple[int, Side, GainRegion | None, FloatArray]]:
         return split_poses(self.poses, self.names, self.layout)
 
-    def _events(self, outputs: Outputs, by_rules: Outputs, row: int, side: Side) -> RaisedEvents:
+    def _events(
+        self, outputs: Outputs, by_rules: Outputs, alike: FloatArray, row: int, side: Side
+    ) -> RaisedEvents:
         """Return an emotion's events on a side, of weights and pose mirrored to the other side.
 
-        As far as both halves have the emotion, the mean of the two is the evidence: what is
-        performed by both alike is not raised on one side alone.
+        As far as both halves have the emotion alike (F, E), the mean of the two is the evidence:
+        what is performed by both is not raised on one side alone.
         """
         output, ruled = outputs[side][:, row], by_rules[side][:, row]
         weights, pose = self.weights, self.poses[row]
@@ -138,7 +143,7 @@ class TakeBlending:
             weights, (pose,) = (half_weights(w, pairs, side) for w in (weights, pose[None]))
             opposite: Side = "left" if side == "right" else "right"
             across = half_weights(self.weights, pairs, opposite)
-            mixed = 0.5 * _alike(output, outputs[opposite][:, row])
+            mixed = 0.5 * alike[:, row]
             judged = weights + mixed[:, None] * (across - weights)
         step = None if self.times is None else frame_step(self.times)
         return raised_events(
@@ -170,18 +175,33 @@ def _row_and_side(part: tuple[int, Side, GainRegion | None, FloatArray]) -> tupl
 def _driving(outputs: Outputs) -> dict[Side, FloatArray]:
     """Return the outputs that the blend shapes of each side follow.
 
-    As far as both halves have an emotion they follow the mean of the two, so that it begins, peaks
-    and ends on both at once. Those of neither half follow the smaller output: symmetric in left and
-    right.
+    Those of neither half follow the smaller output: symmetric in left and right.
+    """
+    whole = outputs["both"]
+    if len(outputs) > 1:
+        whole = np.minimum(outputs["left"], outputs["right"])
+    return {side: outputs.get(side, whole) if side != "both" else whole for side in SIDES}
+
+
+def _alike(outputs: Outputs) -> FloatArray:
+    """Return how far both halves of the face have an emotion, by the ratio of outputs: (F, E).
+
+    1 where there are no outputs of the halves.
     """
     if len(outputs) == 1:
-        return dict.fromkeys(SIDES, outputs["both"])
+        return np.ones(outputs["both"].shape)
     left, right = outputs["left"], outputs["right"]
-    towards = 0.5 * _alike(left, right) * (right - left)
-    return {"both": np.minimum(left, right), "left": left + towards, "right": right - towards}
+    share = np.minimum(left, right) / np.maximum(np.maximum(left, right), 1e-12)
+    return linear_ramp(share, *_ALIKE)
 
 
-def _alike(one: FloatArray, other: FloatArray) -> FloatArray:
-    """Return how far two outputs are those of one movement of the whole face: 0 to 1."""
-    shared = np.minimum(one, other) / np.maximum(np.maximum(one, other), 1e-12)
-    return linear_ramp(shared, *_ALIKE)
+def _shared(outputs: Outputs, alike: FloatArray) -> Outputs:
+    """Return outputs whose halves follow the mean of the two as far as they are `alike` (F, E).
+
+    So an emotion that the whole face shows peaks on both halves at once.
+    """
+    if len(outputs) == 1:
+        return outputs
+    left, right = outputs["left"], outputs["right"]
+    towards = 0.5 * alike * (right - left)
+    return {"both": outputs["both"], "left": left + towards, "right": right - towards}
