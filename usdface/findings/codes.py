@@ -466,6 +466,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "a name was made unique or legal; the original is kept beside it",
     ),
+    "NAME_DROPPED": (
+        "info",
+        "nothing",
+        "names of parts that the result has no place for are left out",
+    ),
     "FACES_TRIANGULATED": ("info", "nothing", "faces with more than three corners were split"),
     "NORMALS_COMPUTED": ("info", "nothing", "the source has no normals; smooth ones were computed"),
     "NORMALS_FLAT": (

@@ -1,6 +1,6 @@
-"""Parts of a glTF that are not read: extensions and extras."""
+"""Parts of a glTF that are not read: extensions, extras, contents of no node, names."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from pygltflib import GLTF2
@@ -9,11 +9,12 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.extras import RESERVED
 from usdface.io.gltf.instances import INSTANCES
+from usdface.io.gltf.target_names import legal_text
 from usdface.io.gltf.variants import VARIANTS
 from usdface.io.gltf.vrm import VRM_NAMES
 from usdface.io.gltf.vrm_nodes import AVATAR_EXTENSIONS
 
-__all__ = ["report_extensions", "report_extras", "report_unplaced"]
+__all__ = ["report_extensions", "report_extras", "report_names", "report_unplaced"]
 
 _LIGHTS = "KHR_lights_punctual"
 # Read elsewhere, and reported there where something of it is not.
@@ -24,6 +25,8 @@ _READ = {
 }
 # Parts whose extras are kept: asset, the default scene, nodes and their contents.
 _WITH_EXTRAS = (("asset",), ("scenes",), ("nodes",), ("meshes",), ("materials",), ("cameras",))
+# Parts whose names are kept.
+_WITH_NAMES = ("nodes", "meshes", "materials", "cameras", "animations", "textures", "images")
 
 
 def report_extensions(file: GltfFile) -> list[Finding]:
@@ -89,20 +92,48 @@ def report_extras(file: GltfFile) -> list[Finding]:
     return [finding("FEATURE_DROPPED", "extras", message, list(lost), feature="extras")]
 
 
+def report_names(file: GltfFile, kept: Collection[str]) -> list[Finding]:
+    """Return NAME_DROPPED for each kind of parts whose names a rig does not know.
+
+    All skins become one, with the first of their names. Accessors may have named morph targets,
+    which are among the names `kept`.
+    """
+    document = file.document
+    skins = [skin.name for skin in document.skins or [] if skin.name][:1]
+    known = {*kept, *skins}
+    lost: dict[str, list[str]] = {}
+    for part in file.user_data:
+        kind = str(part.path[0]) if part.path else ""
+        named = kind in _WITH_NAMES or part.path == ("scenes", document.scene or 0)
+        if part.name and not (named and len(part.path) == 2) and part.name not in known:
+            lost.setdefault(kind, []).append(legal_text(part.name))
+    message = "names of {kind} are left out: {names}"
+    return [
+        finding("NAME_DROPPED", kind, message, kind, list(dict.fromkeys(names)))
+        for kind, names in lost.items()
+    ]
+
+
 def report_unplaced(document: GLTF2) -> list[Finding]:
-    """Return FEATURE_DROPPED for meshes, cameras and lights that no node has, in any scene."""
+    """Return FEATURE_DROPPED for meshes, cameras and lights of no node, images of no texture."""
     nodes = document.nodes or []
     lights = ((document.extensions or {}).get(_LIGHTS) or {}).get("lights") or []
     placed = [(node.extensions or {}).get(_LIGHTS) or {} for node in nodes]
+    textures = document.textures or []
+    others = [each for t in textures for each in (t.extensions or {}).values()]
+    sources = {t.source for t in textures} | {
+        e.get("source") for e in others if isinstance(e, dict)
+    }
     parts: dict[str, tuple[list[Any], set[Any]]] = {
         "mesh": ([m.name for m in document.meshes or []], {n.mesh for n in nodes}),
         "camera": ([c.name for c in document.cameras or []], {n.camera for n in nodes}),
         "light": ([one.get("name") for one in lights], {one.get("light") for one in placed}),
+        "image": ([one.name for one in document.images or []], sources),
     }
     found = []
     for kind, (given, shown) in parts.items():
         names = [name or f"{kind} {k}" for k, name in enumerate(given) if k not in shown]
-        message = "left out, as no node has them: {names}"
+        message = f"left out, as no {'texture' if kind == 'image' else 'node'} has them: {{names}}"
         lost = finding("FEATURE_DROPPED", kind, message, names, feature=kind)
         found += [lost] if names else []
     return found

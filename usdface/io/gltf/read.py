@@ -23,6 +23,7 @@ from usdface.io.gltf.groups import hang_in_groups, read_groups, read_joint_extra
 from usdface.io.gltf.ignored_parts import (
     report_extensions,
     report_extras,
+    report_names,
     report_unplaced,
 )
 from usdface.io.gltf.inbetweens import Step, steps_in
@@ -138,6 +139,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     name = legal_text(scene.name or path.stem)
     rig = Rig(name, finished, armature.skeleton, materials, path.name, cameras, lights)
     rig = replace(rig, extras=extras, asset=asset, joint_extras=joint_extras)
+    found += report_names(file, rig.shape_names)
     return replace(rig, groups=tuple(groups.values())), clips, found
 
 
@@ -235,9 +237,7 @@ def _meshes(
             extras, lost = read_extras(source.extras, document.nodes[node].extras, where=name)
             found += lost
             own = legal_text(source.name or name)
-            named = replace(
-                mesh, name=name, extras=extras, geometry_name=own if own != name else ""
-            )
+            named = replace(mesh, name=name, extras=extras, content_name=own if own != name else "")
             meshes.append(PlacedMesh(named, node, weights, steps[index]))
     return meshes, found
 

@@ -121,7 +121,7 @@ def write_mesh(
     tint = write_vertex_colours(mesh, split, builder) if shows else None
     _share(primitives, shared, targets, tint, [name in shows for name in ("", *materials)])
     at_rest, extras = [0.0] * len(mesh.shapes), _named_targets(mesh, inbetweens)
-    name = mesh.geometry_name or mesh.name
+    name = mesh.content_name or mesh.name
     whole = pygltflib.Mesh(name=name, primitives=primitives, weights=at_rest, extras=extras)
     return whole, found
 

@@ -9,7 +9,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.attributes import changes
 from usdface.io.usd.blend_shapes import read_shapes
-from usdface.io.usd.conversion_metadata import GEOMETRY_NAME, read_metadata
+from usdface.io.usd.conversion_metadata import CONTENT_NAME, read_metadata
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.face_varying_primvars import read_face_varying, to_face_varying
 from usdface.io.usd.vertex_cache import points_move
@@ -96,7 +96,7 @@ def read_mesh(
         others,
         extras,
         flat=normals is None and mesh.GetSubdivisionSchemeAttr().Get() == UsdGeom.Tokens.none,
-        geometry_name=str(read_metadata(prim).get(GEOMETRY_NAME, "")),
+        content_name=str(read_metadata(prim).get(CONTENT_NAME, "")),
     )
     if result.flat:
         findings.append(finding("NORMALS_FLAT", path))
