@@ -64,6 +64,8 @@ def test_custom_data_that_nothing_keeps_is_announced() -> None:
     give(group, "userProperties:lod", 1.0)
     group.SetCustomDataByKey("step", 2)
     group.SetCustomDataByKey("usdface", {"ours": True})
+    group.SetAssetInfoByKey("version", "12")
+    stage.GetPrimAtPath("/R").SetAssetInfoByKey("copyright", "kept")
     take = stage.DefinePrim("/Take", "UsdFaceMarkerTake")
     give(take, "userProperties:scene", 4.0)
     give(mesh, "usdface:residual", 0.5)
@@ -73,6 +75,7 @@ def test_custom_data_that_nothing_keeps_is_announced() -> None:
         "/R/M.userProperties:heat",
         "/R/Group step",
         "/R/Group.userProperties:lod",
+        "/R/Group assetInfo",
     ]
 
 

@@ -16,7 +16,7 @@ from usdface.io.usd.groups import read_groups
 from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
-from usdface.io.usd.metrics import metrics_of, to_si
+from usdface.io.usd.metrics import metrics_of, missing_metrics, to_si
 from usdface.io.usd.mixed_metrics import report_mixed_metrics
 from usdface.io.usd.rendered_meshes import outside_meshes, rendered_meshes
 from usdface.io.usd.scene import read_scene
@@ -138,7 +138,8 @@ def _rig(
     rig, lost = _with_scene(rig, stage, top, si)
     if referenced:
         return rig, findings
-    return rig, findings + lost + report_unconverted_scene(stage, looks, top)
+    lost += [*missing_metrics(stage), *report_unconverted_scene(stage, looks, top)]
+    return rig, findings + lost
 
 
 def _skinned_meshes(

@@ -28,16 +28,24 @@ _MADE = {"generated": True}  # customData of Blender and Maya, below a key of th
 _MATERIALS = "material"  # the set that becomes material variants of glTF
 
 
-def report_unconverted_data(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]:
-    """Return CHANNEL_IGNORED for custom attributes and customData that nothing keeps.
+def report_unconverted_data(stage: Usd.Stage, kept: Collection[str], top: str) -> list[Finding]:
+    """Return CHANNEL_IGNORED for custom attributes, customData and assetInfo that nothing keeps.
 
     Parameters
     ----------
     stage : Usd.Stage
     kept : collection of str
         Paths of prims whose extras are read, beside cameras, lights and materials.
+    top : str
+        Path of the prim whose assetInfo is read.
     """
-    lost = [name for prim in stage.Traverse(_ALL) for name in _unread(prim, kept)]
+    prims = list(stage.Traverse(_ALL))
+    lost = [name for prim in prims for name in _unread(prim, kept)]
+    lost += [
+        f"{prim.GetPath()} assetInfo"
+        for prim in prims
+        if prim.HasAuthoredAssetInfo() and str(prim.GetPath()) != top
+    ]
     if not lost:
         return []
     where = stage.GetRootLayer().GetDisplayName() or "the stage"
@@ -79,8 +87,10 @@ def _metadata(prim: Usd.Prim) -> list[str]:
     )
 
 
-def report_unconverted_variants(stage: Usd.Stage, materials: bool = True) -> list[Finding]:
-    """Return FEATURE_DROPPED for variants of a stage that are neither clips nor `materials`.
+def report_unconverted_variants(
+    stage: Usd.Stage, materials: bool = True, clips: bool = True
+) -> list[Finding]:
+    """Return FEATURE_DROPPED for variants of a stage that are neither `clips` nor `materials`.
 
     Of those only the selected one is converted. Where a set chooses between animations its
     variants are clips (`usdface.io.usd.clip_variants`). The stage is not changed.
@@ -90,7 +100,7 @@ def report_unconverted_variants(stage: Usd.Stage, materials: bool = True) -> lis
         for prim in stage.Traverse(_ALL)
         for name, chosen in _sets(prim)
         if not (materials and name == _MATERIALS and prim == stage.GetDefaultPrim())
-        and not _chooses_animation(stage, prim, name, chosen)
+        and not (clips and _chooses_animation(stage, prim, name, chosen))
     ]
     if not lost:
         return []
