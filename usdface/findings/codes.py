@@ -573,6 +573,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "compare",
         "the written file could not be compared with its source",
     ),
+    "SPLINES_UNREAD": (
+        "warning",
+        "correct_packages",
+        "this version of USD does not evaluate splines",
+    ),
     # binding
     "MESH_ASSUMED": (
         "info",

@@ -29,6 +29,7 @@ from usdface.io.usd.skel_bindings import (
 )
 from usdface.io.usd.skeleton import read_skin
 from usdface.io.usd.skeletons import join_skeletons
+from usdface.io.usd.splines import report_splines
 from usdface.io.usd.stage import open_stage
 from usdface.io.usd.unconverted_scene import report_unconverted_scene
 from usdface.io.usd.vertex_cache import points_move
@@ -102,6 +103,7 @@ def rig_of_stage(
     with usd_errors(_source(stage)):
         si = to_si(metrics_of(stage)) @ (np.eye(4) if turn is None else turn)
         rig, findings = _rig(stage, root, joints, asset_root, purposes, si, referenced)
+        findings += report_splines(stage)
     for mesh in () if caches else rig.meshes:
         if points_move(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path))):
             message = "its points change over time; they stay as at the first"
