@@ -14,6 +14,7 @@ def test_parts_that_no_node_has_are_announced(write_glb, tmp_path: Path) -> None
         "nodes": [{"mesh": 1, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
         "meshes": [mesh | {"name": "LOD1"}, mesh, mesh],
         "cameras": [lens],
+        "textures": [{"source": 0}],
         "images": [{"uri": "spare.png"}],
         "extensions": {"KHR_lights_punctual": {"lights": lights}},
     }
@@ -45,3 +46,42 @@ def test_names_without_a_place_are_announced(write_glb, tmp_path: Path) -> None:
         "samplers": ["nearest"],
         "accessors": ["unused"],
     }
+
+
+def test_half_of_a_skin_is_announced(write_glb, tmp_path: Path) -> None:
+    influences = {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}
+    document = {
+        "nodes": [
+            {"mesh": 0, "name": "both", "skin": 0},
+            {"mesh": 0, "name": "still"},
+            {"mesh": 1, "name": "bare", "skin": 0},
+            {"name": "joint"},
+        ],
+        "meshes": [
+            {"primitives": [{"attributes": attributes}]}
+            for attributes in (influences, {"POSITION": 0})
+        ],
+        "skins": [{"joints": [3]}],
+    }
+    arrays = [np.eye(3, dtype="<f4"), np.zeros((3, 4), "u1"), np.eye(4, dtype="<f4")[[0, 0, 0]]]
+    rig, _, found = read_gltf(write_glb(tmp_path / "x.glb", document, arrays))
+    assert [mesh.skin is not None for mesh in rig.meshes] == [True, False, False]
+    lost = {f.where: f.message for f in found if f.values.get("feature") == "skin"}
+    assert lost == {
+        "still": "influences of joints are left out, as its node has no skin",
+        "bare": "the skin of its node is left out, as it has no influences of joints",
+    }
+
+
+def test_extras_of_another_scene_are_announced(write_glb, tmp_path: Path) -> None:
+    document = {
+        "scenes": [{"nodes": [0], "extras": {"kept": 1}}, {"nodes": [0], "extras": {"lost": 1}}],
+        "nodes": [{"mesh": 0, "name": "a"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+    }
+    path = write_glb(tmp_path / "x.glb", document, [np.eye(3, dtype="<f4")])
+    rig, _, found = read_gltf(path)
+    assert rig.extras == {"kept": 1}
+    assert [f.message for f in found if f.code == "FEATURE_DROPPED"] == [
+        "extras of scene 1 are left out"
+    ]

@@ -79,8 +79,10 @@ def _instances(value: Any, document: GLTF2) -> int:
 def report_extras(file: GltfFile) -> list[Finding]:
     """Return FEATURE_DROPPED for extras of parts that have none here, and that are no object."""
     lost: dict[str, None] = {}
+    shown = file.document.scene or 0
     for part in file.user_data:
         kept = part.path[:1] in _WITH_EXTRAS and len(part.path) <= 2
+        kept &= part.path[:1] != ("scenes",) or part.path[1] == shown
         if isinstance(part.extras, Mapping):
             if not kept and set(part.extras) - set(RESERVED):
                 lost[part.where] = None
@@ -115,25 +117,41 @@ def report_names(file: GltfFile, kept: Collection[str]) -> list[Finding]:
 
 
 def report_unplaced(document: GLTF2) -> list[Finding]:
-    """Return FEATURE_DROPPED for meshes, cameras and lights of no node, images of no texture."""
+    """Return FEATURE_DROPPED for meshes, cameras and lights of no node, and unused images.
+
+    Meshes, cameras and lights may be in any scene.
+    """
     nodes = document.nodes or []
     lights = ((document.extensions or {}).get(_LIGHTS) or {}).get("lights") or []
     placed = [(node.extensions or {}).get(_LIGHTS) or {} for node in nodes]
-    textures = document.textures or []
-    others = [each for t in textures for each in (t.extensions or {}).values()]
-    sources = {t.source for t in textures} | {
-        e.get("source") for e in others if isinstance(e, dict)
-    }
     parts: dict[str, tuple[list[Any], set[Any]]] = {
         "mesh": ([m.name for m in document.meshes or []], {n.mesh for n in nodes}),
         "camera": ([c.name for c in document.cameras or []], {n.camera for n in nodes}),
         "light": ([one.get("name") for one in lights], {one.get("light") for one in placed}),
-        "image": ([one.name for one in document.images or []], sources),
+        "image": ([one.name for one in document.images or []], _shown_images(document)),
     }
     found = []
     for kind, (given, shown) in parts.items():
         names = [name or f"{kind} {k}" for k, name in enumerate(given) if k not in shown]
-        message = f"left out, as no {'texture' if kind == 'image' else 'node'} has them: {{names}}"
+        message = f"left out, as no {'material' if kind == 'image' else 'node'} has them: {{names}}"
         lost = finding("FEATURE_DROPPED", kind, message, names, feature=kind)
         found += [lost] if names else []
+    return found
+
+
+def _shown_images(document: GLTF2) -> set[Any]:
+    """Return the indices of images that textures of materials name, also by an extension."""
+    textures, found = document.textures or [], set()
+    waiting: list[Any] = list(document.materials or [])
+    while waiting:
+        part = waiting.pop()
+        values = part if isinstance(part, dict) else getattr(part, "__dict__", {})
+        waiting += [value for key, value in values.items() if key != "extras"]
+        index = values.get("index")
+        if isinstance(index, int) and 0 <= index < len(textures) and textures[index]:
+            others = (textures[index].extensions or {}).values()
+            found |= {
+                textures[index].source,
+                *(o.get("source") for o in others if isinstance(o, dict)),
+            }
     return found

@@ -1,5 +1,6 @@
 """glTF 2.0 to a rig and its clips."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import compress
 from operator import not_
@@ -109,6 +110,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
             or "no node of its scene has one"
         )
         raise InputError(f"there is no mesh with triangles to read: {why}", "FACE_MISSING")
+    found += _report_half_skinned(meshes, document)
     for k, m in enumerate(meshes):  # in place: two of each would be twice the memory
         coloured = multiply_by_base_color(m.mesh, materials)
         meshes[k] = replace(m, mesh=_in_rig_space(coloured, m.node, document, tree, armature))
@@ -240,6 +242,20 @@ def _meshes(
             named = replace(mesh, name=name, extras=extras, content_name=own if own != name else "")
             meshes.append(PlacedMesh(named, node, weights, steps[index]))
     return meshes, found
+
+
+def _report_half_skinned(meshes: Iterable[PlacedMesh], document: GLTF2) -> list[Finding]:
+    """Return FEATURE_DROPPED for influences without a skin, and skins without influences."""
+    found = []
+    for placed in meshes:
+        influences, skin = placed.mesh.skin, document.nodes[placed.node].skin
+        if (influences is None) == (skin is None):
+            continue
+        message = "influences of joints are left out, as its node has no skin"
+        if influences is None:
+            message = "the skin of its node is left out, as it has no influences of joints"
+        found.append(finding("FEATURE_DROPPED", placed.mesh.name, message, feature="skin"))
+    return found
 
 
 def _still_weights(given: list[float] | None, of: Mesh) -> FloatArray:
