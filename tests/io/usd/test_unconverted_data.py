@@ -65,6 +65,7 @@ def test_custom_data_that_nothing_keeps_is_announced() -> None:
     group.SetCustomDataByKey("step", 2)
     group.SetCustomDataByKey("usdface", {"ours": True})
     group.SetAssetInfoByKey("version", "12")
+    mesh.SetDocumentation("of the second sitting")
     stage.GetPrimAtPath("/R").SetAssetInfoByKey("copyright", "kept")
     take = stage.DefinePrim("/Take", "UsdFaceMarkerTake")
     give(take, "userProperties:scene", 4.0)
@@ -75,6 +76,7 @@ def test_custom_data_that_nothing_keeps_is_announced() -> None:
         "/R/M.userProperties:heat",
         "/R/Group step",
         "/R/Group.userProperties:lod",
+        "/R/M documentation",
         "/R/Group assetInfo",
     ]
 
@@ -113,6 +115,22 @@ def test_what_exporters_note_on_each_prim_is_not_announced() -> None:
     assert "CHANNEL_IGNORED" not in [f.code for f in rig_of_stage(stage)[1]]
     group.SetCustomDataByKey("Studio", {"generated": False})
     assert ignored(rig_of_stage(stage)[1]) == ["/R/Group Studio"]
+
+
+def test_prims_of_other_types_are_announced() -> None:
+    stage = sheet()
+    stage.DefinePrim("/Render/Settings", "RenderSettings")
+    stage.DefinePrim("/R/Control", "StudioControl")
+    stage.DefinePrim("/Take", "UsdFaceMarkerTake")
+    for name in ("Xform", "Scope", "Camera", "DomeLight", "Skeleton", "Material", "Points"):
+        stage.DefinePrim(f"/R/{name}", name)
+    stage.DefinePrim("/R/M/lips", "GeomSubset")
+    (lost,) = [f for f in rig_of_stage(stage)[1] if "types" in f.message]
+    assert lost.code == "CHANNEL_IGNORED"
+    assert lost.values["channels"] == [
+        "StudioControl /R/Control",
+        "RenderSettings /Render/Settings",
+    ]
 
 
 def with_variants(prim: Usd.Prim, name: str, *variants: str) -> Usd.VariantSet:

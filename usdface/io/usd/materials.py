@@ -165,6 +165,9 @@ def _dropped_inputs(surface: Surface, where: str) -> list[Finding]:
         found.append(
             finding("FEATURE_DROPPED", where, "displacement is not kept", feature="displacement")
         )
+    if surface.source("occlusion").value not in (None, 1.0):
+        message = "occlusion without a texture is not kept: glTF has none"
+        found.append(finding("FEATURE_DROPPED", where, message, feature="occlusion"))
     for name in ("clearcoat", "clearcoatRoughness", "ior"):
         if surface.source(name).texture:
             found.append(

@@ -205,6 +205,9 @@ def _material_subsets(
                     "FEATURE_DROPPED", str(subset.GetPath()), message, count - 1, feature="faces"
                 )
             )
+        if changes(subset.GetIndicesAttr()):
+            message = "its faces change over time, and stay as at the first"
+            findings.append(finding("ANIMATION_DROPPED", str(subset.GetPath()), message))
         material = bound_material(subset.GetPrim())
         if material != whole:  # else it repeats that of the mesh
             subsets.append(MaterialSubset(material, faces[inside]))

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator
 
-from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdMedia, UsdShade, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
@@ -11,6 +11,7 @@ from usdface.io.usd.variant_stages import stage_with_variant
 
 __all__ = [
     "report_empty_groups",
+    "report_other_prims",
     "report_unbound_skeletons",
     "report_unconverted_data",
     "report_unconverted_variants",
@@ -19,17 +20,25 @@ __all__ = [
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 # Prims and attributes of a take and its result, which are no part of the picture.
 _OUR_TYPES, _OURS = "UsdFace", "usdface:"
+# Those of a kind that is not converted are reported by their readers.
+_TYPES = (
+    *(UsdGeom.Scope, UsdGeom.Xform, UsdGeom.Camera, UsdGeom.Gprim, UsdGeom.PointInstancer),
+    *(UsdGeom.Subset, UsdMedia.SpatialAudio, UsdShade.Material, UsdShade.NodeGraph),
+    *(UsdShade.Shader, UsdSkel.Root, UsdSkel.Skeleton, UsdSkel.Animation, UsdSkel.BlendShape),
+)
 # Of USD's own schemas; a prim that does not apply one has its properties as custom ones.
 _OF_SCHEMAS = ("material:", "primvars:", "skel:")
 # What Blender, Maya and Houdini note on each prim that they write: their own names of it, and that
 # they made it. Nobody misses it, and it would hide what somebody does.
 _NOTES_OF_EXPORTERS = ("userProperties:blender:", "userProperties:blenderName:", "Houdini")
+# Metadata of a prim for people.
+_NOTES = ("assetInfo", "comment", "documentation")
 _MADE = {"generated": True}  # customData of Blender and Maya, below a key of their name
 _MATERIALS = "material"  # the set that becomes material variants of glTF
 
 
 def report_unconverted_data(stage: Usd.Stage, kept: Collection[str], top: str) -> list[Finding]:
-    """Return CHANNEL_IGNORED for custom attributes, customData and assetInfo that nothing keeps.
+    """Return CHANNEL_IGNORED for custom attributes, customData and notes that nothing keeps.
 
     Parameters
     ----------
@@ -42,9 +51,10 @@ def report_unconverted_data(stage: Usd.Stage, kept: Collection[str], top: str) -
     prims = list(stage.Traverse(_ALL))
     lost = [name for prim in prims for name in _unread(prim, kept)]
     lost += [
-        f"{prim.GetPath()} assetInfo"
+        f"{prim.GetPath()} {key}"
         for prim in prims
-        if prim.HasAuthoredAssetInfo() and str(prim.GetPath()) != top
+        for key in _NOTES
+        if prim.HasAuthoredMetadata(key) and (key, str(prim.GetPath())) != ("assetInfo", top)
     ]
     if not lost:
         return []
@@ -143,6 +153,26 @@ def _bound_and_other(
     bindings = (UsdSkel.BindingAPI(prim).GetAnimationSourceRel() for prim in prims)
     bound = {tuple(rel.GetTargets()) for rel in bindings if rel}
     return bound, {prim.GetPath() for prim in prims if not prim.IsA(UsdSkel.Animation)}
+
+
+def report_other_prims(stage: Usd.Stage) -> list[Finding]:
+    """Return CHANNEL_IGNORED for prims of types that are neither read nor reported elsewhere."""
+    lost = [
+        f"{prim.GetTypeName()} {prim.GetPath()}"
+        for prim in stage.Traverse(_ALL)
+        if prim.GetTypeName() and not _is_known(prim)
+    ]
+    if not lost:
+        return []
+    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    message = "prims of types that usdface does not read: {channels}"
+    return [finding("CHANNEL_IGNORED", where, message, lost)]
+
+
+def _is_known(prim: Usd.Prim) -> bool:
+    if str(prim.GetTypeName()).startswith(_OUR_TYPES) or prim.HasAPI(UsdLux.LightAPI):
+        return True
+    return any(map(prim.IsA, _TYPES))
 
 
 def report_unbound_skeletons(stage: Usd.Stage, bound: Collection[Usd.Prim]) -> list[Finding]:
