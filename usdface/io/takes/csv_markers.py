@@ -32,6 +32,10 @@ _FRAME = frozenset({"frame", "frames", "frame#", "frame_index", "frame index", "
 _TIME = frozenset({"time", "time_s", "seconds", "timestamp", "t"})
 _MARKER = frozenset({"marker", "name", "label", "marker_name"})
 _COMPONENT = re.compile(r"(.+)[ _.:]([xyz])", re.IGNORECASE)
+# Ends of labels whose x, y and z are no place, as of rigid bodies.
+_NO_PLACE = re.compile(
+    r"(^|[ _.:])(rot|rotation|quat|quaternion|euler|scale|velocity|acceleration)$", re.IGNORECASE
+)
 _UNIT_SUFFIX = re.compile(r"\s*[\[(](s|sec|seconds)[\])]$")
 
 
@@ -134,7 +138,7 @@ def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     ignored = []
     for column, name in enumerate(rows[0][1]):
         match = _COMPONENT.fullmatch(name)
-        if match:
+        if match and not _NO_PLACE.search(match[1]):
             axes = places.setdefault(match[1], {})
             if match[2].lower() in axes:
                 raise InputError(
