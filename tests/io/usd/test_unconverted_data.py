@@ -68,11 +68,13 @@ def test_custom_data_that_nothing_keeps_is_announced() -> None:
     mesh.SetDocumentation("of the second sitting")
     stage.GetPrimAtPath("/R").SetAssetInfoByKey("copyright", "kept")
     take = stage.DefinePrim("/Take", "UsdFaceMarkerTake")
+    mesh.CreateAttribute("studio:rig", Sdf.ValueTypeNames.Int, custom=False).Set(3)
     give(take, "userProperties:scene", 4.0)
     give(mesh, "usdface:residual", 0.5)
     group.CreateRelationship("material:binding")  # without its schema
     assert ignored(rig_of_stage(stage)[1]) == [
         "/R/M.studio:id",
+        "/R/M.studio:rig",
         "/R/M.userProperties:heat",
         "/R/Group step",
         "/R/Group.userProperties:lod",

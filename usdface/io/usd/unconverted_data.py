@@ -26,8 +26,12 @@ _TYPES = (
     *(UsdGeom.Subset, UsdMedia.SpatialAudio, UsdShade.Material, UsdShade.NodeGraph),
     *(UsdShade.Shader, UsdSkel.Root, UsdSkel.Skeleton, UsdSkel.Animation, UsdSkel.BlendShape),
 )
-# Of USD's own schemas; a prim that does not apply one has its properties as custom ones.
-_OF_SCHEMAS = ("material:", "primvars:", "skel:")
+# Of USD's own schemas, also on a prim that does not apply one: what is not read of these is
+# reported by their readers. `ui:` is how an editor lays nodes out; an extent is computed.
+_OF_SCHEMAS = (
+    *("material:", "primvars:", "skel:", "xformOp:", "inputs:", "outputs:", "inbetweens:"),
+    *("subsetFamily:", "ui:", "extent"),
+)
 # What Blender, Maya and Houdini note on each prim that they write: their own names of it, and that
 # they made it. Nobody misses it, and it would hide what somebody does.
 _NOTES_OF_EXPORTERS = ("userProperties:blender:", "userProperties:blenderName:", "Houdini")
@@ -38,7 +42,7 @@ _MATERIALS = "material"  # the set that becomes material variants of glTF
 
 
 def report_unconverted_data(stage: Usd.Stage, kept: Collection[str], top: str) -> list[Finding]:
-    """Return CHANNEL_IGNORED for custom attributes, customData and notes that nothing keeps.
+    """Return CHANNEL_IGNORED for attributes of no schema, customData and notes that nothing keeps.
 
     Parameters
     ----------
@@ -70,9 +74,12 @@ def _unread(prim: Usd.Prim, kept: Collection[str]) -> Iterator[str]:
     path, read = str(prim.GetPath()), _has_extras(prim, kept)
     if not read:
         yield from (f"{path} {name}" for name in _metadata(prim))
+    known = prim.GetPrimDefinition()
     for each in prim.GetAuthoredProperties():
         name = each.GetName()
-        if not each.IsCustom() or name.startswith((_OURS, *_OF_SCHEMAS, *_NOTES_OF_EXPORTERS)):
+        if known.GetPropertyDefinition(name):
+            continue
+        if name.startswith((_OURS, *_OF_SCHEMAS, *_NOTES_OF_EXPORTERS)):
             continue
         varies = isinstance(each, Usd.Attribute) and changes(each)
         if varies or not (read and name.startswith(USER_PROPERTIES)):

@@ -13,11 +13,11 @@ _START = Usd.TimeCode.EarliestTime()
 
 
 def report_unconverted_parts(stage: Usd.Stage, meshes: Iterable[Mesh]) -> list[Finding]:
-    """Return findings on creases, sets of faces, and sides that faces without a material show."""
+    """Return findings on creases, velocities, sets of faces, and sides of bare faces."""
     found = []
     for mesh in meshes:
         given = UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path))
-        if unread := [*_sharp_parts(given), *_other_subsets(given)]:
+        if unread := [*_sharp_parts(given), *_blurs(given), *_other_subsets(given)]:
             message = "parts of the mesh that usdface does not keep: {channels}"
             found.append(finding("CHANNEL_IGNORED", mesh.path, message, unread))
         if _has_bare_faces(mesh) and given.GetDoubleSidedAttr().Get(_START):
@@ -39,6 +39,15 @@ def _sharp_parts(mesh: UsdGeom.Mesh) -> list[str]:
         "cornerIndices": mesh.GetCornerIndicesAttr(),
     }
     return [name for name, attribute in sharp.items() if attribute.Get(_START)]
+
+
+def _blurs(mesh: UsdGeom.Mesh) -> list[str]:
+    """Return the attributes that blur the points of a mesh that move, as caches have them."""
+    return [
+        name
+        for name in ("velocities", "accelerations")
+        if mesh.GetPrim().GetAttribute(name).Get(_START)
+    ]
 
 
 def _other_subsets(mesh: UsdGeom.Mesh) -> list[str]:
