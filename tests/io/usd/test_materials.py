@@ -1,6 +1,7 @@
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
 from pxr import Sdf, UsdGeom, UsdShade, UsdUtils
 from sheets import codes, sheet
 
@@ -135,6 +136,28 @@ def test_occlusion_without_a_texture_is_announced():
     assert (lost.code, lost.values["feature"]) == ("FEATURE_DROPPED", "occlusion")
     occlusion.Set(1.0)
     assert rig_of_stage(stage)[1] == []
+
+
+@pytest.mark.parametrize(
+    ("scale", "bias", "kept"),
+    [
+        ((2, 2, 2, 1), (-1, -1, -1, 0), True),
+        ((1, 1, 2, 1), (-0.5, -0.5, -1, 0), True),  # half as strong
+        ((2, -2, 2, 1), (-1, 1, -1, 0), False),  # as DirectX has them
+        ((1, 1, 1, 1), (0, 0, 0, 0), False),
+    ],
+)
+def test_normal_maps_that_gltf_reads_otherwise_are_announced(scale, bias, kept):
+    stage = sheet()
+    surface = surface_of(stage)
+    image = UsdShade.Shader.Define(stage, "/R/Skin/Bumps")
+    image.CreateIdAttr("UsdUVTexture")
+    for name, value in (("scale", scale), ("bias", bias)):
+        image.CreateInput(name, Sdf.ValueTypeNames.Float4).Set(value)
+    output = image.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    surface.CreateInput("normal", Sdf.ValueTypeNames.Normal3f).ConnectToSource(output)
+    found = [f.values.get("feature") for f in rig_of_stage(stage)[1]]
+    assert ("normal_map" in found) != kept
 
 
 def test_faces_of_a_material_that_change_over_time_are_announced():
