@@ -554,6 +554,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "skin weights that did not add up to 1 were normalised, as glTF programs do",
     ),
+    "PIVOTS_DROPPED": (
+        "info",
+        "nothing",
+        "transforms of meshes are applied to their points; the pivots are not kept",
+    ),
     "POINTS_TO_SHAPES": (
         "info",
         "nothing",

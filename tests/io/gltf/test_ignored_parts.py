@@ -85,3 +85,24 @@ def test_extras_of_another_scene_are_announced(write_glb, tmp_path: Path) -> Non
     assert [f.message for f in found if f.code == "FEATURE_DROPPED"] == [
         "extras of scene 1 are left out"
     ]
+
+
+def test_pivots_of_meshes_without_a_joint_are_announced(write_glb, tmp_path: Path) -> None:
+    document = {
+        "nodes": [
+            {"name": "socket", "translation": [0, 1, 0], "children": [1]},
+            {"mesh": 0, "name": "eye"},
+            {"mesh": 0, "name": "head"},
+            {"name": "jaw", "translation": [0, 2, 0], "children": [4]},
+            {"mesh": 0, "name": "teeth"},
+        ],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "skins": [{"joints": [3]}],
+    }
+    path = write_glb(tmp_path / "x.glb", document, [np.eye(3, dtype="<f4")])
+    _, _, found = read_gltf(path)
+    assert [f.values["meshes"] for f in found if f.code == "PIVOTS_DROPPED"] == [["eye"]]
+    write_glb(
+        path, document | {"extensionsUsed": ["KHR_mesh_quantization"]}, [np.eye(3, dtype="<f4")]
+    )
+    assert "PIVOTS_DROPPED" not in [f.code for f in read_gltf(path)[2]]

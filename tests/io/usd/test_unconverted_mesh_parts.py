@@ -41,3 +41,12 @@ def test_both_sides_without_a_material_are_announced():
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
     assert "double_sided" not in lost()
     assert rig_of_stage(stage)[0].materials[0].double_sided
+
+
+def test_pivots_of_meshes_without_a_skin_are_announced():
+    stage = sheet()
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    assert [f.code for f in rig_of_stage(stage)[1]] == []
+    UsdGeom.Xformable(mesh).AddTranslateOp().Set((0, 1, 0))
+    (found,) = rig_of_stage(stage)[1]
+    assert (found.code, found.values["meshes"]) == ("PIVOTS_DROPPED", ["/R/M"])

@@ -1,20 +1,28 @@
 """Parts of a glTF that are not read: extensions, extras, contents of no node, names."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Container, Mapping
 from typing import Any
 
+import numpy as np
 from pygltflib import GLTF2
 
 from usdface.findings import Finding, finding
 from usdface.io.gltf.document import GltfFile
 from usdface.io.gltf.extras import RESERVED
 from usdface.io.gltf.instances import INSTANCES
+from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.target_names import legal_text
 from usdface.io.gltf.variants import VARIANTS
 from usdface.io.gltf.vrm import VRM_NAMES
 from usdface.io.gltf.vrm_nodes import AVATAR_EXTENSIONS
 
-__all__ = ["report_extensions", "report_extras", "report_names", "report_unplaced"]
+__all__ = [
+    "report_extensions",
+    "report_extras",
+    "report_names",
+    "report_pivots",
+    "report_unplaced",
+]
 
 _LIGHTS = "KHR_lights_punctual"
 # Read elsewhere, and reported there where something of it is not.
@@ -114,6 +122,30 @@ def report_names(file: GltfFile, kept: Collection[str]) -> list[Finding]:
         finding("NAME_DROPPED", kind, message, kind, list(dict.fromkeys(names)))
         for kind, names in lost.items()
     ]
+
+
+def report_pivots(document: GLTF2, tree: NodeTree, joints: Container[int]) -> list[Finding]:
+    """Return PIVOTS_DROPPED for nodes of meshes that stand by transforms, not by a skin or joint.
+
+    Of quantised meshes the transform is mostly that of the quantisation, and not reported.
+    """
+    if "KHR_mesh_quantization" in (document.extensionsUsed or []):
+        return []
+    nodes = document.nodes or []
+    moved = [
+        nodes[n].name or f"node {n}"
+        for n in tree.order
+        if n in tree.scene and nodes[n].mesh is not None and nodes[n].skin is None
+        if not np.allclose(tree.below(n, _joint_above(n, tree, joints)), np.eye(4))
+    ]
+    message = "transforms are applied to the points of {meshes}; their pivots are not kept"
+    return [finding("PIVOTS_DROPPED", "nodes", message, moved)] if moved else []
+
+
+def _joint_above(node: int, tree: NodeTree, joints: Container[int]) -> int:
+    while node >= 0 and node not in joints:
+        node = tree.parents[node]
+    return node
 
 
 def report_unplaced(document: GLTF2) -> list[Finding]:

@@ -25,6 +25,7 @@ from usdface.io.gltf.ignored_parts import (
     report_extensions,
     report_extras,
     report_names,
+    report_pivots,
     report_unplaced,
 )
 from usdface.io.gltf.inbetweens import Step, steps_in
@@ -124,6 +125,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     asset, new_findings = read_extras(document.asset.extras, where="asset")
     found += new_findings
     found += report_extensions(file) + report_extras(file) + report_unplaced(document)
+    found += report_pivots(document, tree, armature.nodes)
     groups, new_findings = read_groups(document, tree, armature)
     found += new_findings
     joint_extras, new_findings = read_joint_extras(document, armature)

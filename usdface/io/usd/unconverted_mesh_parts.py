@@ -2,12 +2,13 @@
 
 from collections.abc import Iterable
 
+import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
 from usdface.rigs import Mesh
 
-__all__ = ["report_unconverted_parts"]
+__all__ = ["report_pivots", "report_unconverted_parts"]
 
 _START = Usd.TimeCode.EarliestTime()
 
@@ -24,6 +25,17 @@ def report_unconverted_parts(stage: Usd.Stage, meshes: Iterable[Mesh]) -> list[F
             message = "it shows both sides, which only faces with a material keep"
             found.append(finding("FEATURE_DROPPED", mesh.path, message, feature="double_sided"))
     return found
+
+
+def report_pivots(stage: Usd.Stage, meshes: Iterable[Mesh]) -> list[Finding]:
+    """Return PIVOTS_DROPPED for meshes that stand by transforms, and not by a skin."""
+    xforms = UsdGeom.XformCache(_START)
+    unskinned = {m.path: stage.GetPrimAtPath(m.path) for m in meshes if m.skin is None}
+    worlds = {p: np.array(xforms.GetLocalToWorldTransform(m)) for p, m in unskinned.items()}
+    moved = [path for path, world in worlds.items() if not np.allclose(world, np.eye(4))]
+    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    message = "transforms are applied to the points of {meshes}; their pivots are not kept"
+    return [finding("PIVOTS_DROPPED", where, message, moved)] if moved else []
 
 
 def _has_bare_faces(mesh: Mesh) -> bool:

@@ -16,7 +16,7 @@ from usdface.io.usd.unconverted_data import (
     report_unconverted_data,
     report_unconverted_variants,
 )
-from usdface.io.usd.unconverted_mesh_parts import report_unconverted_parts
+from usdface.io.usd.unconverted_mesh_parts import report_pivots, report_unconverted_parts
 from usdface.rigs import Mesh
 
 __all__ = ["report_unconverted_scene"]
@@ -43,6 +43,7 @@ def report_unconverted_scene(
     return [
         *report_unconverted(stage),
         *report_unconverted_parts(stage, meshes),
+        *report_pivots(stage, meshes),
         *report_unconverted_data(stage, kept, str(top.GetPath()) if top is not None else ""),
         *report_unconverted_variants(stage, materials=scene, clips=scene),
         *report_other_prims(stage),
