@@ -518,7 +518,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NODES_DROPPED": (
         "info",
         "nothing",
-        "nodes that carry nothing are left out: of a USD, and of a glTF beyond 8,192",
+        "nodes that carry nothing of their own are left out: of a USD, and of a glTF beyond 8,192",
     ),
     "POINTS_ROUNDED": ("info", "nothing", "points are stored as 16-bit integers, as requested"),
     "TEXTURE_CONVERTED": (

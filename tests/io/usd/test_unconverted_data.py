@@ -214,6 +214,26 @@ def test_groups_that_carry_nothing_are_announced(tmp_path: Path) -> None:
     assert dict(lost.values) == {"node_count": 1, "nodes": ["/World/Sockets/Hat"]}
 
 
+def test_groups_above_meshes_of_other_names_are_announced() -> None:
+    """As Blender writes an object above its data; above a SkelRoot stands the asset."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    Sdf.CreatePrimInLayer(layer, "/World").specifier = Sdf.SpecifierDef
+    source = sheet()
+    Sdf.CopySpec(source.GetRootLayer(), "/R", layer, "/World/R")
+    stage = Usd.Stage.Open(layer)
+    UsdGeom.Xform.Define(stage, "/World")
+    for path in ("/World/R/Eyes/eye_l", "/World/R/Teeth/Teeth", "/World/R/Hair/Strands/hair"):
+        mesh = UsdGeom.Mesh.Define(stage, path)
+        mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+        mesh.CreateFaceVertexCountsAttr([3])
+        mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+        UsdGeom.Xform.Define(stage, mesh.GetPath().GetParentPath())
+    UsdGeom.Xform.Define(stage, "/World/R/Hair")
+    (lost,) = [f for f in rig_of_stage(stage)[1] if f.code == "NODES_DROPPED"]
+    nodes = ["/World/R/Eyes", "/World/R/Hair", "/World/R/Hair/Strands"]
+    assert dict(lost.values) == {"node_count": 3, "nodes": nodes}
+
+
 def test_groups_of_a_gltf_are_kept(face_rig: Rig, tmp_path: Path) -> None:
     group = Group("Socket", "Socket", np.eye(4))
     write_rig(replace(face_rig, groups=(group,)), tmp_path / "a.usda")

@@ -10,7 +10,7 @@ from usdface.io.usd.extras import USER_PROPERTIES, read_extras
 from usdface.io.usd.variant_stages import stage_with_variant
 
 __all__ = [
-    "report_empty_groups",
+    "report_lost_groups",
     "report_other_prims",
     "report_unbound_skeletons",
     "report_unconverted_data",
@@ -199,8 +199,11 @@ def report_unbound_skeletons(stage: Usd.Stage, bound: Collection[Usd.Prim]) -> l
     return found
 
 
-def report_empty_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]:
-    """Return NODES_DROPPED for Xforms with nothing below but such, as locators and sockets.
+def report_lost_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]:
+    """Return NODES_DROPPED for Xforms that become nothing.
+
+    Those with nothing below but such, as locators and sockets; and those above meshes of other
+    names, as of objects in Blender, unless they are above a SkelRoot.
 
     Parameters
     ----------
@@ -208,20 +211,39 @@ def report_empty_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding
     kept : collection of str
         Paths of those that are read (`usdface.io.usd.groups`).
     """
-    empty = []
+    empty, others = [], []
+    roots = [prim.GetPath() for prim in stage.Traverse(_ALL) if prim.IsA(UsdSkel.Root)]
+    above = {path for root in roots for path in root.GetPrefixes()}
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
     for prim in prims:
+        path = prim.GetPath()
         if prim.IsA(UsdGeom.PointInstancer):
             prims.PruneChildren()  # prototypes are not shown where they stand
-        elif str(prim.GetPath()) not in kept and _is_empty(prim):
-            empty.append(str(prim.GetPath()))
-    if not empty:
-        return []
+        elif prim.GetTypeName() != "Xform" or str(path) in kept:
+            continue
+        elif _is_empty(prim):
+            empty.append(str(path))
+        elif path not in above and _holds_others(prim):
+            others.append(str(path))
     where = stage.GetRootLayer().GetDisplayName() or "the stage"
-    message = "{node_count} Xforms that carry nothing are left out: {nodes}"
-    return [finding("NODES_DROPPED", where, message, len(empty), empty)]
+    messages = {
+        "{node_count} Xforms that carry nothing are left out: {nodes}": empty,
+        "of {node_count} Xforms only the contents are kept: {nodes}": others,
+    }
+    return [
+        finding("NODES_DROPPED", where, message, len(paths), paths)
+        for message, paths in messages.items()
+        if paths
+    ]
+
+
+def _holds_others(prim: Usd.Prim) -> bool:
+    """Return whether a prim has meshes below that are read, and none that has its name."""
+    if prim.GetName() in prim.GetAllChildrenNames():
+        return False
+    return any(each.IsA(UsdGeom.Mesh) for each in Usd.PrimRange(prim, _ALL))
 
 
 def _is_empty(prim: Usd.Prim) -> bool:
     below = (each.GetTypeName() in ("Xform", "Scope") for each in Usd.PrimRange(prim, _ALL))
-    return prim.GetTypeName() == "Xform" and all(below)
+    return all(below)

@@ -10,7 +10,7 @@ from usdface.io.usd.materials import report_unbound_materials
 from usdface.io.usd.rendered_meshes import report_unconverted
 from usdface.io.usd.skel_bindings import skel_bindings, skel_roots
 from usdface.io.usd.unconverted_data import (
-    report_empty_groups,
+    report_lost_groups,
     report_other_prims,
     report_unbound_skeletons,
     report_unconverted_data,
@@ -48,6 +48,6 @@ def report_unconverted_scene(
         *report_unconverted_variants(stage, materials=scene, clips=scene),
         *report_other_prims(stage),
         *report_unbound_skeletons(stage, skeletons),
-        *report_empty_groups(stage, kept),
+        *report_lost_groups(stage, kept),
         *(report_unbound_materials(stage, meshes) if scene else ()),
     ]
