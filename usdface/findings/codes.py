@@ -155,6 +155,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "a layer has another unit or up axis than its stage, which USD does not convert",
     ),
     "RATE_ASSUMED": ("warning", "name_rate", "the file does not name its frame rate"),
+    "TIMECODE_ASSUMED": (
+        "info",
+        "nothing",
+        "the file has no timecode; that of the take is the time of day of its first frame",
+    ),
     "TIMES_IN_MILLISECONDS": (
         "warning",
         "nothing",

@@ -106,3 +106,20 @@ def test_pivots_of_meshes_without_a_joint_are_announced(write_glb, tmp_path: Pat
         path, document | {"extensionsUsed": ["KHR_mesh_quantization"]}, [np.eye(3, dtype="<f4")]
     )
     assert "PIVOTS_DROPPED" not in [f.code for f in read_gltf(path)[2]]
+
+
+def test_extras_that_a_node_and_its_mesh_both_have_are_announced(write_glb, tmp_path: Path) -> None:
+    """As Blender writes properties of an object and of its data."""
+    document = {
+        "nodes": [{"mesh": 0, "name": "a", "extras": {"age": 4, "same": 1}}],
+        "meshes": [
+            {
+                "primitives": [{"attributes": {"POSITION": 0}}],
+                "extras": {"age": 3, "same": 1, "own": 2},
+            }
+        ],
+    }
+    path = write_glb(tmp_path / "x.glb", document, [np.eye(3, dtype="<f4")])
+    rig, _, found = read_gltf(path)
+    assert rig.meshes[0].extras == {"age": 4, "same": 1, "own": 2}
+    assert [f.values["names"] for f in found if f.code == "FEATURE_DROPPED"] == [["age"]]

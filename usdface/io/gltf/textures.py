@@ -200,6 +200,8 @@ def _pair(values: Any) -> tuple[float, float]:
 class TextureBuilder:
     """Images, samplers and textures of a file that is being written; equal ones are stored once.
 
+    An image without a name in glTF has that of its file.
+
     Parameters
     ----------
     uv_names : sequence of str
@@ -208,7 +210,7 @@ class TextureBuilder:
 
     def __init__(self, uv_names: Sequence[str]) -> None:
         self._uv_names = list(uv_names)
-        self._images: dict[tuple[GltfImage, str], int] = {}
+        self._images: dict[tuple[GltfImage, str], tuple[int, str]] = {}
         self._samplers: dict[tuple[int | None, ...], int] = {}
         self._textures: dict[tuple[int, int | None, str], int] = {}
         self.transformed = False
@@ -217,7 +219,9 @@ class TextureBuilder:
     def info(self, kind: Any, image: GltfImage, texture: Texture, where: str) -> Any:
         """Return a ``textureInfo`` of a pygltflib `kind` for an image, placed as a texture."""
         placed = texture.placed
-        source = self._images.setdefault((image, texture.image_name), len(self._images))
+        title = texture.image_name or Path(texture.path).stem
+        entry = len(self._images), title
+        source, _ = self._images.setdefault((image, texture.image_name), entry)
         key = (source, self._sampler(placed), placed.texture_name)
         coordinates = 0
         if placed.uv in self._uv_names:
@@ -257,7 +261,7 @@ class TextureBuilder:
         """
         beside = {}
         numbers = count()
-        for (data, mime), title in self._images:
+        for ((data, mime), _), (_, title) in self._images.items():
             if path.suffix.lower() == ".glb":
                 image = pygltflib.Image(mimeType=mime, bufferView=builder.view(data))
             else:
