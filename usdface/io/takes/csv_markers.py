@@ -36,6 +36,7 @@ _COMPONENT = re.compile(r"(.+)[ _.:]([xyz])", re.IGNORECASE)
 _NO_PLACE = re.compile(
     r"(^|[ _.:])(rot|rotation|quat|quaternion|euler|scale|velocity|acceleration)$", re.IGNORECASE
 )
+_SAME_TIME = 1e-6  # s
 _UNIT_SUFFIX = re.compile(r"\s*[\[(](s|sec|seconds)[\])]$")
 
 
@@ -126,10 +127,10 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     positions[frame, column] = table[:, len(clocks) :]
     used = {marker, *clocks, *(columns[axis] for axis in axes)}
     times = table[first, : len(clocks)]
-    header = enumerate(rows[0][1])
-    return _raw(path, labels, positions, times, columns), [
-        name for column, name in header if name and column not in used
-    ]
+    ignored = [name for k, name in enumerate(rows[0][1]) if name and k not in used]
+    if (np.abs(table[:, : len(clocks)] - times[frame]) > _SAME_TIME).any():
+        ignored.append("times of a frame after its first")
+    return _raw(path, labels, positions, times, columns), ignored
 
 
 def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake, list[str]]:
