@@ -29,6 +29,8 @@ class Placement:
         glTF's numbers of the magnification and minification filter, 0 = any. USD has none.
     scale, rotation, offset : (2,) [1], float [rad], (2,) [1]
         Coordinates are scaled, turned counter-clockwise, then moved; v up.
+    texture_name : str
+        Name of the texture in glTF, if it has one; it makes no difference.
     """
 
     uv: str = "st"
@@ -37,6 +39,7 @@ class Placement:
     scale: tuple[float, float] = (1.0, 1.0)
     rotation: float = 0.0
     offset: tuple[float, float] = (0.0, 0.0)
+    texture_name: str = field(default="", compare=False)
 
     @property
     def moved(self) -> bool:
@@ -49,7 +52,8 @@ class Texture:
     """An image on a surface: a file on disk, or bytes that came inside a container.
 
     `channel` ("r", "g", "b", "a") is the source of a single number. In a `path`,
-    ``<UDIM>`` stands for the number of a tile.
+    ``<UDIM>`` stands for the number of a tile. `image_name` is that of the image in glTF, if it has
+    one; it makes no difference.
     """
 
     path: str = ""
@@ -58,6 +62,7 @@ class Texture:
     channel: str = ""
     space: ColourSpace = "auto"
     placed: Placement = Placement()
+    image_name: str = field(default="", compare=False)
 
     @property
     def image(self) -> tuple[str, bytes | None, str, str]:

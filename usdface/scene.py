@@ -29,6 +29,8 @@ class Camera:
         `far` may be infinite.
     perspective : bool
     extras : mapping
+    content_name : str
+        Name of the camera itself where it has another one than its node, as in glTF; "" = `name`.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Camera:
     far: float = float("inf")
     perspective: bool = True
     extras: Extras = field(default_factory=dict)
+    content_name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", frozen(self.matrix))
@@ -63,6 +66,8 @@ class Light:
     reach : float [m]
         Where the light ends; infinite = nowhere.
     extras : mapping
+    content_name : str
+        As of `Camera`.
     """
 
     name: str
@@ -74,6 +79,7 @@ class Light:
     outer: float = 0.7853981633974483
     reach: float = float("inf")
     extras: Extras = field(default_factory=dict)
+    content_name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", frozen(self.matrix))

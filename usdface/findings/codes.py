@@ -155,6 +155,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "a layer has another unit or up axis than its stage, which USD does not convert",
     ),
     "RATE_ASSUMED": ("warning", "name_rate", "the file does not name its frame rate"),
+    "TIMECODE_ASSUMED": (
+        "info",
+        "nothing",
+        "the file has no timecode; that of the take is the time of day of its first frame",
+    ),
     "TIMES_IN_MILLISECONDS": (
         "warning",
         "nothing",
@@ -466,6 +471,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "a name was made unique or legal; the original is kept beside it",
     ),
+    "NAME_DROPPED": (
+        "info",
+        "nothing",
+        "names of parts that the result has no place for are left out",
+    ),
     "FACES_TRIANGULATED": ("info", "nothing", "faces with more than three corners were split"),
     "NORMALS_COMPUTED": ("info", "nothing", "the source has no normals; smooth ones were computed"),
     "NORMALS_FLAT": (
@@ -513,7 +523,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NODES_DROPPED": (
         "info",
         "nothing",
-        "nodes that carry nothing are left out: of a USD, and of a glTF beyond 8,192",
+        "nodes that carry nothing of their own are left out: of a USD, and of a glTF beyond 8,192",
     ),
     "POINTS_ROUNDED": ("info", "nothing", "points are stored as 16-bit integers, as requested"),
     "TEXTURE_CONVERTED": (
@@ -549,6 +559,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "skin weights that did not add up to 1 were normalised, as glTF programs do",
     ),
+    "PIVOTS_DROPPED": (
+        "info",
+        "nothing",
+        "transforms of meshes are applied to their points; the pivots are not kept",
+    ),
     "POINTS_TO_SHAPES": (
         "info",
         "nothing",
@@ -567,6 +582,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "info",
         "compare",
         "the written file could not be compared with its source",
+    ),
+    "SPLINES_UNREAD": (
+        "warning",
+        "correct_packages",
+        "this version of USD does not evaluate splines",
     ),
     # binding
     "MESH_ASSUMED": (

@@ -50,8 +50,8 @@ class Mesh:
     group : str
         Path of the group of the rig that it is in; "" = none.
     variants : tuple of MaterialVariant
-    geometry_name : str
-        Name of the geometry where it has another one than its node, as in glTF; "" = `name`.
+    content_name : str
+        Name of the mesh itself where it has another one than its node, as in glTF; "" = `name`.
 
     Examples
     --------
@@ -78,7 +78,7 @@ class Mesh:
     flat: bool = False
     group: str = ""
     variants: tuple[MaterialVariant, ...] = ()
-    geometry_name: str = ""
+    content_name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "points", frozen(self.points))

@@ -36,12 +36,15 @@ class Skeleton:
         Joint to rig space at bind time; row vectors (USD's convention), metres.
     rest : (J, 4, 4) float64
         Joint to parent at rest; row vectors, metres.
+    skin_name : str
+        Name of the glTF skin that it was or will be, if it has one.
     """
 
     joints: tuple[str, ...]
     names: tuple[str, ...]
     bind: FloatArray
     rest: FloatArray
+    skin_name: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "bind", frozen(self.bind))

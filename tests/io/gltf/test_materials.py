@@ -91,6 +91,16 @@ def test_a_converted_colour_and_the_same_image_as_data_are_two(tmp_path: Path) -
     assert bytes_of(back.base_color_texture) != bytes_of(back.normal_texture)
 
 
+def test_an_image_has_the_name_of_its_file(tmp_path: Path) -> None:
+    png(tmp_path / "skin 4K.png", 0.5)
+    png(tmp_path / "lips.png", 0.25)
+    skin = Material("a", base_color_texture=Texture(str(tmp_path / "skin 4K.png")))
+    lips = Texture(str(tmp_path / "lips.png"), image_name="Lips")
+    write_gltf(rig_with(skin, Material("b", base_color_texture=lips)), tmp_path / "a.glb")
+    written = pygltflib.GLTF2().load(str(tmp_path / "a.glb"))
+    assert [image.name for image in written.images] == ["skin 4K", "Lips"]
+
+
 def test_a_missing_texture_is_left_out(tmp_path: Path, validate_gltf) -> None:
     material = Material("m", base_color_texture=Texture(str(tmp_path / "none.png")))
     found = write_gltf(rig_with(material), tmp_path / "a.glb")

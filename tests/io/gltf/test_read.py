@@ -1,3 +1,4 @@
+import base64
 import json
 import struct
 from pathlib import Path
@@ -9,11 +10,14 @@ from deformed import deformed
 
 from usdface.clips import Clip
 from usdface.errors import InputError
+from usdface.io.gltf.image import to_png
 from usdface.io.gltf.read import read_gltf
 from usdface.io.gltf.write import write_gltf
 from usdface.io.transforms import compose
+from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.rig import read_rig
 from usdface.io.usd.rig_write import write_rig
+from usdface.io.usd.stage import open_stage
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
 
@@ -35,29 +39,10 @@ def test_only_the_default_scene_is_read(write_glb, tmp_path: Path) -> None:
     }
     rig, take, found = read_one(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
     assert (rig.name, rig.source, take) == ("seen", "x.glb", None)
-    assert [f.message for f in found] == ["1 nodes are not in the default scene, and left out: a"]
+    (lost,) = [f.message for f in found if f.code == "FEATURE_DROPPED"]
+    assert lost == "1 nodes are not in the default scene, and left out: a"
     assert [mesh.name for mesh in rig.meshes] == ["b"]
     np.testing.assert_array_equal(rig.meshes[0].points, TRIANGLE + np.array([1, 0, 0]))
-
-
-def test_parts_that_no_node_has_are_announced(write_glb, tmp_path: Path) -> None:
-    mesh = {"primitives": [{"attributes": {"POSITION": 0}}]}
-    lens = {"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}
-    lights = [{"type": "point", "name": "key"}, {"type": "point", "name": "rim"}]
-    document = {
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 1, "extensions": {"KHR_lights_punctual": {"light": 0}}}],
-        "meshes": [mesh | {"name": "LOD1"}, mesh, mesh],
-        "cameras": [lens],
-        "extensions": {"KHR_lights_punctual": {"lights": lights}},
-    }
-    rig, _, found = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
-    assert len(rig.meshes) == len(rig.lights) == 1
-    assert [(f.code, f.where, f.values["names"]) for f in found] == [
-        ("FEATURE_DROPPED", "mesh", ["LOD1", "mesh 2"]),
-        ("FEATURE_DROPPED", "camera", ["camera 0"]),
-        ("FEATURE_DROPPED", "light", ["rim"]),
-    ]
 
 
 def test_names_of_nodes_and_of_their_meshes_come_back(write_glb, tmp_path: Path) -> None:
@@ -69,13 +54,56 @@ def test_names_of_nodes_and_of_their_meshes_come_back(write_glb, tmp_path: Path)
         "meshes": [mesh | {"name": "Head.001"}, mesh | {"name": "Eye"}],
     }
     rig, _, _ = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
-    assert [one.geometry_name for one in rig.meshes] == ["Head.001", ""]
+    assert [one.content_name for one in rig.meshes] == ["Head.001", ""]
     write_rig(rig, tmp_path / "x.usda")
     rig, _ = read_rig(tmp_path / "x.usda")
     write_gltf(rig, tmp_path / "y.gltf")
     written = json.loads((tmp_path / "y.gltf").read_text())
     assert [one["name"] for one in written["nodes"]] == ["Head", "Eye"]
     assert [one["name"] for one in written["meshes"]] == ["Head.001", "Eye"]
+
+
+def test_names_of_what_nodes_and_materials_have_come_back(write_glb, tmp_path: Path) -> None:
+    pixel = base64.b64encode(to_png(np.zeros((1, 1, 3), np.uint8))).decode()
+    skinned = {"POSITION": 0, "JOINTS_0": 1, "WEIGHTS_0": 2}
+    light = {"type": "point", "name": "Area.001"}
+    document = {
+        "scenes": [{"nodes": [0, 1, 2, 3]}],
+        "nodes": [
+            {"mesh": 0, "skin": 0, "name": "Head"},
+            {"name": "neck"},
+            {"camera": 0, "name": "Shot"},
+            {"name": "Key", "extensions": {"KHR_lights_punctual": {"light": 0}}},
+        ],
+        "meshes": [{"primitives": [{"attributes": skinned, "material": 0}]}],
+        "skins": [{"joints": [1], "name": "Armature"}],
+        "cameras": [
+            {"type": "perspective", "name": "Lens", "perspective": {"yfov": 1, "znear": 0.1}}
+        ],
+        "extensions": {"KHR_lights_punctual": {"lights": [light]}},
+        "materials": [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}],
+        "textures": [{"source": 0, "name": "Pores"}],
+        "images": [{"uri": f"data:image/png;base64,{pixel}", "name": "skin 4K"}],
+        "animations": [turn_of(1)],
+    }
+    joints, weights = np.zeros((3, 4), "u1"), np.eye(4, dtype="<f4")[[0, 0, 0]]
+    arrays = [TRIANGLE, joints, weights, np.arange(2, dtype="<f4"), np.eye(4, dtype="<f4")[2:]]
+    rig, clips, _ = read_gltf(write_glb(tmp_path / "x.glb", document, arrays))
+    write_rig(rig, tmp_path / "x.usda", clips)
+    rig, clips, _ = animated_rig(open_stage(tmp_path / "x.usda"))
+    write_gltf(rig, tmp_path / "y.gltf", clips)
+    written = json.loads((tmp_path / "y.gltf").read_text())
+    kinds = ("skins", "cameras", "textures", "images")
+    assert [written[kind][0]["name"] for kind in kinds] == ["Armature", "Lens", "Pores", "skin 4K"]
+    assert written["extensions"]["KHR_lights_punctual"]["lights"][0]["name"] == "Area.001"
+    assert {"Head", "Shot", "Key"} <= {one.get("name") for one in written["nodes"]}
+
+
+def turn_of(node: int) -> dict:
+    return {
+        "channels": [{"sampler": 0, "target": {"node": node, "path": "rotation"}}],
+        "samplers": [{"input": 3, "output": 4}],
+    }
 
 
 def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:
@@ -85,7 +113,7 @@ def test_a_mesh_may_be_used_by_several_nodes(write_glb, tmp_path: Path) -> None:
     }
     rig, _, found = read_gltf(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
     assert [mesh.name for mesh in rig.meshes] == ["a", "a"]
-    assert [f.code for f in found] == ["SHAPE_NAMES_ASSUMED"]
+    assert [f.code for f in found] == ["SHAPE_NAMES_ASSUMED", "PIVOTS_DROPPED"]
     assert rig.shape_names == ("target_0",)
     np.testing.assert_array_equal(rig.meshes[1].points, 2 * TRIANGLE)
     np.testing.assert_array_equal(rig.meshes[1].shapes[0].offsets, 2 * TRIANGLE)
@@ -235,7 +263,7 @@ def test_the_robot_is_a_whole(shared_data: Path) -> None:
     assert {clip.rate for clip in clips} == {24.0}
     assert rig.skeleton is not None
     assert len(rig.skeleton.joints) == 43
-    assert found == []
+    assert [f.code for f in found] == ["PIVOTS_DROPPED"]
     assert [group.name for group in rig.groups]  # its armature
     points = np.concatenate([mesh.points for mesh in rig.meshes])
     head = np.concatenate([m.points for m in rig.meshes if m.name.startswith("Head")])

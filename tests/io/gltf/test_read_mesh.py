@@ -219,7 +219,9 @@ def test_names_of_accessors_stand_for_those_of_targets(
 ) -> None:
     rig, found = named_targets(write_glb, tmp_path, {"accessors": names})
     assert rig.shape_names == expected
-    assert [f.code for f in found] == ["SHAPE_NAMES_ASSUMED"]
+    assert [f.code for f in found] == ["SHAPE_NAMES_ASSUMED", "NAME_DROPPED"]
+    lost = [name for name in dict.fromkeys(["points", *names]) if name and name not in expected]
+    assert found[1].values["names"] == lost
 
 
 def test_attributes_behind_a_gap_are_announced(write_glb, tmp_path: Path) -> None:

@@ -49,6 +49,15 @@ def test_points_without_a_face_are_left_out() -> None:
     np.testing.assert_array_equal(numbers(builder, made.primitives[0].indices).T, [[2, 0, 1]])
 
 
+def test_what_shows_nothing_is_announced() -> None:
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [5, 5, 5], [6, 6, 6]]
+    mesh = Mesh("m", points, [3, 2], [0, 1, 2, 2, 3], flat=True)
+    _, found = write_mesh(mesh, {}, BufferBuilder(), 0)
+    assert [f.values.get("channels") for f in found] == [
+        ["1 faces of fewer than three corners", "2 points of no face"]
+    ]
+
+
 def test_v_is_flipped() -> None:
     mesh = Mesh("m", np.eye(3), [3], [0, 1, 2], uvs=[[0, 0], [1, 0.25], [0, 1]])
     _, builder, made = counts_of(mesh)

@@ -161,7 +161,8 @@ def test_a_binary_ply_of_triangles_and_quads_says_what_to_do(tmp_path):
 def test_what_else_the_neutral_has_is_named(tmp_path):
     rows = "".join(f"v {x} {y} {z} 1 0 0\n" for x, y, z in POINTS)
     rest = (
-        "vn 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\no a\ns 1\nf 1/1/1 2/2/1 3/3/1\no b\nf 1//1 3//1 4//1\n"
+        "vn 0 0 1\nvt 0 0\nvt 1 0\nvt 1 1\no a\ns 1\ng a\nf 1/1/1 2/2/1 3/3/1\no b\ng b\n"
+        "f 1//1 3//1 4//1\n"
     )
     (tmp_path / "neutral.obj").write_text(f"{rows}{rest}l 1 2\n")
     obj(tmp_path, "smile.obj", moved(2, (0, 0.5, 0)), "f 1 2 3\nf 1 3 4\n")
@@ -176,6 +177,7 @@ def test_what_else_the_neutral_has_is_named(tmp_path):
                 "points and lines",
                 "names of objects",
                 "texture coordinates, which some faces lack",
+                "groups of faces",
             ],
         )
     ]

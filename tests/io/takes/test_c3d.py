@@ -230,7 +230,10 @@ def test_the_header_speaks_where_a_parameter_is_no_number(read):
 def test_a_timecode_is_kept(read):
     given = {"SMPTE_START": ["01:02:03:04"]}
     assert read(c3d_bytes(parameters=given))[0].start_timecode == "01:02:03:04"
-    assert read(c3d_bytes(parameters={"TIMECODE": ["none"]}))[0].start_timecode == ""
+    take, findings = read(c3d_bytes(parameters={"TIMECODE": ["none"], "SMPTE": 3.0}))
+    assert take.start_timecode == ""
+    (lost,) = [f for f in findings if f.code == "CHANNEL_IGNORED"]
+    assert lost.values["channels"] == ["POINT:TIMECODE", "POINT:SMPTE"]
 
 
 def test_more_than_65535_frames(read):

@@ -124,6 +124,23 @@ def test_other_columns_are_announced(read):
     assert "confidence" in findings[0].message
 
 
+def test_rotations_and_the_like_are_no_markers(read):
+    names = ["Head_Rotation_x", "Head_Rotation_y", "Head_Rotation_z"]
+    text = wide_text().replace("\n", ",10,20,30\n").replace("10,20,30", ",".join(names), 1)
+    take, findings = read(text)
+    np.testing.assert_array_equal(take.positions, POSITIONS)
+    assert [f.values["channels"] for f in findings] == [names]
+
+
+def test_other_times_within_a_frame_are_announced(read):
+    rows = ["0,0,a,1,2,3", "0,0,b,1,2,3", "1,0.02,a,1,2,3", "1,0.03,b,1,2,4"]
+    take, findings = read("\n".join(["frame,time,marker,x,y,z", *rows]) + "\n")
+    np.testing.assert_array_equal(take.times, [0, 0.02])
+    assert [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"] == [
+        ["times of a frame after its first"]
+    ]
+
+
 def test_columns_without_a_name_are_announced(read):
     lines = [f"{k}," + line for k, line in enumerate(wide_text().splitlines())]
     lines[0] = lines[0].replace("0,", ",", 1)  # as pandas writes the index

@@ -47,6 +47,10 @@ def test_what_frames_have_beside_the_landmarks_of_one_face_is_announced(tmp_path
     path.write_text(json.dumps([{"faceLandmarks": [seen]}, *frames]))
     _, findings = read_take(path, TakeOptions(rate=25.0, image_size=SIZE))
     assert ignored(findings) == ["z", "faceBlendshapes", "presence", "other faces"]
+    stamped = [{"landmarks": FACE, "timestamp_ms": 0}, {"landmarks": FACE}]
+    path.write_text(json.dumps({"frames": stamped, "fps": 25, "blendshapes": [[0.5]]}))
+    _, findings = read_take(path, TakeOptions(image_size=SIZE))
+    assert ignored(findings) == ["z", "timestamp_ms, which some frames lack", "blendshapes"]
     path = tmp_path / "a.csv"
     path.write_text("frame,landmark,x,y,z,visibility\n0,1,0.5,0.5,0,1\n1,1,0.5,0.5,0,1\n")
     _, findings = read_take(path, TakeOptions(rate=25.0, image_size=SIZE))

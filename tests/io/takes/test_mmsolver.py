@@ -55,8 +55,11 @@ def test_a_focal_length_that_stays_is_that_of_the_take(read, lengths, focal):
     document = json.loads(write_uv4(TRACKS))
     frames = [{"frame": n, "focal_length_cm": each} for n, each in enumerate(lengths)]
     document["camera"] |= {"film_back_cm": [2.4, 1.35], "per_frame": frames}
-    take, _ = read(document)
+    take, findings = read(document)
     np.testing.assert_allclose(take.focal_length, focal)
+    (lost,) = [f.values["channels"] for f in findings if f.code == "CHANNEL_IGNORED"]
+    changing = [] if focal else ["a focal length that changes"]
+    assert lost == ["set_name", "pos_dist", *changing]
 
 
 def test_text_after_the_announced_points_is_refused(tmp_path):

@@ -69,7 +69,8 @@ def test_only_markers_are_read_and_the_rest_is_announced(read, timecode, parent)
     np.testing.assert_array_equal(take.positions, POSITIONS)
     np.testing.assert_array_equal(take.times, np.arange(4) / 120)
     assert (take.rate, take.up_axis) == (120, "Y")
-    assert codes(findings) == ["CHANNEL_IGNORED", "LABEL_CHANGED"]
+    assumed = [] if timecode else ["TIMECODE_ASSUMED"]
+    assert codes(findings) == ["CHANNEL_IGNORED", "LABEL_CHANGED", *assumed]
     assert "Rigid Body Helmet Rotation" in findings[0].message
 
 
@@ -87,7 +88,7 @@ def test_blank_cells_are_occluded(read):
     positions[2, 1] = np.nan
     take, findings = read(motive_text(positions))
     assert np.argwhere(~take.visible).tolist() == [[2, 1]]
-    assert codes(findings)[-1] == "MARKER_OCCLUDED"
+    assert "MARKER_OCCLUDED" in codes(findings)
 
 
 def test_the_timecode_column_or_the_time_of_day_is_the_start(read):

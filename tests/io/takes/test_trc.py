@@ -171,12 +171,15 @@ def test_options_win(read):
     np.testing.assert_allclose(take.positions[..., 1], POSITIONS[..., 2] / 100, atol=1e-7)
 
 
-def test_without_a_time_column_the_rate_counts(read):
+@pytest.mark.parametrize("last", [6, 16])
+def test_without_a_time_column_frame_numbers_and_the_rate_count(read, last):
     lines = trc_text().split("\n")
     cells = [line.split("\t") for line in lines[6:-1]]
+    cells[-1][0] = str(last)
     lines[6:-1] = ["\t".join([c[0], "", *c[2:]]) for c in cells]
-    take, _ = read("\n".join(lines))
-    np.testing.assert_array_equal(take.times, np.arange(6) / 50)
+    take, findings = read("\n".join(lines))
+    np.testing.assert_array_equal(take.times, np.array([0, 1, 2, 3, 4, last - 1]) / 50)
+    assert ("FRAMES_DROPPED" in codes(findings)) == (last > 6)
 
 
 @pytest.mark.parametrize(

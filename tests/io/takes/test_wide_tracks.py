@@ -95,6 +95,15 @@ def test_a_face_that_openface_lost_is_occluded(write):
     assert take.visible[:, 0].tolist() == [True, False, False]
 
 
+def test_times_that_stand_still_are_announced(write):
+    """As OpenFace has them of single images."""
+    rows = [f"{frame}, 0, 0.000, 0.98, 1, 10, 20, 30, 40" for frame in (1, 2)]
+    take, findings = read_openface(write(OPENFACE, *rows), TakeOptions(rate=25.0))
+    np.testing.assert_allclose(take.times, [0, 0.04])
+    (lost,) = [f for f in findings if f.code == "CHANNEL_IGNORED"]
+    assert "times, which do not increase" in lost.values["channels"]
+
+
 def test_of_the_action_units_the_blink_is_read(write):
     path = write(
         OPENFACE + ", AU01_r, AU45_r", "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40, 4, 0.5",

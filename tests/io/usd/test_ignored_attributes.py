@@ -56,6 +56,18 @@ def findings_by_place(tmp_path: Path, where: str, text: str) -> dict[str, str]:
             ".usdface:enabled",
             "one value for the take",
         ),
+        (
+            "Shot/Retarget",
+            "rel usdface:take = [</Shot/Capture/Take>, </Shot/Character>]",
+            ".usdface:take",
+            "the first counts",
+        ),
+        (
+            "Shot/Capture/Take",
+            "bool[] usdface:markers:visble = []",
+            ".usdface:markers:visble",
+            "usdface:markers:visible?",
+        ),
         ("Shot/Fuzzy/rule_07", "float usdface:weight = 0", "", "no layer defines it"),
         ("Shot/Expressions/joyy", "float usdface:gain = 0", "", "did you mean joy?"),
         ("Shot/Fuzzy", 'def "rule_07" {\n}', "/rule_07", "write def UsdFaceFuzzyRule"),

@@ -1,7 +1,8 @@
 from dataclasses import replace
 from pathlib import Path
 
-from pxr import Sdf, UsdShade, UsdUtils
+import pytest
+from pxr import Sdf, UsdGeom, UsdShade, UsdUtils
 from sheets import codes, sheet
 
 from usdface.io.usd.rig import read_rig, rig_of_stage
@@ -125,6 +126,51 @@ def test_inputs_that_change_over_time_stay_at_the_first():
     assert rig.materials[0].base_color == (0.25, 0.5, 0.5)
     assert rig.materials[0].roughness == 0.25
     assert codes(findings) == ["ANIMATION_DROPPED"] * 2
+
+
+def test_occlusion_without_a_texture_is_announced():
+    stage = sheet()
+    occlusion = surface_of(stage).CreateInput("occlusion", Sdf.ValueTypeNames.Float)
+    occlusion.Set(0.5)
+    (lost,) = rig_of_stage(stage)[1]
+    assert (lost.code, lost.values["feature"]) == ("FEATURE_DROPPED", "occlusion")
+    occlusion.Set(1.0)
+    assert rig_of_stage(stage)[1] == []
+
+
+@pytest.mark.parametrize(
+    ("scale", "bias", "kept"),
+    [
+        ((2, 2, 2, 1), (-1, -1, -1, 0), True),
+        ((1, 1, 2, 1), (-0.5, -0.5, -1, 0), True),  # half as strong
+        ((2, -2, 2, 1), (-1, 1, -1, 0), False),  # as DirectX has them
+        ((1, 1, 1, 1), (0, 0, 0, 0), False),
+    ],
+)
+def test_normal_maps_that_gltf_reads_otherwise_are_announced(scale, bias, kept):
+    stage = sheet()
+    surface = surface_of(stage)
+    image = UsdShade.Shader.Define(stage, "/R/Skin/Bumps")
+    image.CreateIdAttr("UsdUVTexture")
+    for name, value in (("scale", scale), ("bias", bias)):
+        image.CreateInput(name, Sdf.ValueTypeNames.Float4).Set(value)
+    output = image.CreateOutput("rgb", Sdf.ValueTypeNames.Float3)
+    surface.CreateInput("normal", Sdf.ValueTypeNames.Normal3f).ConnectToSource(output)
+    found = [f.values.get("feature") for f in rig_of_stage(stage)[1]]
+    assert ("normal_map" in found) != kept
+
+
+def test_faces_of_a_material_that_change_over_time_are_announced():
+    stage = sheet()
+    surface_of(stage)
+    mesh = UsdGeom.Mesh.Get(stage, "/R/M")
+    subset = UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).CreateMaterialBindSubset("s", [0])
+    skin = UsdShade.Material.Define(stage, "/R/Other")
+    UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(skin)
+    for code, faces in ((1, [0]), (2, [])):
+        subset.GetIndicesAttr().Set(faces, code)
+    found = rig_of_stage(stage)[1]
+    assert [f.where for f in found if f.code == "ANIMATION_DROPPED"] == ["/R/M/s"]
 
 
 def test_materials_that_no_mesh_shows_are_announced():

@@ -64,15 +64,22 @@ def test_custom_data_that_nothing_keeps_is_announced() -> None:
     give(group, "userProperties:lod", 1.0)
     group.SetCustomDataByKey("step", 2)
     group.SetCustomDataByKey("usdface", {"ours": True})
+    group.SetAssetInfoByKey("version", "12")
+    mesh.SetDocumentation("of the second sitting")
+    stage.GetPrimAtPath("/R").SetAssetInfoByKey("copyright", "kept")
     take = stage.DefinePrim("/Take", "UsdFaceMarkerTake")
+    mesh.CreateAttribute("studio:rig", Sdf.ValueTypeNames.Int, custom=False).Set(3)
     give(take, "userProperties:scene", 4.0)
     give(mesh, "usdface:residual", 0.5)
     group.CreateRelationship("material:binding")  # without its schema
     assert ignored(rig_of_stage(stage)[1]) == [
         "/R/M.studio:id",
+        "/R/M.studio:rig",
         "/R/M.userProperties:heat",
         "/R/Group step",
         "/R/Group.userProperties:lod",
+        "/R/M documentation",
+        "/R/Group assetInfo",
     ]
 
 
@@ -110,6 +117,22 @@ def test_what_exporters_note_on_each_prim_is_not_announced() -> None:
     assert "CHANNEL_IGNORED" not in [f.code for f in rig_of_stage(stage)[1]]
     group.SetCustomDataByKey("Studio", {"generated": False})
     assert ignored(rig_of_stage(stage)[1]) == ["/R/Group Studio"]
+
+
+def test_prims_of_other_types_are_announced() -> None:
+    stage = sheet()
+    stage.DefinePrim("/Render/Settings", "RenderSettings")
+    stage.DefinePrim("/R/Control", "StudioControl")
+    stage.DefinePrim("/Take", "UsdFaceMarkerTake")
+    for name in ("Xform", "Scope", "Camera", "DomeLight", "Skeleton", "Material", "Points"):
+        stage.DefinePrim(f"/R/{name}", name)
+    stage.DefinePrim("/R/M/lips", "GeomSubset")
+    (lost,) = [f for f in rig_of_stage(stage)[1] if "types" in f.message]
+    assert lost.code == "CHANNEL_IGNORED"
+    assert lost.values["channels"] == [
+        "StudioControl /R/Control",
+        "RenderSettings /Render/Settings",
+    ]
 
 
 def with_variants(prim: Usd.Prim, name: str, *variants: str) -> Usd.VariantSet:
@@ -189,6 +212,26 @@ def test_groups_that_carry_nothing_are_announced(tmp_path: Path) -> None:
     stage.DefinePrim("/World/Rig", "Xform")
     (lost,) = [f for f in rig_of_stage(stage)[1] if f.code == "NODES_DROPPED"]
     assert dict(lost.values) == {"node_count": 1, "nodes": ["/World/Sockets/Hat"]}
+
+
+def test_groups_above_meshes_of_other_names_are_announced() -> None:
+    """As Blender writes an object above its data; above a SkelRoot stands the asset."""
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    Sdf.CreatePrimInLayer(layer, "/World").specifier = Sdf.SpecifierDef
+    source = sheet()
+    Sdf.CopySpec(source.GetRootLayer(), "/R", layer, "/World/R")
+    stage = Usd.Stage.Open(layer)
+    UsdGeom.Xform.Define(stage, "/World")
+    for path in ("/World/R/Eyes/eye_l", "/World/R/Teeth/Teeth", "/World/R/Hair/Strands/hair"):
+        mesh = UsdGeom.Mesh.Define(stage, path)
+        mesh.CreatePointsAttr([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+        mesh.CreateFaceVertexCountsAttr([3])
+        mesh.CreateFaceVertexIndicesAttr([0, 1, 2])
+        UsdGeom.Xform.Define(stage, mesh.GetPath().GetParentPath())
+    UsdGeom.Xform.Define(stage, "/World/R/Hair")
+    (lost,) = [f for f in rig_of_stage(stage)[1] if f.code == "NODES_DROPPED"]
+    nodes = ["/World/R/Eyes", "/World/R/Hair", "/World/R/Hair/Strands"]
+    assert dict(lost.values) == {"node_count": 3, "nodes": nodes}
 
 
 def test_groups_of_a_gltf_are_kept(face_rig: Rig, tmp_path: Path) -> None:

@@ -6,7 +6,7 @@ from sheets import sheet
 from usdface.io.usd.rig import rig_of_stage
 
 
-def test_sets_of_faces_and_creases_are_announced():
+def test_sets_of_faces_creases_and_velocities_are_announced():
     stage = sheet()
     mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
     material = UsdShade.Material.Define(stage, "/R/Skin")
@@ -15,15 +15,16 @@ def test_sets_of_faces_and_creases_are_announced():
     UsdGeom.Subset.CreateGeomSubset(mesh, "lips", "face", [0], "faceSet")
     UsdGeom.Subset.CreateGeomSubset(mesh, "rim", "point", [0, 1], "faceSet")
     mesh.CreateCreaseIndicesAttr([0, 1])
+    mesh.CreateVelocitiesAttr().Set([(1, 0, 0)] * 3, 2)
     rig, found = rig_of_stage(stage)
     assert [f.values["channels"] for f in found if f.code == "CHANNEL_IGNORED"] == [
-        ["creaseIndices", "subset lips", "subset rim"]
+        ["creaseIndices", "velocities", "subset lips", "subset rim"]
     ]
     assert [s.material for s in rig.meshes[0].subsets] == ["Skin"]
     mesh.CreateSubdivisionSchemeAttr("none")  # there is no surface to sharpen
     found = rig_of_stage(stage)[1]
     assert [f.values["channels"] for f in found if f.code == "CHANNEL_IGNORED"] == [
-        ["subset lips", "subset rim"]
+        ["velocities", "subset lips", "subset rim"]
     ]
 
 
@@ -40,3 +41,12 @@ def test_both_sides_without_a_material_are_announced():
     UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(material)
     assert "double_sided" not in lost()
     assert rig_of_stage(stage)[0].materials[0].double_sided
+
+
+def test_pivots_of_meshes_without_a_skin_are_announced():
+    stage = sheet()
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath("/R/M"))
+    assert [f.code for f in rig_of_stage(stage)[1]] == []
+    UsdGeom.Xformable(mesh).AddTranslateOp().Set((0, 1, 0))
+    (found,) = rig_of_stage(stage)[1]
+    assert (found.code, found.values["meshes"]) == ("PIVOTS_DROPPED", ["/R/M"])

@@ -18,16 +18,23 @@ _MOST_BYTES = 2**20  # of one thing, as JSON
 def read_extras(*given: Any, where: str) -> tuple[dict[str, Any], list[Finding]]:
     """Merge extras, the later over the earlier, without metadata of conversions.
 
-    Extras larger than 1 MiB as JSON are left out (FEATURE_DROPPED).
+    Extras larger than 1 MiB as JSON are left out, and values that later ones replace
+    (FEATURE_DROPPED).
     """
     merged: dict[str, Any] = {}
+    found: list[Finding] = []
     for extras in given:
-        merged |= extras if isinstance(extras, dict) else {}
-    merged = {key: value for key, value in merged.items() if key not in RESERVED}
+        own = dict(extras) if isinstance(extras, dict) else {}
+        own = {key: value for key, value in own.items() if key not in RESERVED}
+        replaced = [key for key, value in own.items() if merged.get(key, value) != value]
+        if replaced:
+            message = "extras of its content are left out, as its node has others: {names}"
+            found.append(finding("FEATURE_DROPPED", where, message, replaced, feature="extras"))
+        merged |= own
     if merged and len(json.dumps(merged)) > _MOST_BYTES:
         message = "extras larger than {limit_mib} MiB are left out"
         return {}, [finding("FEATURE_DROPPED", where, message, _MOST_BYTES >> 20, feature="extras")]
-    return merged, []
+    return merged, found
 
 
 def extras_with_metadata(extras: Extras, **ours: Any) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """glTF 2.0 to a rig and its clips."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from itertools import compress
 from operator import not_
@@ -23,6 +24,8 @@ from usdface.io.gltf.groups import hang_in_groups, read_groups, read_joint_extra
 from usdface.io.gltf.ignored_parts import (
     report_extensions,
     report_extras,
+    report_names,
+    report_pivots,
     report_unplaced,
 )
 from usdface.io.gltf.inbetweens import Step, steps_in
@@ -108,6 +111,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
             or "no node of its scene has one"
         )
         raise InputError(f"there is no mesh with triangles to read: {why}", "FACE_MISSING")
+    found += _report_half_skinned(meshes, document)
     for k, m in enumerate(meshes):  # in place: two of each would be twice the memory
         coloured = multiply_by_base_color(m.mesh, materials)
         meshes[k] = replace(m, mesh=_in_rig_space(coloured, m.node, document, tree, armature))
@@ -121,6 +125,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     asset, new_findings = read_extras(document.asset.extras, where="asset")
     found += new_findings
     found += report_extensions(file) + report_extras(file) + report_unplaced(document)
+    found += report_pivots(document, tree, armature.nodes)
     groups, new_findings = read_groups(document, tree, armature)
     found += new_findings
     joint_extras, new_findings = read_joint_extras(document, armature)
@@ -138,6 +143,7 @@ def _read(path: Path, asset_root: Path | None) -> tuple[Rig, tuple[Clip, ...], l
     name = legal_text(scene.name or path.stem)
     rig = Rig(name, finished, armature.skeleton, materials, path.name, cameras, lights)
     rig = replace(rig, extras=extras, asset=asset, joint_extras=joint_extras)
+    found += report_names(file, rig.shape_names)
     return replace(rig, groups=tuple(groups.values())), clips, found
 
 
@@ -235,11 +241,23 @@ def _meshes(
             extras, lost = read_extras(source.extras, document.nodes[node].extras, where=name)
             found += lost
             own = legal_text(source.name or name)
-            named = replace(
-                mesh, name=name, extras=extras, geometry_name=own if own != name else ""
-            )
+            named = replace(mesh, name=name, extras=extras, content_name=own if own != name else "")
             meshes.append(PlacedMesh(named, node, weights, steps[index]))
     return meshes, found
+
+
+def _report_half_skinned(meshes: Iterable[PlacedMesh], document: GLTF2) -> list[Finding]:
+    """Return FEATURE_DROPPED for influences without a skin, and skins without influences."""
+    found = []
+    for placed in meshes:
+        influences, skin = placed.mesh.skin, document.nodes[placed.node].skin
+        if (influences is None) == (skin is None):
+            continue
+        message = "influences of joints are left out, as its node has no skin"
+        if influences is None:
+            message = "the skin of its node is left out, as it has no influences of joints"
+        found.append(finding("FEATURE_DROPPED", placed.mesh.name, message, feature="skin"))
+    return found
 
 
 def _still_weights(given: list[float] | None, of: Mesh) -> FloatArray:

@@ -18,6 +18,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.document import item
 from usdface.io.gltf.nodes import NodeTree
+from usdface.io.gltf.target_names import legal_text
 from usdface.io.prim_names import prim_names
 from usdface.rigs import Skeleton
 
@@ -153,6 +154,7 @@ def _skeleton(
         tuple(names),
         np.array([bind[node] for node in order]),
         np.array(rest),
+        legal_text(next((skin.name for skin in document.skins or [] if skin.name), "")),
     )
 
 

@@ -4,6 +4,7 @@ Source: glTF 2.0 specification, section 3.10 (cameras); KHR_lights_punctual.
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from usdface.findings import Finding, finding
 from usdface.io.gltf.document import item
 from usdface.io.gltf.extras import extras_with_metadata, read_extras
 from usdface.io.gltf.nodes import NodeTree
+from usdface.io.gltf.target_names import legal_text
 from usdface.io.transforms import decompose, rigid
 from usdface.scene import Camera, Light, LightKind
 
@@ -63,14 +65,22 @@ def read_scene(
         if node.camera is not None:
             source = item(document.cameras or [], node.camera, "camera")
             extras, new_findings = read_extras(source.extras, node.extras, where=name)
-            cameras.append(_camera(source, node.name or source.name or "Camera", matrix, extras))
+            name, own = _names(node.name, source.name, "Camera")
+            cameras.append(replace(_camera(source, name, matrix, extras), content_name=own))
             found += new_findings
         if shining is not None:
             given = item(known, shining.get("light"), "light")
             extras, new_findings = read_extras(given.get("extras"), node.extras, where=name)
-            lights.append(_light(given, node.name or given.get("name") or "Light", matrix, extras))
+            name, own = _names(node.name, given.get("name"), "Light")
+            lights.append(replace(_light(given, name, matrix, extras), content_name=own))
             found += new_findings
     return tuple(cameras), tuple(lights), found
+
+
+def _names(of_node: Any, own: Any, default: str) -> tuple[str, str]:
+    """Return the name of a node, and that of its content where it is another one."""
+    name, content = legal_text(str(of_node or own or default)), legal_text(str(own or ""))
+    return name, content if content != name else ""
 
 
 def _above(index: int, tree: NodeTree) -> set[int]:
@@ -159,21 +169,22 @@ def _node(name: str, matrix: FloatArray) -> Node:
 
 def _written_camera(camera: Camera) -> pygltflib.Camera:
     far = camera.far if np.isfinite(camera.far) else None
+    name = camera.content_name or camera.name
     if camera.perspective:
         deep = pygltflib.Perspective(
             yfov=camera.height, aspectRatio=camera.aspect or None, znear=camera.near, zfar=far
         )
-        return pygltflib.Camera(name=camera.name, type="perspective", perspective=deep)
+        return pygltflib.Camera(name=name, type="perspective", perspective=deep)
     up = camera.height / 2
     flat = pygltflib.Orthographic(
         xmag=up * (camera.aspect or 1.0), ymag=up, znear=camera.near, zfar=far or 1e6
     )
-    return pygltflib.Camera(name=camera.name, type="orthographic", orthographic=flat)
+    return pygltflib.Camera(name=name, type="orthographic", orthographic=flat)
 
 
 def _written_light(light: Light) -> dict[str, Any]:
     written: dict[str, Any] = {
-        "name": light.name,
+        "name": light.content_name or light.name,
         "type": light.kind,
         "color": list(light.colour),
         "intensity": light.intensity,

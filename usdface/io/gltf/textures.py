@@ -21,6 +21,7 @@ from usdface.io.gltf.buffer import BufferBuilder
 from usdface.io.gltf.document import GltfFile, item, resource
 from usdface.io.gltf.image import GltfImage, pixels_of, to_png
 from usdface.io.gltf.image_kind import image_type, is_cut_off_webp, is_webp
+from usdface.io.gltf.target_names import legal_text
 from usdface.io.inputs import first_free
 from usdface.io.udim import is_udim
 from usdface.io.unique_name import unique_name
@@ -96,7 +97,9 @@ def read_texture(
             code = "ASSET_OUTSIDE" if error.code == "URI_OUTSIDE" else "TEXTURE_MISSING"
             found.append(finding(code, where, "{error}; the texture is left out", error))
             continue
-        return replace(image, placed=_placement(file, texture, info, uv_names)), found
+        placed = _placement(file, texture, info, uv_names)
+        name = _name(item(file.document.images or [], source, "image"))
+        return replace(image, placed=placed, image_name=name), found
     if not found:
         message = "its image is in a format that only an extension defines"
         found.append(finding("TEXTURE_MISSING", where, message))
@@ -176,7 +179,12 @@ def _placement(file: GltfFile, texture: Any, info: Any, uv_names: Sequence[str])
         scale,
         rotation,
         offset if transform else (0.0, 0.0),
+        _name(texture),
     )
+
+
+def _name(part: Any) -> str:
+    return legal_text(str(part.name or ""))
 
 
 def _pair(values: Any) -> tuple[float, float]:
@@ -192,6 +200,8 @@ def _pair(values: Any) -> tuple[float, float]:
 class TextureBuilder:
     """Images, samplers and textures of a file that is being written; equal ones are stored once.
 
+    An image without a name in glTF has that of its file.
+
     Parameters
     ----------
     uv_names : sequence of str
@@ -200,16 +210,19 @@ class TextureBuilder:
 
     def __init__(self, uv_names: Sequence[str]) -> None:
         self._uv_names = list(uv_names)
-        self._images: dict[GltfImage, int] = {}
+        self._images: dict[tuple[GltfImage, str], tuple[int, str]] = {}
         self._samplers: dict[tuple[int | None, ...], int] = {}
-        self._textures: dict[tuple[int, int | None], int] = {}
+        self._textures: dict[tuple[int, int | None, str], int] = {}
         self.transformed = False
         self.findings: list[Finding] = []
 
-    def info(self, kind: Any, image: GltfImage, placed: Placement, where: str) -> Any:
-        """Return a ``textureInfo`` of a pygltflib `kind` for an image and its placement."""
-        source = self._images.setdefault(image, len(self._images))
-        key = (source, self._sampler(placed))
+    def info(self, kind: Any, image: GltfImage, texture: Texture, where: str) -> Any:
+        """Return a ``textureInfo`` of a pygltflib `kind` for an image, placed as a texture."""
+        placed = texture.placed
+        title = texture.image_name or Path(texture.path).stem
+        entry = len(self._images), title
+        source, _ = self._images.setdefault((image, texture.image_name), entry)
+        key = (source, self._sampler(placed), placed.texture_name)
         coordinates = 0
         if placed.uv in self._uv_names:
             coordinates = self._uv_names.index(placed.uv)
@@ -248,7 +261,7 @@ class TextureBuilder:
         """
         beside = {}
         numbers = count()
-        for data, mime in self._images:
+        for ((data, mime), _), (_, title) in self._images.items():
             if path.suffix.lower() == ".glb":
                 image = pygltflib.Image(mimeType=mime, bufferView=builder.view(data))
             else:
@@ -257,13 +270,15 @@ class TextureBuilder:
                 if not there:
                     beside[name] = data
                 image = pygltflib.Image(uri=quote(name))
+            image.name = title or None
             document.images.append(image)
         document.samplers = [
             pygltflib.Sampler(magFilter=mag, minFilter=min_, wrapS=s, wrapT=t)
             for mag, min_, s, t in self._samplers
         ]
         document.textures = [
-            pygltflib.Texture(source=source, sampler=sampler) for source, sampler in self._textures
+            pygltflib.Texture(source=source, sampler=sampler, name=name or None)
+            for source, sampler, name in self._textures
         ]
         if self.transformed:
             document.extensionsUsed = [*document.extensionsUsed, _TRANSFORM]

@@ -1,4 +1,4 @@
-"""Where a glTF file has extensions and extras: its parts may have either anywhere.
+"""Where a glTF file has names, extensions and extras: its parts may have them anywhere.
 
 Source: glTF 2.0 specification, section 3.1 (glTFProperty) and the JSON schemas.
 """
@@ -15,7 +15,7 @@ _INNER = {"primitives": "a primitive", "channels": "a channel", "samplers": "a s
 
 @dataclass(frozen=True, eq=False, slots=True)
 class UserData:
-    """The extensions and extras of one part of a file.
+    """The name, extensions and extras of one part of a file.
 
     Attributes
     ----------
@@ -25,11 +25,13 @@ class UserData:
         By name; {} where there are none.
     extras : object
         Any JSON value; None where there are none.
+    name : str
     """
 
     path: tuple[str | int, ...]
     extensions: Mapping[str, Any]
     extras: Any
+    name: str = ""
 
     @property
     def where(self) -> str:
@@ -44,7 +46,7 @@ class UserData:
 
 
 def user_data_of(document: Mapping[str, Any]) -> tuple[UserData, ...]:
-    """Return the extensions and extras of every part of a document, in its order.
+    """Return the name, extensions and extras of every part of a document, in its order.
 
     Those within extensions and extras are theirs.
     """
@@ -53,10 +55,10 @@ def user_data_of(document: Mapping[str, Any]) -> tuple[UserData, ...]:
     while waiting:
         path, part = waiting.pop()
         if isinstance(part, Mapping):
-            extensions, extras = part.get("extensions"), part.get("extras")
-            if extensions or extras is not None:
+            extensions, extras, name = map(part.get, ("extensions", "extras", "name"))
+            if extensions or extras is not None or name:
                 named = extensions if isinstance(extensions, Mapping) else {}
-                found.append(UserData(path, named, extras))
+                found.append(UserData(path, named, extras, str(name or "")))
             inner = [(k, v) for k, v in part.items() if k not in ("extensions", "extras")]
         elif isinstance(part, list):
             inner = list(enumerate(part))

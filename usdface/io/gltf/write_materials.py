@@ -71,7 +71,7 @@ def _written(
     def info(kind: Any, texture: Texture | None, chosen: GltfImage | None) -> Any:
         if texture is None or chosen is None:
             return None
-        return textures.info(kind, chosen, texture.placed, where)
+        return textures.info(kind, chosen, texture, where)
 
     base, rough = material.base_color_texture, material.roughness_texture
     alpha = _joint_texture(material.opacity_texture, base, "opacity", where, found)

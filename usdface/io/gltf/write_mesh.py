@@ -121,7 +121,7 @@ def write_mesh(
     tint = write_vertex_colours(mesh, split, builder) if shows else None
     _share(primitives, shared, targets, tint, [name in shows for name in ("", *materials)])
     at_rest, extras = [0.0] * len(mesh.shapes), _named_targets(mesh, inbetweens)
-    name = mesh.geometry_name or mesh.name
+    name = mesh.content_name or mesh.name
     whole = pygltflib.Mesh(name=name, primitives=primitives, weights=at_rest, extras=extras)
     return whole, found
 
@@ -159,6 +159,9 @@ def _report_dropped(mesh: Mesh) -> list[Finding]:
     found = []
     if (mesh.face_counts > 3).any():
         found.append(finding("FACES_TRIANGULATED", mesh.name))
+    if unseen := _unseen(mesh):
+        message = "parts that show nothing are left out: {channels}"
+        found.append(finding("CHANNEL_IGNORED", mesh.name, message, unseen))
     if mesh.normals is None and not mesh.flat:
         found.append(finding("NORMALS_COMPUTED", mesh.name))
     combined = [shape.name for shape in mesh.shapes if shape.combination is not None]
@@ -168,6 +171,17 @@ def _report_dropped(mesh: Mesh) -> list[Finding]:
             finding("FEATURE_DROPPED", mesh.name, message, combined, feature="combination_shapes")
         )
     return found
+
+
+def _unseen(mesh: Mesh) -> list[str]:
+    """Return in words the faces without a surface, and the points of no face with one."""
+    flat = mesh.face_counts < 3
+    shown = mesh.face_indices[np.repeat(~flat, mesh.face_counts)]
+    parts = {
+        "faces of fewer than three corners": int(flat.sum()),
+        "points of no face": len(mesh.points) - len(np.unique(shown)),
+    }
+    return [f"{count} {part}" for part, count in parts.items() if count]
 
 
 def _primitives(

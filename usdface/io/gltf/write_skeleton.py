@@ -1,6 +1,7 @@
 """A skeleton as glTF nodes and skins."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pygltflib
@@ -28,8 +29,8 @@ def write_dequantising_skins(
         document.nodes[node].skin = len(document.skins)
         inverse = _inverse_binds(skeleton, box.matrix)
         binds = builder.array(inverse)
-        joints = document.skins[0].joints
-        document.skins.append(pygltflib.Skin(joints=joints, inverseBindMatrices=binds))
+        plain = document.skins[0]
+        document.skins.append(replace(plain, inverseBindMatrices=binds))
     used = {n.skin for n in document.nodes if n.skin is not None}
     if boxed and 0 not in used:  # nothing uses the plain skin
         document.skins = document.skins[1:]
@@ -84,6 +85,7 @@ def write_skeleton(
             document.nodes[parent].children.append(place[path])
     document.skins = [
         pygltflib.Skin(
+            name=skeleton.skin_name or None,
             joints=list(place.values()),
             inverseBindMatrices=builder.array(_inverse_binds(skeleton, np.eye(4))),
         )

@@ -157,7 +157,8 @@ def _read_neutral(
         for name in dict.fromkeys(obj.materials)
         if name
     )
-    findings = _unread(path, obj.unread)
+    grouped = len({*obj.groups}) > 1
+    findings = _unread(path, (*obj.unread, *(["groups of faces"] if grouped else [])))
     if subsets:
         message = "materials keep their names and faces; their colours (.mtl) are not read"
         findings.append(finding("FEATURE_DROPPED", str(path), message, feature="material_colours"))

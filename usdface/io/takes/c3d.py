@@ -4,7 +4,6 @@ Read with numpy and not with a C3D library: only the points are wanted, analog s
 stay on disk, and no count in the file is believed before it is checked against its size.
 """
 
-import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
-from usdface.io.takes.c3d_ignored import report_beside_points
+from usdface.io.takes.c3d_ignored import report_beside_points, timecode_of
 from usdface.io.takes.c3d_parameters import ByteOrder, Parameters, floats, read_parameters
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, finish_take
 from usdface.options import TakeOptions
@@ -31,7 +30,6 @@ _ORDERS: dict[int, ByteOrder] = {84: "intel", 85: "dec", 86: "mips"}
 _COMPUTED = tuple(
     f"POINT:{name}" for name in ("ANGLES", "FORCES", "MOMENTS", "POWERS", "REACTIONS", "SCALARS")
 )
-_TIMECODE = re.compile(r"\d{1,2}:\d{2}:\d{2}[:;.]\d{1,3}(\.\d+)?")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -92,6 +90,8 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     layout, frame_findings = _all_frames(path, data, layout, header)
     findings += frame_findings
     findings += report_beside_points(path, parameters, _analog_count(header, layout.rate))
+    timecode, timecode_findings = timecode_of(path, parameters)
+    findings += timecode_findings
     first = _first_frame(header)
     if first > 1:
         message = "time 0 is frame {frame_number} of the recording"
@@ -110,7 +110,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         rate=layout.rate,
         unit_name=_text(parameters, "POINT:UNITS"),
         up_axis=up_axis,
-        start_timecode=_timecode(parameters),
+        start_timecode=timecode,
         first_frame=max(first - 1, 0),
     )
     take, take_findings = finish_take(raw, options)
@@ -282,19 +282,6 @@ def _computed(parameters: Parameters, labels: tuple[str, ...]) -> list[str]:
     """Return the labels of points that are no places, but angles, forces and the like."""
     computed = {label for key in _COMPUTED for label in _texts(parameters, key) if label}
     return [label for label in labels if label in computed]
-
-
-def _timecode(parameters: Parameters) -> str:
-    """Return a text parameter that is called and reads like a timecode; "" if none is.
-
-    The guide names no place for it; systems keep it in groups of their own.
-    """
-    for key, value in parameters.items():
-        if ("TIMECODE" in key or "SMPTE" in key) and isinstance(value, list):
-            for text in value:
-                if _TIMECODE.fullmatch(text):
-                    return text
-    return ""
 
 
 def _number(parameters: Parameters, key: str, missing: float) -> float:

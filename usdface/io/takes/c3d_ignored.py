@@ -1,16 +1,32 @@
-"""Contents of a C3D file beside its points: analog channels, events and rotations.
+"""Contents of a C3D file beside its points: timecode, analog channels, events and rotations.
 
 Source: C3D User Guide (c3d.org), "The ANALOG group", "The EVENT group", "The ROTATION group".
 """
 
+import re
 from pathlib import Path
 
 from usdface.findings import Finding, finding
 from usdface.io.takes.c3d_parameters import Parameters
 
-__all__ = ["report_beside_points"]
+__all__ = ["report_beside_points", "timecode_of"]
 
+_TIMECODE = re.compile(r"\d{1,2}:\d{2}:\d{2}[:;.]\d{1,3}(\.\d+)?")
 _MOST = 258  # of LABELS, LABELS2, ...: 255 labels each, of 65535 channels
+
+
+def timecode_of(path: Path, parameters: Parameters) -> tuple[str, list[Finding]]:
+    """Return a text parameter that is called and reads like a timecode; "" if none is.
+
+    The guide names no place for it; systems keep it in groups of their own, some as numbers.
+    """
+    called = {k: v for k, v in parameters.items() if "TIMECODE" in k or "SMPTE" in k}
+    texts = (text for value in called.values() if isinstance(value, list) for text in value)
+    found = next(filter(_TIMECODE.fullmatch, texts), "")
+    if found or not called:
+        return found, []
+    message = "a timecode in a form that is not read: {channels}"
+    return "", [finding("CHANNEL_IGNORED", str(path), message, list(called))]
 
 
 def report_beside_points(path: Path, parameters: Parameters, held: int) -> list[Finding]:

@@ -32,6 +32,11 @@ _FRAME = frozenset({"frame", "frames", "frame#", "frame_index", "frame index", "
 _TIME = frozenset({"time", "time_s", "seconds", "timestamp", "t"})
 _MARKER = frozenset({"marker", "name", "label", "marker_name"})
 _COMPONENT = re.compile(r"(.+)[ _.:]([xyz])", re.IGNORECASE)
+# Ends of labels whose x, y and z are no place, as of rigid bodies.
+_NO_PLACE = re.compile(
+    r"(^|[ _.:])(rot|rotation|quat|quaternion|euler|scale|velocity|acceleration)$", re.IGNORECASE
+)
+_SAME_TIME = 1e-6  # s
 _UNIT_SUFFIX = re.compile(r"\s*[\[(](s|sec|seconds)[\])]$")
 
 
@@ -122,10 +127,10 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     positions[frame, column] = table[:, len(clocks) :]
     used = {marker, *clocks, *(columns[axis] for axis in axes)}
     times = table[first, : len(clocks)]
-    header = enumerate(rows[0][1])
-    return _raw(path, labels, positions, times, columns), [
-        name for column, name in header if name and column not in used
-    ]
+    ignored = [name for k, name in enumerate(rows[0][1]) if name and k not in used]
+    if (np.abs(table[:, : len(clocks)] - times[frame]) > _SAME_TIME).any():
+        ignored.append("times of a frame after its first")
+    return _raw(path, labels, positions, times, columns), ignored
 
 
 def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake, list[str]]:
@@ -134,7 +139,7 @@ def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     ignored = []
     for column, name in enumerate(rows[0][1]):
         match = _COMPONENT.fullmatch(name)
-        if match:
+        if match and not _NO_PLACE.search(match[1]):
             axes = places.setdefault(match[1], {})
             if match[2].lower() in axes:
                 raise InputError(

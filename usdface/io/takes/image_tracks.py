@@ -124,14 +124,18 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
     if frames[0] != tracks.first_frame:
         message = "time 0 is frame {frame_number:g} of the footage"
         findings.append(finding("FRAMES_RENUMBERED", str(path), message, frames[0]))
-    if tracks.ignored:
+    seconds = _times_of_frames(tracks, row, len(frames))
+    ignored = list(tracks.ignored)
+    if tracks.seconds is not None and seconds is None:
+        ignored.append("times, which do not increase")
+    if ignored:
         message = "not read: {channels}"
-        findings.append(finding("CHANNEL_IGNORED", str(path), message, list(tracks.ignored)))
+        findings.append(finding("CHANNEL_IGNORED", str(path), message, ignored))
     raw = RawTake(
         path=path,
         labels=tracks.labels,
         positions=positions,
-        seconds=_times_of_frames(tracks, row, len(frames)),
+        seconds=seconds,
         frames=frames,
         rate=tracks.rate,
         first_frame=round(float(np.clip(frames[0] - tracks.first_frame, *_FRAMES))),

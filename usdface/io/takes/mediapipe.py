@@ -35,6 +35,7 @@ _FRAME = ("frame", "frame_index", "frame_idx", "frame_number", "frame_id")
 _LANDMARK = ("landmark", "landmark_index", "landmark_idx", "landmark_id", "landmark_name")
 _LANDMARKS = ("landmarks", "face_landmarks", "faceLandmarks", "multi_face_landmarks", "landmark")
 _FRAMES = ("frames", "results", "data")
+_OF_FILE = (*_FRAMES, "fps", "width", "height", "image_width", "image_height")
 _WIDE = re.compile(r"(?:(?:landmark|lm|point)?_?(\d{1,4})[_.]([xy])|([xy])_?(\d{1,4}))")
 _MOST = 10_000  # landmarks of a face; MediaPipe's has 478
 
@@ -54,7 +55,10 @@ def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
         frames = _frames(path, document)
         table, times = _of_frames(path, frames)
         unread = _unread_of_frames(frames)
+        if times is None and any(_has_time(frame) for frame in frames):
+            unread.append("timestamp_ms, which some frames lack")
         if isinstance(document, dict):
+            unread += [key for key in document if key not in _OF_FILE]
             sides = (document.get(f"{p}{s}") for s in ("width", "height") for p in ("", "image_"))
             found = [side for side in map(number, sides) if side > 0]
             width, height = found[:2] if len(found) == 2 else (0.0, 0.0)
@@ -147,6 +151,10 @@ def _unread_of_frames(frames: Sequence[Any]) -> list[str]:
     found |= {str(key): None for mark in named for key in mark if key not in ("x", "y", "z")}
     more = any(_face_count(frame) > 1 for frame in frames)
     return [*found, *(["other faces"] if more else [])]
+
+
+def _has_time(frame: Any) -> bool:
+    return isinstance(frame, dict) and np.isfinite(number(frame.get("timestamp_ms")))
 
 
 def _face_count(frame: Any) -> int:

@@ -35,9 +35,11 @@ def read_mmsolver(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         If the file is missing or no such file, or the size of the image is not known.
     """
     width = height = focal = 0.0
+    unread: list[str] = []
     if read_text(path).lstrip()[:1] == "{":
         document = read_json(path)
         table = _of_json(path, document)
+        unread = _unread(document)
         camera = document.get("camera")
         resolution = camera.get("resolution") if isinstance(camera, dict) else None
         if isinstance(resolution, list) and len(resolution) == 2:
@@ -59,8 +61,24 @@ def read_mmsolver(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         lines=table.lines,
         confidence=np.nan_to_num(table.numbers[:, 3], nan=1.0),
         threshold=_LEAST_WEIGHT,
+        ignored=unread,
     )
     return finish_tracks(tracks, options)
+
+
+def _unread(document: dict[str, Any]) -> list[str]:
+    """Return what points, their samples and the document have beside what is read."""
+    points = document["points"]
+    samples = [each for point in points for each in point.get("per_frame") or ()]
+    placed = any(isinstance(sample.get("pos"), list) for sample in samples)
+    read = {"version", "num_points", "points", "camera"}
+    read |= {"name", "id", "per_frame", "frame", "pos", "weight", *(() if placed else ["pos_dist"])}
+    keys = {key: None for part in (document, *points, *samples) for key in part}
+    camera = document.get("camera")
+    frames = camera.get("per_frame") if isinstance(camera, dict) else None
+    lengths = {str(f.get("focal_length_cm")) for f in frames or () if isinstance(f, dict)}
+    changing = ["a focal length that changes"] if len(lengths) > 1 else []
+    return [str(key) for key in keys if key not in read] + changing
 
 
 def _focal_length(camera: dict[str, Any], width: float) -> float:

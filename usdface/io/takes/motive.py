@@ -69,6 +69,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     table = read_numbers(path, data, [0, 1, *columns])
     number = int(positive(data[0][1][0])) if data else 0  # counted from 0
     rate = positive(about.get("Export Frame Rate") or about.get("Capture Frame Rate", ""))
+    start = _start(rows[top][1], data, about, rate)
     raw = RawTake(
         path=path,
         labels=tuple(name for name, _ in markers),
@@ -78,10 +79,12 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         unit_name=about.get("Length Units", ""),
         assumed_unit="m",
         up_axis="Y",
-        start_timecode=_start(rows[top][1], data, about, rate),
+        start_timecode=start,
         first_frame=number if number < _MOST_FRAMES else 0,
     )
     take, findings = finish_take(raw, options)
+    if start and "TimeCode" not in rows[top][1]:
+        findings.append(finding("TIMECODE_ASSUMED", str(path)))
     findings = compare_frames(path, announced, len(data)) + findings
     if number:
         message = "time 0 is frame {frame_number} of the recording"

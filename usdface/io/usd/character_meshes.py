@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from pxr import Sdf, Usd, UsdGeom
+from pxr import Sdf, Usd, UsdGeom, UsdLux
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
@@ -11,6 +11,7 @@ from usdface.io.usd.metrics import to_si
 from usdface.io.usd.rendered_meshes import placed_meshes, rendered_meshes
 from usdface.io.usd.shot import StagedShot
 from usdface.io.usd.skel_bindings import spaces_of_meshes
+from usdface.io.usd.unconverted_scene import report_unconverted_scene
 
 __all__ = ["character_meshes", "near_face", "points_of", "report_left_out"]
 
@@ -62,7 +63,34 @@ def near_face(prims: Sequence[Usd.Prim], staged: StagedShot) -> list[str]:
 
 
 def report_left_out(staged: StagedShot) -> list[Finding]:
-    """Return FEATURE_DROPPED for meshes near the face that the rig of its shot lacks."""
+    """Return findings on what of a stage a glTF of the shot lacks.
+
+    Of meshes, on those near the face; else as `usdface export`, and on cameras and lights, which
+    that writes.
+    """
+    rig, stage = staged.shot.rig, staged.stage
+    return [
+        *_left_out_meshes(staged),
+        *_left_out_views(staged),
+        *report_unconverted_scene(stage, rig.meshes, None),
+    ]
+
+
+def _left_out_views(staged: StagedShot) -> list[Finding]:
+    prims = list(staged.stage.Traverse(Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)))
+    views = {
+        "camera": [str(prim.GetPath()) for prim in prims if prim.IsA(UsdGeom.Camera)],
+        "light": [str(prim.GetPath()) for prim in prims if prim.HasAPI(UsdLux.LightAPI)],
+    }
+    message = "left out; `usdface export` of the result writes it: {names}"
+    return [
+        finding("FEATURE_DROPPED", kind, message, names, feature=kind)
+        for kind, names in views.items()
+        if names
+    ]
+
+
+def _left_out_meshes(staged: StagedShot) -> list[Finding]:
     known = {mesh.path for mesh in staged.shot.rig.meshes}
     meshes = character_meshes(staged)
     names = near_face([prim for prim in meshes if str(prim.GetPath()) not in known], staged)

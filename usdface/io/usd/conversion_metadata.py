@@ -5,10 +5,11 @@ from typing import Any
 
 from pxr import Usd, UsdShade
 
-__all__ = ["GEOMETRY_NAME", "KEY", "read_metadata", "write_metadata"]
+__all__ = ["CONTENT_NAME", "KEY", "SKIN_NAME", "read_metadata", "write_metadata"]
 
 KEY = "usdface"
-GEOMETRY_NAME = "geometryName"  # of a mesh: that of the glTF mesh, whose node has another
+CONTENT_NAME = "contentName"  # of a glTF mesh, camera or light whose node has another
+SKIN_NAME = "skinName"  # of a skeleton: that of its glTF skin
 
 
 def read_metadata(of: Usd.Prim | UsdShade.ConnectableAPI | Any) -> Mapping[str, Any]:

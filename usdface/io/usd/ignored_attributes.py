@@ -15,6 +15,8 @@ __all__ = ["ignored_attributes"]
 _OURS = "usdface:"
 # Attributes that carry the name of a shape, an emotion or a region.
 _NAMED = (tokens.PIN_PREFIX, tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX)
+# Relationships that may have several targets.
+_MANY = (tokens.EXPRESSIONS,)
 # May vary by the schema, but the rule base is that of the whole take.
 _OF_RULES = (tokens.RULE_WEIGHT, tokens.ENABLED)
 
@@ -53,6 +55,8 @@ def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
         if written not in known:
             hint = Prose(did_you_mean(written, known))
             yield where, "unknown attribute {attribute}{hint}", written, hint
+        elif written not in _MANY and len(_targets(prim, written)) > 1:
+            yield where, "{attribute} has several targets; the first counts", written
         elif known[written].variability == Sdf.VariabilityUniform and _has_samples(prim, written):
             yield (
                 where,
@@ -64,6 +68,11 @@ def _attributes(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
                 "{attribute} of a rule has one value for the take; its time samples are ignored"
             )
             yield where, message, written
+
+
+def _targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:
+    relation = prim.GetRelationship(name)
+    return list(relation.GetTargets()) if relation else []
 
 
 def _has_samples(prim: Usd.Prim, name: str) -> bool:

@@ -8,13 +8,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.conversion_metadata import read_metadata
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.preview_surface import Surface
-from usdface.io.usd.textures import scale_of
+from usdface.io.usd.textures import scale_of, value_of
 from usdface.materials import AlphaMode, Material, Texture
 from usdface.rigs import MaterialSubset, MaterialVariant, Mesh
 
@@ -155,6 +156,14 @@ def _alpha_mode(
     return "blend" if blends else "opaque"
 
 
+def _is_of_gltf(bump: UsdShade.Shader) -> bool:
+    """Return whether a normal map is read as glTF does: x and y by a strength, from -1 to 1."""
+    across, up, out = scale_of(bump)[:3]
+    bias = np.array(value_of(bump, "bias") or (0.0,) * 4)[:3]
+    shifted = np.allclose(bias, [-across / 2, -up / 2, -1.0], atol=1e-3)
+    return bool(shifted and abs(across - up) < 1e-3 and abs(out - 2.0) < 1e-3)
+
+
 def _dropped_inputs(surface: Surface, where: str) -> list[Finding]:
     """Return a finding for the inputs of a surface that `Material` does not have."""
     found = []
@@ -165,6 +174,15 @@ def _dropped_inputs(surface: Surface, where: str) -> list[Finding]:
         found.append(
             finding("FEATURE_DROPPED", where, "displacement is not kept", feature="displacement")
         )
+    bump = surface.source("normal").texture
+    if bump is not None and not _is_of_gltf(bump):
+        message = "its scale and bias are others than those by which glTF reads normal maps"
+        found.append(
+            finding("FEATURE_APPROXIMATED", str(bump.GetPath()), message, feature="normal_map")
+        )
+    if surface.source("occlusion").value not in (None, 1.0):
+        message = "occlusion without a texture is not kept: glTF has none"
+        found.append(finding("FEATURE_DROPPED", where, message, feature="occlusion"))
     for name in ("clearcoat", "clearcoatRoughness", "ior"):
         if surface.source(name).texture:
             found.append(

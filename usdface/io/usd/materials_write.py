@@ -189,9 +189,9 @@ def _texture_reader(prim: UsdShade.Material, node: _Node, asset: str) -> UsdShad
     reader.CreateInput("st", _FLOAT2).ConnectToSource(source)
     for name, wrap in zip(("wrapS", "wrapT"), placed.wrap, strict=True):
         reader.CreateInput(name, Sdf.ValueTypeNames.Token).Set(wrap)
-    for name, number in zip(("magFilter", "minFilter"), placed.filters, strict=True):
-        if number:
-            write_metadata(reader.GetPrim(), name, number)
+    for key, value in _noted(node.texture).items():
+        if value:
+            write_metadata(reader.GetPrim(), key, value)
     space = node.texture.space
     if space == "auto":
         space = "sRGB" if node.role in ("baseColor", "emissive") else "raw"
@@ -200,6 +200,13 @@ def _texture_reader(prim: UsdShade.Material, node: _Node, asset: str) -> UsdShad
     if node.bias is not None:
         reader.CreateInput("bias", Sdf.ValueTypeNames.Float4).Set(Gf.Vec4f(*node.bias))
     return reader
+
+
+def _noted(texture: Texture) -> dict[str, int | str]:
+    """Return what of a texture only glTF has, by the keys that `usdface.io.usd.textures` reads."""
+    placed = texture.placed
+    filters = dict(zip(("magFilter", "minFilter"), placed.filters, strict=True))
+    return filters | {"textureName": placed.texture_name, "imageName": texture.image_name}
 
 
 def _primvar_reader(prim: UsdShade.Material, name: str, width: int) -> UsdShade.Output:

@@ -9,7 +9,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.usd.attributes import changes
 from usdface.io.usd.blend_shapes import read_shapes
-from usdface.io.usd.conversion_metadata import GEOMETRY_NAME, read_metadata
+from usdface.io.usd.conversion_metadata import CONTENT_NAME, read_metadata
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.face_varying_primvars import read_face_varying, to_face_varying
 from usdface.io.usd.vertex_cache import points_move
@@ -96,7 +96,7 @@ def read_mesh(
         others,
         extras,
         flat=normals is None and mesh.GetSubdivisionSchemeAttr().Get() == UsdGeom.Tokens.none,
-        geometry_name=str(read_metadata(prim).get(GEOMETRY_NAME, "")),
+        content_name=str(read_metadata(prim).get(CONTENT_NAME, "")),
     )
     if result.flat:
         findings.append(finding("NORMALS_FLAT", path))
@@ -205,6 +205,9 @@ def _material_subsets(
                     "FEATURE_DROPPED", str(subset.GetPath()), message, count - 1, feature="faces"
                 )
             )
+        if changes(subset.GetIndicesAttr()):
+            message = "its faces change over time, and stay as at the first"
+            findings.append(finding("ANIMATION_DROPPED", str(subset.GetPath()), message))
         material = bound_material(subset.GetPrim())
         if material != whole:  # else it repeats that of the mesh
             subsets.append(MaterialSubset(material, faces[inside]))

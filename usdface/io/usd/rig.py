@@ -16,7 +16,7 @@ from usdface.io.usd.groups import read_groups
 from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
 from usdface.io.usd.mesh import read_mesh
-from usdface.io.usd.metrics import metrics_of, to_si
+from usdface.io.usd.metrics import metrics_of, missing_metrics, to_si
 from usdface.io.usd.mixed_metrics import report_mixed_metrics
 from usdface.io.usd.rendered_meshes import outside_meshes, rendered_meshes
 from usdface.io.usd.scene import read_scene
@@ -29,6 +29,7 @@ from usdface.io.usd.skel_bindings import (
 )
 from usdface.io.usd.skeleton import read_skin
 from usdface.io.usd.skeletons import join_skeletons
+from usdface.io.usd.splines import report_splines
 from usdface.io.usd.stage import open_stage
 from usdface.io.usd.unconverted_scene import report_unconverted_scene
 from usdface.io.usd.vertex_cache import points_move
@@ -102,6 +103,7 @@ def rig_of_stage(
     with usd_errors(_source(stage)):
         si = to_si(metrics_of(stage)) @ (np.eye(4) if turn is None else turn)
         rig, findings = _rig(stage, root, joints, asset_root, purposes, si, referenced)
+        findings += report_splines(stage)
     for mesh in () if caches else rig.meshes:
         if points_move(UsdGeom.Mesh(stage.GetPrimAtPath(mesh.path))):
             message = "its points change over time; they stay as at the first"
@@ -138,7 +140,8 @@ def _rig(
     rig, lost = _with_scene(rig, stage, top, si)
     if referenced:
         return rig, findings
-    return rig, findings + lost + report_unconverted_scene(stage, looks, top)
+    lost += [*missing_metrics(stage), *report_unconverted_scene(stage, looks, top)]
+    return rig, findings + lost
 
 
 def _skinned_meshes(

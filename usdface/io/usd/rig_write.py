@@ -14,7 +14,7 @@ from usdface.geometry.vertex_normals import normals_of_faces, unit_or_up
 from usdface.io.atomic import all_or_none
 from usdface.io.prim_names import prim_names
 from usdface.io.usd.clips_write import clock_of, time_codes, write_clips
-from usdface.io.usd.conversion_metadata import GEOMETRY_NAME, write_metadata
+from usdface.io.usd.conversion_metadata import CONTENT_NAME, SKIN_NAME, write_metadata
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.extras import write_asset, write_extras
 from usdface.io.usd.face_varying_primvars import write_face_varying
@@ -135,6 +135,8 @@ def _write_skeleton(stage: Usd.Stage, skeleton: Skeleton) -> UsdSkel.Skeleton:
     skel.CreateJointNamesAttr(skeleton.names)
     skel.CreateBindTransformsAttr(matrices(skeleton.bind))
     skel.CreateRestTransformsAttr(matrices(skeleton.rest))
+    if skeleton.skin_name:
+        write_metadata(skel.GetPrim(), SKIN_NAME, skeleton.skin_name)
     return skel
 
 
@@ -160,7 +162,7 @@ def _write_mesh(
         prim.GetPrim().SetDisplayName(mesh.name)
         findings.append(finding("NAME_CHANGED", path, "was {original!r}", mesh.name))
     findings += write_extras(prim.GetPrim(), mesh.extras)
-    for key, text in (("group", mesh.group), (GEOMETRY_NAME, mesh.geometry_name)):
+    for key, text in (("group", mesh.group), (CONTENT_NAME, mesh.content_name)):
         if text:
             write_metadata(prim.GetPrim(), key, text)
     _bind_skin(prim, mesh, rig)

@@ -138,6 +138,7 @@ def add_rigid_joints(
         (*(m.name for m in motions), *old.names),
         np.concatenate([still, old.bind]),
         np.concatenate([still, old.rest]),
+        old.skin_name,
     )
     place = {path: k for k, motion in enumerate(motions) for path in motion.paths}
     meshes = tuple(_with_skin(mesh, place.get(mesh.path), len(motions)) for mesh in rig.meshes)

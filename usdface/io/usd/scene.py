@@ -20,7 +20,7 @@ from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import rigid
-from usdface.io.usd.conversion_metadata import read_metadata, write_metadata
+from usdface.io.usd.conversion_metadata import CONTENT_NAME, read_metadata, write_metadata
 from usdface.io.usd.dropped_scene_features import report_dropped_features
 from usdface.io.usd.extras import read_extras, write_extras
 from usdface.scene import Camera, Light
@@ -85,10 +85,11 @@ def read_scene(
             continue
         extras, new_findings = read_extras(prim)
         found += new_findings
+        own = str(read_metadata(prim).get(CONTENT_NAME, ""))
         if isinstance(thing, Camera):
-            cameras.append(replace(thing, extras=extras))
+            cameras.append(replace(thing, extras=extras, content_name=own))
         else:
-            lights.append(replace(thing, extras=extras))
+            lights.append(replace(thing, extras=extras, content_name=own))
     return tuple(cameras), tuple(lights), found
 
 
@@ -196,6 +197,8 @@ def write_scene(
                 prim.SetDisplayName(thing.name)
                 found.append(finding("NAME_CHANGED", str(path), "was {original!r}", thing.name))
             found += write_extras(prim, thing.extras)
+            if thing.content_name:
+                write_metadata(prim, CONTENT_NAME, thing.content_name)
     return found
 
 

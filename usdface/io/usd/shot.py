@@ -181,7 +181,7 @@ def _read(
     if not prims.animation:
         findings.append(finding("ANIMATION_CREATED", prims.skeleton))
     prims = replace(prims, head=head)
-    usdface_prims = [prim, *posed, *(stage.GetPrimAtPath(path) for path in fuzzy)]
+    usdface_prims = [prim, take_prim, *posed, *(stage.GetPrimAtPath(path) for path in fuzzy)]
     scopes = dict.fromkeys(each.GetParent() for each in posed)
     findings += ignored_attributes([*usdface_prims, *scopes])
     base = base_weights(stage, prims, take, codes)

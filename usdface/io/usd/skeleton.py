@@ -6,6 +6,7 @@ from pxr import Usd, UsdSkel
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
+from usdface.io.usd.conversion_metadata import SKIN_NAME, read_metadata
 from usdface.rigs import Skeleton, Skin
 
 __all__ = ["parent_frames", "read_skeleton", "read_skin"]
@@ -56,7 +57,8 @@ def read_skeleton(
     names = tuple(str(name) for name in prim.GetJointNamesAttr().Get() or ())
     if len(names) != count:
         names = tuple(joint.rpartition("/")[2] for joint in joints)
-    return Skeleton(joints, names, shrink @ bind @ to_rig, shrink @ rest @ below), []
+    skin = str(read_metadata(prim).get(SKIN_NAME, ""))
+    return Skeleton(joints, names, shrink @ bind @ to_rig, shrink @ rest @ below, skin), []
 
 
 def parent_frames(joints: tuple[str, ...], to_rig: FloatArray) -> tuple[float, FloatArray]:

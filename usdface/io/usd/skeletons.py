@@ -61,5 +61,6 @@ def join_skeletons(
         tuple(name for part in parts for name in part.names),
         np.concatenate([part.bind for part in parts]),
         np.concatenate([part.rest for part in parts]),
+        next((part.skin_name for part in parts if part.skin_name), ""),
     )
     return whole, tuple(staged)

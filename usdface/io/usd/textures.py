@@ -70,7 +70,8 @@ def read_texture(
     if inner and tiled:
         return missing(f"{asset.path} is a UDIM inside a package")
     outer = outer_file(resolved)
-    texture = Texture(str(outer), None, outer.suffix)
+    name = str(read_metadata(shader).get("imageName", ""))
+    texture = Texture(str(outer), None, outer.suffix, image_name=name)
     files = [Path(tile.path) for tile in udim_tiles(texture).values()] if tiled else [outer]
     folders = [*_folders(attribute), asset_root]
     if not all(is_inside(file, folders) for file in files):
@@ -86,7 +87,9 @@ def read_texture(
         data = read_asset(resolved)
     except InputError as error:
         return missing(str(error))
-    return Texture("", data, Path(inner).suffix, space=space, placed=placed)
+    return replace(
+        texture, path="", data=data, suffix=Path(inner).suffix, space=space, placed=placed
+    )
 
 
 def _changing_inputs(shader: UsdShade.Shader) -> list[str]:
@@ -146,7 +149,8 @@ def _placement(shader: UsdShade.Shader, where: str, found: list[Finding]) -> Pla
                 feature="texture_coordinates",
             )
         )
-    return Placement(uv, (wraps[0], wraps[1]), (filters[0], filters[1]), scale, rotation, offset)
+    name, sides = str(notes.get("textureName", "")), (wraps[0], wraps[1])
+    return Placement(uv, sides, (filters[0], filters[1]), scale, rotation, offset, name)
 
 
 _FILTERS = ("magFilter", "minFilter")

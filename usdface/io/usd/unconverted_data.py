@@ -2,7 +2,7 @@
 
 from collections.abc import Collection, Iterator
 
-from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
+from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdMedia, UsdShade, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
@@ -10,7 +10,8 @@ from usdface.io.usd.extras import USER_PROPERTIES, read_extras
 from usdface.io.usd.variant_stages import stage_with_variant
 
 __all__ = [
-    "report_empty_groups",
+    "report_lost_groups",
+    "report_other_prims",
     "report_unbound_skeletons",
     "report_unconverted_data",
     "report_unconverted_variants",
@@ -19,25 +20,46 @@ __all__ = [
 _ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 # Prims and attributes of a take and its result, which are no part of the picture.
 _OUR_TYPES, _OURS = "UsdFace", "usdface:"
-# Of USD's own schemas; a prim that does not apply one has its properties as custom ones.
-_OF_SCHEMAS = ("material:", "primvars:", "skel:")
+# Those of a kind that is not converted are reported by their readers.
+_TYPES = (
+    *(UsdGeom.Scope, UsdGeom.Xform, UsdGeom.Camera, UsdGeom.Gprim, UsdGeom.PointInstancer),
+    *(UsdGeom.Subset, UsdMedia.SpatialAudio, UsdShade.Material, UsdShade.NodeGraph),
+    *(UsdShade.Shader, UsdSkel.Root, UsdSkel.Skeleton, UsdSkel.Animation, UsdSkel.BlendShape),
+)
+# Of USD's own schemas, also on a prim that does not apply one: what is not read of these is
+# reported by their readers. `ui:` is how an editor lays nodes out; an extent is computed.
+_OF_SCHEMAS = (
+    *("material:", "primvars:", "skel:", "xformOp:", "inputs:", "outputs:", "inbetweens:"),
+    *("subsetFamily:", "ui:", "extent"),
+)
 # What Blender, Maya and Houdini note on each prim that they write: their own names of it, and that
 # they made it. Nobody misses it, and it would hide what somebody does.
 _NOTES_OF_EXPORTERS = ("userProperties:blender:", "userProperties:blenderName:", "Houdini")
+# Metadata of a prim for people.
+_NOTES = ("assetInfo", "comment", "documentation")
 _MADE = {"generated": True}  # customData of Blender and Maya, below a key of their name
 _MATERIALS = "material"  # the set that becomes material variants of glTF
 
 
-def report_unconverted_data(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]:
-    """Return CHANNEL_IGNORED for custom attributes and customData that nothing keeps.
+def report_unconverted_data(stage: Usd.Stage, kept: Collection[str], top: str) -> list[Finding]:
+    """Return CHANNEL_IGNORED for attributes of no schema, customData and notes that nothing keeps.
 
     Parameters
     ----------
     stage : Usd.Stage
     kept : collection of str
         Paths of prims whose extras are read, beside cameras, lights and materials.
+    top : str
+        Path of the prim whose assetInfo is read.
     """
-    lost = [name for prim in stage.Traverse(_ALL) for name in _unread(prim, kept)]
+    prims = list(stage.Traverse(_ALL))
+    lost = [name for prim in prims for name in _unread(prim, kept)]
+    lost += [
+        f"{prim.GetPath()} {key}"
+        for prim in prims
+        for key in _NOTES
+        if prim.HasAuthoredMetadata(key) and (key, str(prim.GetPath())) != ("assetInfo", top)
+    ]
     if not lost:
         return []
     where = stage.GetRootLayer().GetDisplayName() or "the stage"
@@ -52,9 +74,12 @@ def _unread(prim: Usd.Prim, kept: Collection[str]) -> Iterator[str]:
     path, read = str(prim.GetPath()), _has_extras(prim, kept)
     if not read:
         yield from (f"{path} {name}" for name in _metadata(prim))
+    known = prim.GetPrimDefinition()
     for each in prim.GetAuthoredProperties():
         name = each.GetName()
-        if not each.IsCustom() or name.startswith((_OURS, *_OF_SCHEMAS, *_NOTES_OF_EXPORTERS)):
+        if known.GetPropertyDefinition(name):
+            continue
+        if name.startswith((_OURS, *_OF_SCHEMAS, *_NOTES_OF_EXPORTERS)):
             continue
         varies = isinstance(each, Usd.Attribute) and changes(each)
         if varies or not (read and name.startswith(USER_PROPERTIES)):
@@ -79,8 +104,10 @@ def _metadata(prim: Usd.Prim) -> list[str]:
     )
 
 
-def report_unconverted_variants(stage: Usd.Stage, materials: bool = True) -> list[Finding]:
-    """Return FEATURE_DROPPED for variants of a stage that are neither clips nor `materials`.
+def report_unconverted_variants(
+    stage: Usd.Stage, materials: bool = True, clips: bool = True
+) -> list[Finding]:
+    """Return FEATURE_DROPPED for variants of a stage that are neither `clips` nor `materials`.
 
     Of those only the selected one is converted. Where a set chooses between animations its
     variants are clips (`usdface.io.usd.clip_variants`). The stage is not changed.
@@ -90,7 +117,7 @@ def report_unconverted_variants(stage: Usd.Stage, materials: bool = True) -> lis
         for prim in stage.Traverse(_ALL)
         for name, chosen in _sets(prim)
         if not (materials and name == _MATERIALS and prim == stage.GetDefaultPrim())
-        and not _chooses_animation(stage, prim, name, chosen)
+        and not (clips and _chooses_animation(stage, prim, name, chosen))
     ]
     if not lost:
         return []
@@ -135,6 +162,26 @@ def _bound_and_other(
     return bound, {prim.GetPath() for prim in prims if not prim.IsA(UsdSkel.Animation)}
 
 
+def report_other_prims(stage: Usd.Stage) -> list[Finding]:
+    """Return CHANNEL_IGNORED for prims of types that are neither read nor reported elsewhere."""
+    lost = [
+        f"{prim.GetTypeName()} {prim.GetPath()}"
+        for prim in stage.Traverse(_ALL)
+        if prim.GetTypeName() and not _is_known(prim)
+    ]
+    if not lost:
+        return []
+    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    message = "prims of types that usdface does not read: {channels}"
+    return [finding("CHANNEL_IGNORED", where, message, lost)]
+
+
+def _is_known(prim: Usd.Prim) -> bool:
+    if str(prim.GetTypeName()).startswith(_OUR_TYPES) or prim.HasAPI(UsdLux.LightAPI):
+        return True
+    return any(map(prim.IsA, _TYPES))
+
+
 def report_unbound_skeletons(stage: Usd.Stage, bound: Collection[Usd.Prim]) -> list[Finding]:
     """Return FEATURE_DROPPED for skeletons with joints that bind no mesh."""
     read = {skeleton.GetPath() for skeleton in bound}
@@ -152,8 +199,11 @@ def report_unbound_skeletons(stage: Usd.Stage, bound: Collection[Usd.Prim]) -> l
     return found
 
 
-def report_empty_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]:
-    """Return NODES_DROPPED for Xforms with nothing below but such, as locators and sockets.
+def report_lost_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]:
+    """Return NODES_DROPPED for Xforms that become nothing.
+
+    Those with nothing below but such, as locators and sockets; and those above meshes of other
+    names, as of objects in Blender, unless they are above a SkelRoot.
 
     Parameters
     ----------
@@ -161,20 +211,39 @@ def report_empty_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding
     kept : collection of str
         Paths of those that are read (`usdface.io.usd.groups`).
     """
-    empty = []
+    empty, others = [], []
+    roots = [prim.GetPath() for prim in stage.Traverse(_ALL) if prim.IsA(UsdSkel.Root)]
+    above = {path for root in roots for path in root.GetPrefixes()}
     prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
     for prim in prims:
+        path = prim.GetPath()
         if prim.IsA(UsdGeom.PointInstancer):
             prims.PruneChildren()  # prototypes are not shown where they stand
-        elif str(prim.GetPath()) not in kept and _is_empty(prim):
-            empty.append(str(prim.GetPath()))
-    if not empty:
-        return []
+        elif prim.GetTypeName() != "Xform" or str(path) in kept:
+            continue
+        elif _is_empty(prim):
+            empty.append(str(path))
+        elif path not in above and _holds_others(prim):
+            others.append(str(path))
     where = stage.GetRootLayer().GetDisplayName() or "the stage"
-    message = "{node_count} Xforms that carry nothing are left out: {nodes}"
-    return [finding("NODES_DROPPED", where, message, len(empty), empty)]
+    messages = {
+        "{node_count} Xforms that carry nothing are left out: {nodes}": empty,
+        "of {node_count} Xforms only the contents are kept: {nodes}": others,
+    }
+    return [
+        finding("NODES_DROPPED", where, message, len(paths), paths)
+        for message, paths in messages.items()
+        if paths
+    ]
+
+
+def _holds_others(prim: Usd.Prim) -> bool:
+    """Return whether a prim has meshes below that are read, and none that has its name."""
+    if prim.GetName() in prim.GetAllChildrenNames():
+        return False
+    return any(each.IsA(UsdGeom.Mesh) for each in Usd.PrimRange(prim, _ALL))
 
 
 def _is_empty(prim: Usd.Prim) -> bool:
     below = (each.GetTypeName() in ("Xform", "Scope") for each in Usd.PrimRange(prim, _ALL))
-    return prim.GetTypeName() == "Xform" and all(below)
+    return all(below)

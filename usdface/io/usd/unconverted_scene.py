@@ -7,23 +7,23 @@ from pxr import Usd
 from usdface.findings import Finding
 from usdface.io.usd.groups import paths_of_groups
 from usdface.io.usd.materials import report_unbound_materials
-from usdface.io.usd.metrics import missing_metrics
 from usdface.io.usd.rendered_meshes import report_unconverted
 from usdface.io.usd.skel_bindings import skel_bindings, skel_roots
 from usdface.io.usd.unconverted_data import (
-    report_empty_groups,
+    report_lost_groups,
+    report_other_prims,
     report_unbound_skeletons,
     report_unconverted_data,
     report_unconverted_variants,
 )
-from usdface.io.usd.unconverted_mesh_parts import report_unconverted_parts
+from usdface.io.usd.unconverted_mesh_parts import report_pivots, report_unconverted_parts
 from usdface.rigs import Mesh
 
 __all__ = ["report_unconverted_scene"]
 
 
 def report_unconverted_scene(
-    stage: Usd.Stage, meshes: Sequence[Mesh], top: Usd.Prim
+    stage: Usd.Stage, meshes: Sequence[Mesh], top: Usd.Prim | None
 ) -> list[Finding]:
     """Return findings on what a stage has beside the meshes of its rig.
 
@@ -32,18 +32,22 @@ def report_unconverted_scene(
     stage : Usd.Stage
     meshes : sequence of Mesh
         Those of the rig, with prim paths of their materials.
-    top : Usd.Prim
-        The prim whose extras are those of the scene.
+    top : Usd.Prim or None
+        The prim whose extras are those of the scene. None for a character of the scene alone, whose
+        materials may have names: it has no extras, groups, clips and material variants of a scene.
     """
-    kept = {str(top.GetPath()), *(mesh.path for mesh in meshes), *paths_of_groups(stage)}
+    scene, kept = top is not None, {mesh.path for mesh in meshes}
+    if top is not None:
+        kept |= {str(top.GetPath()), *paths_of_groups(stage)}
     _, skeletons = skel_bindings(skel_roots(stage))
     return [
-        *missing_metrics(stage),
         *report_unconverted(stage),
         *report_unconverted_parts(stage, meshes),
-        *report_unconverted_data(stage, kept),
-        *report_unconverted_variants(stage),
+        *report_pivots(stage, meshes),
+        *report_unconverted_data(stage, kept, str(top.GetPath()) if top is not None else ""),
+        *report_unconverted_variants(stage, materials=scene, clips=scene),
+        *report_other_prims(stage),
         *report_unbound_skeletons(stage, skeletons),
-        *report_empty_groups(stage, kept),
-        *report_unbound_materials(stage, meshes),
+        *report_lost_groups(stage, kept),
+        *(report_unbound_materials(stage, meshes) if scene else ()),
     ]
