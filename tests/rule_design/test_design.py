@@ -7,7 +7,7 @@ import pytest
 from marker_face import marker_face
 
 from usdface.correction.features import face_unit, measure, smooth
-from usdface.correction.pose_blend import correct
+from usdface.correction.pose_blend import add_poses
 from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
 from usdface.face.expression_poses import EMOTIONS, expressions_for
@@ -195,7 +195,7 @@ def test_no_single_shape_is_an_emotion(world):
 
 def test_correction_of_a_weak_performance_goes_towards_its_expression(world):
     weak = 0.6 * world.poses
-    corrected = correct(weak, world.answer(weak), world.poses, np.full(6, 1.5))
+    corrected = add_poses(weak, world.answer(weak), world.poses, np.full(6, 0.4), 1.0)
     before, after = (np.linalg.norm(w - world.poses, axis=1) for w in (weak, corrected))
     assert (after < before).all()
 
