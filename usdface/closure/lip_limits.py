@@ -33,7 +33,7 @@ def largest_apertures(
     tolerance: float,
     times: FloatArray,
     *,
-    misfit: float = 0.0,
+    misfit: float,
 ) -> FloatArray:
     """Return how far the character's lips may be open: (F, K) [m], infinite = no limit.
 

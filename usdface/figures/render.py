@@ -131,7 +131,7 @@ def render(
     points: FloatArray,
     triangles: IntArray,
     colors: FloatArray,
-    view: View | None = None,
+    view: View,
     gloss: FloatArray | None = None,
     sky: FloatArray | None = None,
 ) -> NDArray[np.uint8]:
@@ -154,7 +154,6 @@ def render(
     -------
     (H, W, 3) uint8, sRGB
     """
-    view = view or View()
     width, height = (n * view.samples for n in view.size)
     normals = triangle_normals(points, triangles)
     open_to_sky = openness(points, triangles) if sky is None else sky

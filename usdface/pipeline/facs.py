@@ -22,7 +22,7 @@ from usdface.takes import frame_step
 __all__ = ["judge_file"]
 
 
-def judge_file(path: Path, figure: Path | None = None) -> tuple[dict[str, Any], list[Finding]]:
+def judge_file(path: Path, figure: Path | None) -> tuple[dict[str, Any], list[Finding]]:
     """Judge the face of a file: a rig, a shot, or the result of `process`.
 
     Parameters

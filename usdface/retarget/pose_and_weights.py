@@ -242,7 +242,7 @@ def reach_of_ends(
     motion: MotionModel,
     known: Regularisation,
     rounds: int,
-    errors: FloatArray | None = None,
+    errors: FloatArray | None,
 ) -> int:
     """Return after how many frames the end of a take has no effect, in a linear solve.
 

@@ -95,7 +95,7 @@ def brow_factors(
     motion: MotionModel,
     names: tuple[str, ...],
     *,
-    size: float = 1.0,
+    size: float,
 ) -> FloatArray:
     """Return the factor of each blend shape, 1 but for those of the brows: (S,).
 

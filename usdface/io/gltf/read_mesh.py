@@ -40,7 +40,7 @@ def mesh_of_primitives(
     shape_names: tuple[str, ...],
     materials: tuple[str, ...],
     reader: AccessorReader,
-    uv_names: Sequence[str] = (),
+    uv_names: Sequence[str],
 ) -> tuple[Mesh | None, list[Finding]]:
     """Merge the primitives of one glTF mesh.
 

@@ -14,7 +14,7 @@ __all__ = ["legal_text", "target_names", "unique_names", "with_labels"]
 
 
 def target_names(
-    mesh: GltfMesh, name: str, of_node: Any = None, accessors: Sequence[Accessor | None] = ()
+    mesh: GltfMesh, name: str, of_node: Any, accessors: Sequence[Accessor | None]
 ) -> tuple[tuple[str, ...], tuple[str, ...], list[Finding]]:
     """Return a unique name for each morph target, its original name, and findings.
 

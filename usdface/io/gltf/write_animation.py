@@ -31,7 +31,7 @@ def write_animation(
     carriers: Sequence[tuple[int, Mesh]],
     joints: Mapping[str, tuple[int, pygltflib.Node]],
     builder: BufferBuilder,
-    pointer: bool = False,
+    pointer: bool,
 ) -> tuple[pygltflib.Animation | None, list[Finding]]:
     """Append a clip's accessors to `builder` and return the animation.
 

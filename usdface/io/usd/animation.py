@@ -69,8 +69,8 @@ class Animation:
 
 def solve_animation(
     result: ShotResult,
-    deviations: Mapping[str, float] | None = None,
-    verdict: Verdict | None = None,
+    deviations: Mapping[str, float],
+    verdict: Verdict | None,
 ) -> Animation:
     """Return the content of the solve layer: weights before the correction."""
     solved = result.solved
@@ -82,7 +82,7 @@ def solve_animation(
         motion=result.head_motion,
         eyes=result.eye_motions,
         regions=result.region_residuals,
-        deviations=deviations or {},
+        deviations=deviations,
         verdict=verdict,
     )
 

@@ -24,7 +24,7 @@ _GREY, _BLACK = (0.18, 0.18, 0.18), (0.0, 0.0, 0.0)  # fallbacks of the schema
 
 
 def read_mesh_materials(
-    stage: Usd.Stage, meshes: tuple[Mesh, ...], asset_root: Path | None = None
+    stage: Usd.Stage, meshes: tuple[Mesh, ...], asset_root: Path | None
 ) -> tuple[tuple[Mesh, ...], tuple[Material, ...], list[Finding]]:
     """Read the materials that `meshes` name by prim path, and name them by their own names.
 

@@ -40,7 +40,7 @@ def write_materials(
     scope: str,
     materials: tuple[Material, ...],
     target: Path,
-    read: Iterable[Path] = (),
+    read: Iterable[Path],
 ) -> tuple[dict[str, UsdShade.Material], list[Finding]]:
     """Define `materials` below the prim path `scope`; return them by original name.
 

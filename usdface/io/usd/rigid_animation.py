@@ -124,7 +124,7 @@ def prefixes(
 
 
 def add_rigid_joints(
-    rig: Rig, motions: Sequence[RigidMotion], skeletons: Sequence[StagedSkeleton] = ()
+    rig: Rig, motions: Sequence[RigidMotion], skeletons: Sequence[StagedSkeleton]
 ) -> Rig:
     """Return the rig with a joint at the origin for each rigid motion."""
     if not motions:

@@ -42,7 +42,7 @@ def scale_of(shader: UsdShade.Shader) -> tuple[float, ...]:
 
 
 def read_texture(
-    shader: UsdShade.Shader, found: list[Finding], asset_root: Path | None = None
+    shader: UsdShade.Shader, found: list[Finding], asset_root: Path | None
 ) -> Texture | None:
     """Return the image and placement of a UsdUVTexture; None, with a finding, for no image.
 

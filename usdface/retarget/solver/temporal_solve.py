@@ -169,7 +169,7 @@ def temporal_reach(
     bands: FloatArray,
     rows: FloatArray,
     iterations: int,
-    covariance: FloatArray | None = None,
+    covariance: FloatArray | None,
 ) -> int:
     """Return after how many frames the end of a take has no effect.
 
