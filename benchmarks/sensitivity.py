@@ -77,7 +77,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.binding.pose_search", "_LAST_STEPS _START_ANNEALED _WITHOUT_MOTION", PLACED),
         *rows("usdface.binding.confidence", "_HOPELESS_COST _HOPELESS_POWER", PLACED),
         *rows("usdface.binding.confidence", "_INDEPENDENT", PLACED),
-        *rows("usdface.binding.neutral_frames", "MOST_PEAKS _LEAST_PEAK", PLACED),
+        *rows("usdface.binding.neutral_frames", "_MOST_PEAKS _LEAST_PEAK", PLACED),
         *rows("usdface.binding.stabilised_take", "_MODES _ROUNDS _FEWEST_CALM _MEDIAN", PLACED),
         *rows("usdface.binding.held_poses", "_SAME_POSE _LONGEST_HOLD _STILL", PLACED),
         *rows("usdface.binding.held_poses", "_USUAL _BEGINS _APART", PLACED),

@@ -31,7 +31,7 @@ class World:
 
     def __post_init__(self):
         face = marker_face(self.names, self.neutral, self.basis, self.shapes, self.nose)
-        self.system, self.roles, self.findings = design_system(face, self.expressions, NOISE)
+        self.system, self.roles, self.findings = design_system(face, self.expressions)
         self.poses = np.array([e.pose(self.shapes) for e in self.expressions])
 
     def answer(self, weights, jitter=0.0):
@@ -291,13 +291,13 @@ def test_any_marker_label_gives_a_role(names):
 
 def test_no_expressions_give_an_empty_system():
     face = marker_face(("nose", "a"), np.eye(3)[:2], nose="nose")
-    system, roles, findings = design_system(face, (), NOISE)
+    system, roles, findings = design_system(face, ())
     assert (system.fuzzy.rules, roles, findings) == ((), {}, [])
 
 
 def test_no_nose_tip_is_refused():
     with pytest.raises(InputError, match="no nose tip"):
-        design_system(marker_face(("a",), np.zeros((1, 3))), (), NOISE)
+        design_system(marker_face(("a",), np.zeros((1, 3))), ())
 
 
 @pytest.mark.slow
@@ -306,5 +306,5 @@ def test_the_order_of_the_blend_shapes_does_not_matter(world):
     order = np.random.default_rng(3).permutation(len(world.shapes))
     shapes = tuple(world.shapes[i] for i in order)
     face = marker_face(world.names, world.neutral, world.basis[order], shapes, world.nose)
-    system, roles, findings = design_system(face, world.expressions, NOISE)
+    system, roles, findings = design_system(face, world.expressions)
     assert (system, roles, findings) == (world.system, world.roles, world.findings)

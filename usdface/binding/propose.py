@@ -18,7 +18,7 @@ from usdface.binding.landmarks import find_landmarks
 from usdface.binding.lifted_take import lifted_take
 from usdface.binding.name_priors import name_priors, named_heights
 from usdface.binding.named_search import NameCheck, register_markers
-from usdface.binding.neutral_frames import MOST_PEAKS, check_frames, distant_frames
+from usdface.binding.neutral_frames import check_frames, distant_frames
 from usdface.binding.observations import observe
 from usdface.binding.peak_motion import targets_of
 from usdface.binding.pose_search import RegisteredMarkers
@@ -216,7 +216,7 @@ def _peaks(
     *,
     named: Sequence[int],
 ) -> IntArray:
-    peaks = distant_frames(stabilised, neutral, MOST_PEAKS)
+    peaks = distant_frames(stabilised, neutral)
     if not len(peaks):
         raise InputError(
             f"the face in the take {take.source} does not move; the vertices of its markers cannot "
