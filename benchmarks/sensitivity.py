@@ -144,7 +144,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.correction.events", "_RELEASE _HELD _PLAY _PEAK", EXPRESSED),
         *rows("usdface.correction.evidence", "_PARTICIPATION _AROUND _FACE_ERROR", EXPRESSED),
         *rows("usdface.correction.motion_gain", "LEAST_MOTION _MOST", EXPRESSED),
-        *rows("usdface.correction.feature_extraction", "_GAIN_WIDTH", EXPRESSED),
+        *rows("usdface.correction.sided_markers", "_GAIN_WIDTH", EXPRESSED),
         *rows("usdface.correction.contact", "_ROUNDS _STEPS _HALVINGS", EXPRESSED),
         *rows("usdface.correction.apertures", "_SLOPE", EXPRESSED),
     ],
