@@ -158,8 +158,8 @@ TABLE: dict[str, list[Constant]] = {
         *rows(
             "usdface.retarget.solver.solve", "_NEGLIGIBLE _ROUGH _JOINED _LEARNED_LONGER", SOLVED
         ),
-        *rows("usdface.retarget.solver.temporal_solve", "_PENALTY _STIFFEST", SOLVED),
-        *rows("usdface.retarget.solver.temporal_solve", "_LEARNED_PENALTY _USUAL", SOLVED),
+        *rows("usdface.retarget.solver.shared_system", "_PENALTY _STIFFEST", SOLVED),
+        *rows("usdface.retarget.solver.shared_system", "_LEARNED_PENALTY _USUAL", SOLVED),
         *rows("usdface.retarget.pose_and_weights", "_ROUNDS", SOLVED),
         *rows("usdface.retarget.solve_round", "_SETTLED_SHARE", SOLVED),
         *rows("usdface.retarget.map_choice", "_AS_GOOD", SOLVED),
