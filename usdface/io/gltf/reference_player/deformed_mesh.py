@@ -92,7 +92,7 @@ class PlayerMesh:
         At rest, the vertices that faces use; one that primitives with other attributes share
         is there once for each. Normals are None where there are none, or where a target moves
         points but not normals: players differ then.
-    moves, turns : ShownTargets
+    moves, turns : PlayerTargets
         Morph targets of points and normals.
     weights : Sampled
     inbetweens : tuple of (int, int, float)
