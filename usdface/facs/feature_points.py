@@ -19,9 +19,10 @@ from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
 from usdface.face.marker_name_places import LANDMARKS
-from usdface.facs.loose_parts import Patches, eyeballs, loose_patches, moved_vertices
+from usdface.facs.loose_parts import Patches, eyeballs, loose_patches
 from usdface.facs.movements import POINTS
 from usdface.rigs import Mesh, Rig
+from usdface.rigs.face_mesh import moved_vertices
 
 __all__ = ["FeaturePoints", "find_feature_points"]
 

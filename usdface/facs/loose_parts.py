@@ -9,8 +9,9 @@ from usdface.binding.landmarks import FaceLandmarks
 from usdface.face.marker_name_places import LANDMARKS
 from usdface.face.surface_graph import surface_graph
 from usdface.rigs import Mesh, Rig
+from usdface.rigs.face_mesh import moved_vertices
 
-__all__ = ["Patches", "eyeballs", "loose_patches", "moved_vertices"]
+__all__ = ["Patches", "eyeballs", "loose_patches"]
 
 _LOOSE = 8.0  # [mm of the average face]: reach from a point on the skin to parts that are no skin
 # An eyeball is a piece as deep and high as wide, and as wide as an eye (a ball of 24 mm behind an
@@ -97,14 +98,6 @@ def _goes_aside(mesh: Mesh, vertices: IntArray) -> bool:
     together = np.linalg.norm(offsets.mean(axis=1)[:, :2], axis=1)
     each = np.sqrt((offsets**2).sum(axis=2).mean(axis=1))
     return bool((together > _ASIDE * each).any())
-
-
-def moved_vertices(mesh: Mesh) -> BoolArray:
-    """Return the vertices that a blend shape moves: (V,)."""
-    moved = np.zeros(len(mesh.points), dtype=bool)
-    for shape in mesh.shapes:
-        moved[shape.indices[shape.offsets.any(axis=1)]] = True
-    return moved
 
 
 def _pieces(mesh: Mesh, moved: BoolArray) -> list[IntArray]:
