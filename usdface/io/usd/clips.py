@@ -46,7 +46,6 @@ __all__ = ["animated_rig", "clips_of_stage"]
 
 _POSED = 1e-5  # of a matrix: SkelAnimations hold float32, and scales of 16 bits near 1
 _OWN_NAMES: ShapeNames = {}
-_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
 def animated_rig(

@@ -11,6 +11,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import to_metres
 from usdface.io.usd.held_layers import hold_layers
+from usdface.takes import frame_step
 
 __all__ = [
     "Metrics",
@@ -153,4 +154,4 @@ def codes_of(times: ArrayLike, rate: float) -> FloatArray:
 
 def rate_of(times: FloatArray) -> float:
     """Return a clock [Hz] for samples at `times` (F,) [s] that have no nominal rate."""
-    return float(1.0 / np.median(np.diff(times))) if len(times) > 1 else _FALLBACK_RATE
+    return 1.0 / frame_step(times) if len(times) > 1 else _FALLBACK_RATE
