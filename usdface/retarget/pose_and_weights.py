@@ -125,7 +125,7 @@ def solve_pose_and_weights(
 
 
 def _observed_take(problem: SolveProblem, rows: TakeRows, is_measured: bool) -> ObservedTake:
-    """Return what all rounds share."""
+    """Return the observed take, which all rounds share."""
     seen = visible(problem.positions)
     residual_space = None
     if is_measured:

@@ -27,7 +27,7 @@ def target_names(
     mesh : pygltflib.Mesh
         One without primitives, as of a file of animations, has as many targets as it names.
     name : str
-        What findings call the mesh.
+        Name of the mesh in findings.
     of_node : object
         The extras of the node that shows the mesh.
     accessors : sequence of pygltflib.Accessor

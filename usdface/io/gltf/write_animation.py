@@ -184,7 +184,7 @@ def _write_joints(
 
 
 def _keep(animation: pygltflib.Animation, **ours: Any) -> None:
-    """Add to what the extras hold for `usdface import`."""
+    """Add metadata for `usdface import` to the extras."""
     animation.extras = {"usdface": (animation.extras or {}).get("usdface", {}) | ours}
 
 

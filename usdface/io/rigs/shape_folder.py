@@ -169,7 +169,7 @@ def _read_neutral(
 
 
 def _unread(path: Path, contents: Sequence[str]) -> list[Finding]:
-    """Report what else the neutral's file has; normals are computed with those of the shapes."""
+    """Report further contents of the neutral's file; normals are computed as the shapes' are."""
     message = "not read: {channels}"
     return [finding("CHANNEL_IGNORED", str(path), message, contents)] if contents else []
 

@@ -12,7 +12,7 @@ __all__ = ["report_beside_points"]
 
 
 def report_beside_points(path: Path, parameters: Parameters, held: int) -> list[Finding]:
-    """Return CHANNEL_IGNORED for what stands in a file beside points.
+    """Return CHANNEL_IGNORED for the contents of a file beside points.
 
     Parameters
     ----------

@@ -151,7 +151,7 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
 
 
 def _of_frames(samples: FloatArray, row: IntArray, unseen: BoolArray) -> FloatArray:
-    """Return what samples (N, ...) of the frames `row` (N,) say in each frame: (F, ...)."""
+    """Return samples (N, ...) of the frames `row` (N,) for all frames, NaN if unseen: (F, ...)."""
     values = np.empty((len(unseen), *samples.shape[1:]))
     values[row] = samples
     values[unseen] = np.nan

@@ -138,7 +138,7 @@ def _face(frame: Any) -> list[Any]:
 
 
 def _unread_of_frames(frames: Sequence[Any]) -> list[str]:
-    """Return what frames have beside the landmarks of one face, as its blend shapes."""
+    """Return the contents of frames beside the landmarks of one face, as its blend shapes."""
     known = {*_LANDMARKS, *_FRAME, "timestamp_ms"}
     objects = [frame for frame in frames if isinstance(frame, dict)]
     found = {str(key): None for frame in objects for key in frame if key not in known}

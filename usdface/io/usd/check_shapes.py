@@ -55,7 +55,7 @@ def shapes_of(prim: Usd.Prim) -> list[UsdSkel.BlendShape]:
 
 
 def check_shapes(prim: Usd.Prim) -> Findings:
-    """Yield what is wrong with the blend shapes of a mesh."""
+    """Yield the faults of the blend shapes of a mesh."""
     for shape in _shapes(prim):
         for rule in _SHAPE_RULES:
             yield from rule(shape)

@@ -76,7 +76,7 @@ def _is_no_sample(_: object, field: str, *__: object) -> bool:
 
 
 def _parts(samples: list[Any]) -> Iterator[Any]:
-    """Yield what distinguishes samples: lengths and numbers of arrays, as they lie in memory."""
+    """Yield the parts that distinguish samples: lengths and numbers of arrays, as in memory."""
     try:
         views = [memoryview(sample) for sample in samples]
     except TypeError:  # numbers, text or blocks, whose own text has an address

@@ -1,4 +1,4 @@
-"""Stages and layers opened, with what is wrong with them as one clear line."""
+"""Stages and layers opened; their faults are one clear line."""
 
 from collections.abc import Collection
 from pathlib import Path

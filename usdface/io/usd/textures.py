@@ -90,7 +90,7 @@ def read_texture(
 
 
 def _changing_inputs(shader: UsdShade.Shader) -> list[str]:
-    """Return the inputs of a texture, and of what moves it on the mesh, that change."""
+    """Return the inputs of a texture, and of its transforms on the mesh, that change."""
     parts, mover = [shader], _upstream(shader, "st")
     if mover is not None and mover.GetShaderId() == "UsdTransform2d":
         parts.append(mover)

@@ -138,7 +138,7 @@ class PlayerMesh:
         return self._in_blocks(times, lambda block: self._turned(normals, block))
 
     def steps_at(self, times: FloatArray) -> StoredSteps | None:
-        """Return the rounding of what is stored as whole numbers, at `times` (F,) [s]."""
+        """Return the rounding of values that are stored as whole numbers, at `times` (F,) [s]."""
         if self.halves is None:
             return None
         stretch = np.broadcast_to(self.space.stretch(times), (len(times), 2))
