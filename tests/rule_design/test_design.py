@@ -202,7 +202,7 @@ def test_correction_of_a_weak_performance_goes_towards_its_expression(world):
 
 def test_rules_read_several_markers_by_name(world):
     for rule in world.system.fuzzy.rules:
-        assert 3 <= len(rule.antecedent) <= 17
+        assert 3 <= len(rule.propositions) <= 17
         assert "MOST OF" in rule.text
         # Without the negative conditions, which stand last and may read the same features.
         text = rule.text.split(" AND NOT ")[0].split(" THEN ")[0]
