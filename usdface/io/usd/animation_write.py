@@ -27,7 +27,6 @@ from usdface.schemas import tokens
 from usdface.verdict.judge import Verdict
 
 __all__ = [
-    "OCCLUDED_DISTANCE",
     "OCCLUDED_INPUT",
     "animation_path",
     "apply_animation",
@@ -39,7 +38,7 @@ _ANIMATION = "UsdFaceAnim"
 _KINDS = Sdf.ValueTypeNames
 
 # Results are finite: programs that draw curves do not expect other numbers.
-OCCLUDED_DISTANCE = -1.0
+_OCCLUDED_DISTANCE = -1.0
 
 OCCLUDED_INPUT = float(np.finfo(np.float32).min)
 
@@ -202,7 +201,7 @@ def _author_solution(
     write_value(prim, tokens.SOLVED_MARKERS, _KINDS.TokenArray, markers)
     for frames in frame_blocks(len(codes)):
         distances = solution.distances[frames]
-        distances = np.where(np.isnan(distances), OCCLUDED_DISTANCE, distances / unit)
+        distances = np.where(np.isnan(distances), _OCCLUDED_DISTANCE, distances / unit)
         kind = _KINDS.FloatArray
         write_arrays(prim, tokens.SOLVED_DISTANCES, kind, shot.codes[frames], distances)
 

@@ -15,7 +15,6 @@ from usdface.takes import frame_step
 
 __all__ = [
     "Metrics",
-    "author_metrics",
     "codes_of",
     "metrics_of",
     "missing_metrics",
@@ -49,7 +48,7 @@ def new_stage(metrics: Metrics, default_prim: str = "") -> Usd.Stage:
     """Make an empty stage in memory whose root layer carries all of `metrics`."""
     stage = Usd.Stage.CreateInMemory()
     hold_layers(stage)
-    author_metrics(stage, metrics)
+    _author_metrics(stage, metrics)
     if default_prim:
         stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{default_prim}").GetPrim())
     return stage
@@ -66,7 +65,7 @@ def new_layer(metrics: Metrics) -> Sdf.Layer:
     return layer
 
 
-def author_metrics(stage: Usd.Stage, metrics: Metrics) -> None:
+def _author_metrics(stage: Usd.Stage, metrics: Metrics) -> None:
     """Author units, up axis, clock and range on the stage's root layer."""
     UsdGeom.SetStageMetersPerUnit(stage, metrics.meters_per_unit)
     UsdGeom.SetStageUpAxis(stage, metrics.up_axis)
