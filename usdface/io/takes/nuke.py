@@ -11,6 +11,7 @@ word follows the one before by the step of the last two; other words are about s
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -79,9 +80,7 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
     shown = image_size(path, options, *size)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=replace(table, lines=()),
         places=table.numbers[:, 1:] * np.array([size[2], 1.0]),
         origin="bottom",
         first_frame=first,
