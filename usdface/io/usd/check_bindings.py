@@ -14,7 +14,7 @@ from usdface.errors import did_you_mean
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.io.usd.instances import shown_path
-from usdface.io.usd.lineage import lineage
+from usdface.io.usd.prim_walks import lineage
 
 __all__ = ["check_bindings"]
 

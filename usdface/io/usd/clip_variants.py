@@ -8,7 +8,7 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.content_digest import content_digest
 from usdface.findings import Finding, finding
 from usdface.io.usd.instances import shown_path
-from usdface.io.usd.lineage import lineage
+from usdface.io.usd.prim_walks import lineage
 from usdface.io.usd.skel_bindings import skel_roots
 from usdface.io.usd.variant_stages import stage_with_variant
 from usdface.schemas import tokens

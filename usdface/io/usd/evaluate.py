@@ -14,8 +14,8 @@ from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix
-from usdface.io.usd.lineage import lineage
 from usdface.io.usd.metrics import metrics_of, to_si
+from usdface.io.usd.prim_walks import lineage
 from usdface.io.usd.rendered_meshes import (
     outside_meshes,
     placed_meshes,

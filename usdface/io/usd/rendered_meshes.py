@@ -6,7 +6,7 @@ from pxr import Usd, UsdGeom, UsdMedia, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
-from usdface.io.usd.lineage import lineage
+from usdface.io.usd.prim_walks import lineage, prims_without
 
 __all__ = [
     "outside_meshes",
@@ -73,7 +73,7 @@ def placed_roots(top: Usd.Prim) -> list[Usd.Prim]:
 
 def placed_meshes(root: Usd.Prim) -> list[Usd.Prim]:
     """Return the meshes under a SkelRoot without prototypes of instancers."""
-    return _meshes_below(root, UsdGeom.PointInstancer)
+    return [p for p in prims_without(root, UsdGeom.PointInstancer) if p.IsA(UsdGeom.Mesh)]
 
 
 def _is_prototype(prim: Usd.Prim) -> bool:
@@ -83,19 +83,8 @@ def _is_prototype(prim: Usd.Prim) -> bool:
 def outside_meshes(stage: Usd.Stage) -> list[Usd.Prim]:
     """Return the meshes outside of every SkelRoot, which no blend shape and no joint moves."""
     # Prototypes of instancers are not shown where they stand.
-    return _meshes_below(stage.GetPseudoRoot(), UsdSkel.Root, UsdGeom.PointInstancer)
-
-
-def _meshes_below(top: Usd.Prim, *without: type) -> list[Usd.Prim]:
-    """Return the meshes at and below a prim, but for those at and below a prim of some types."""
-    found = []
-    prims = iter(Usd.PrimRange(top, _ALL))
-    for prim in prims:
-        if any(map(prim.IsA, without)):
-            prims.PruneChildren()
-        elif prim.IsA(UsdGeom.Mesh):
-            found.append(prim)
-    return found
+    shown = prims_without(stage.GetPseudoRoot(), UsdSkel.Root, UsdGeom.PointInstancer)
+    return [prim for prim in shown if prim.IsA(UsdGeom.Mesh)]
 
 
 def visibility_changes(prim: Usd.Prim) -> bool:

@@ -10,9 +10,9 @@ from usdface.arrays import FloatArray
 from usdface.clips import JointsTake
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import along
-from usdface.io.usd.lineage import lineage
 from usdface.io.usd.metrics import metrics_of, to_si
 from usdface.io.usd.motion_keys import motion_keys
+from usdface.io.usd.prim_walks import lineage
 from usdface.io.usd.skel_bindings import skinned_by
 from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.world_transforms import transform_codes

@@ -7,6 +7,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdShade, UsdSkel
 from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
 from usdface.io.usd.extras import USER_PROPERTIES, read_extras
+from usdface.io.usd.prim_walks import prims_without
 from usdface.io.usd.variant_stages import stage_with_variant
 
 __all__ = [
@@ -139,11 +140,9 @@ def report_unbound_skeletons(stage: Usd.Stage, bound: Collection[Usd.Prim]) -> l
     """Return FEATURE_DROPPED for skeletons with joints that bind no mesh."""
     read = {skeleton.GetPath() for skeleton in bound}
     found = []
-    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
-    for prim in prims:
-        if prim.IsA(UsdGeom.PointInstancer):
-            prims.PruneChildren()  # prototypes are not shown where they stand
-        elif prim.IsA(UsdSkel.Skeleton) and prim.GetPath() not in read:
+    # Prototypes of instancers are not shown where they stand.
+    for prim in prims_without(stage.GetPseudoRoot(), UsdGeom.PointInstancer):
+        if prim.IsA(UsdSkel.Skeleton) and prim.GetPath() not in read:
             joints = list(map(str, UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()))
             message = "the skeleton is left out, as it is bound to no mesh: {names}"
             where = str(prim.GetPath())
@@ -162,11 +161,9 @@ def report_empty_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding
         Paths of those that are read (`usdface.io.usd.groups`).
     """
     empty = []
-    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
-    for prim in prims:
-        if prim.IsA(UsdGeom.PointInstancer):
-            prims.PruneChildren()  # prototypes are not shown where they stand
-        elif str(prim.GetPath()) not in kept and _is_empty(prim):
+    # Prototypes of instancers are not shown where they stand.
+    for prim in prims_without(stage.GetPseudoRoot(), UsdGeom.PointInstancer):
+        if str(prim.GetPath()) not in kept and _is_empty(prim):
             empty.append(str(prim.GetPath()))
     if not empty:
         return []

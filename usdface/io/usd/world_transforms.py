@@ -4,7 +4,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdface.arrays import FloatArray
-from usdface.io.usd.lineage import lineage
+from usdface.io.usd.prim_walks import lineage
 
 __all__ = ["moves_in_world", "transform_codes", "world_transform"]
 
