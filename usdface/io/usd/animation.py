@@ -50,6 +50,10 @@ class Animation:
         How far each eye and the mouth are closed, by attribute, for the closure layer.
     motion : Pose or None
         Motion of the character's head, if any, for the solve layer.
+    eyes : tuple of JointMotion
+        Motion of the joints that turn the eyes, for the solve layer.
+    verdict : Verdict or None
+        On the result, for the solve layer.
     """
 
     names: tuple[str, ...]
