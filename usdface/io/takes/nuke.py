@@ -63,11 +63,11 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
             name = str(node.get("name", "Tracker"))
             for point, (x, y) in animated:
                 label = name if len(animated) == 1 else f"{name} {point}"
-                blocks.append((label, _samples(path, x, y)))
+                blocks.append((label, _samples(x, y)))
         elif kind == "Tracker4":
             for label, curves in _table(node):
                 if curves:
-                    blocks.append((label, _samples(path, *curves)))
+                    blocks.append((label, _samples(*curves)))
                 else:
                     skipped.append(label)
     if not blocks:
@@ -184,7 +184,7 @@ def _table(node: dict[str, Any]) -> Iterator[tuple[str, tuple[Words, Words] | No
             yield label, _curves([row[x], row[y]])
 
 
-def _samples(path: Path, x: Words, y: Words) -> list[Row]:
+def _samples(x: Words, y: Words) -> list[Row]:
     """Return the frames in which both curves have a key."""
     xs, ys = _keys(x), _keys(y)
     return [(0, [frame, xs[frame], ys[frame]]) for frame in xs if frame in ys]

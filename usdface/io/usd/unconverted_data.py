@@ -8,6 +8,7 @@ from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
 from usdface.io.usd.extras import USER_PROPERTIES, read_extras
 from usdface.io.usd.prim_walks import prims_without
+from usdface.io.usd.stage import stage_name
 from usdface.io.usd.variant_stages import stage_with_variant
 
 __all__ = [
@@ -41,7 +42,7 @@ def report_unconverted_data(stage: Usd.Stage, kept: Collection[str]) -> list[Fin
     lost = [name for prim in stage.Traverse(_ALL) for name in _unread(prim, kept)]
     if not lost:
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = "custom attributes and metadata that usdface does not keep: {channels}"
     return [finding("CHANNEL_IGNORED", where, message, lost)]
 
@@ -95,7 +96,7 @@ def report_unconverted_variants(stage: Usd.Stage, materials: bool = True) -> lis
     ]
     if not lost:
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = "only the selected variant is converted of {variants}"
     return [finding("FEATURE_DROPPED", where, message, lost, feature="variants")]
 
@@ -160,14 +161,13 @@ def report_empty_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding
     kept : collection of str
         Paths of those that are read (`usdface.io.usd.groups`).
     """
-    empty = []
     # Prototypes of instancers are not shown where they stand.
-    for prim in prims_without(stage.GetPseudoRoot(), UsdGeom.PointInstancer):
-        if str(prim.GetPath()) not in kept and _is_empty(prim):
-            empty.append(str(prim.GetPath()))
+    shown = prims_without(stage.GetPseudoRoot(), UsdGeom.PointInstancer)
+    groups = (str(prim.GetPath()) for prim in shown if _is_empty(prim))
+    empty = [path for path in groups if path not in kept]
     if not empty:
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = "{node_count} Xforms that carry nothing are left out: {nodes}"
     return [finding("NODES_DROPPED", where, message, len(empty), empty)]
 
