@@ -191,14 +191,14 @@ def compare_ways(
         moved = np.linalg.norm(points[_DEFAULT if true is None else "reference"] - target, axis=2)
         test_frame = int(np.argmax(np.where(visible(image), moved, 0.0).mean(axis=1)))
     return ImagePoints(
-        names,
-        test_frame,
-        space.radius,
-        source * [1, -1],
-        image[test_frame] * [1, -1],
-        target,
-        {name: values[test_frame] for name, values in points.items()},
-        tuple(_score(name, points, test_frame, solved.get(name), true) for name in _WAYS),
+        markers=names,
+        test_frame=test_frame,
+        radius=space.radius,
+        train_source=source * [1, -1],
+        test_source=image[test_frame] * [1, -1],
+        train_target=target,
+        points={name: values[test_frame] for name, values in points.items()},
+        scores=tuple(_score(name, points, test_frame, solved.get(name), true) for name in _WAYS),
     ), [*findings, *found]
 
 

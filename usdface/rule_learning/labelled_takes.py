@@ -105,15 +105,15 @@ def examples_of(
         weights.append(solved)
         findings += new_findings
     examples = Examples(
-        columns,
-        direction_names(face.neutral, face.nose),
-        np.concatenate(rows),
-        tuple(label.emotion if label.is_emotion else NO_EMOTION for label in labels),
-        tuple(label.variant for label in labels),
-        tuple(str(label.take) for label in labels),
-        np.array([label.intensity for label in labels]),
-        feature_noise(face, options.space),
-        pose_features(single_movements(face.shape_names), face, columns),
+        marker_features=columns,
+        direction_names=direction_names(face.neutral, face.nose),
+        features=np.concatenate(rows),
+        emotions=tuple(label.emotion if label.is_emotion else NO_EMOTION for label in labels),
+        variants=tuple(label.variant for label in labels),
+        recordings=tuple(str(label.take) for label in labels),
+        intensities=np.array([label.intensity for label in labels]),
+        noise=feature_noise(face, options.space),
+        movements=pose_features(single_movements(face.shape_names), face, columns),
     )
     if not examples.names:
         raise InputError("the labels name no emotion; without one there is nothing to learn")

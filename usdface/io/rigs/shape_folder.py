@@ -51,16 +51,16 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     shapes, new_findings = _read_shapes(others, neutral, chosen.name, space)
     findings += new_findings + _left_out_targets(folder) + _meshes_below(folder)
     mesh = Mesh(
-        neutral.name,
-        neutral.points,
-        neutral.face_counts,
-        neutral.face_indices,
-        None,
-        neutral.uvs,
-        shapes,
-        None,
-        "",
-        neutral.subsets,
+        name=neutral.name,
+        points=neutral.points,
+        face_counts=neutral.face_counts,
+        face_indices=neutral.face_indices,
+        normals=None,
+        uvs=neutral.uvs,
+        shapes=shapes,
+        skin=None,
+        material="",
+        subsets=neutral.subsets,
     )
     return Rig(folder.resolve().name, (mesh,), None, materials, str(folder)), findings
 

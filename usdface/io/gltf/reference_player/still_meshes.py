@@ -77,16 +77,16 @@ def read_mesh(file: PlayerFile, node: int, still: PlayerNodes) -> StillMesh:
         normals = np.concatenate([np.zeros((0, 3)), *(b.normals for b in read)])
     nodes, space = _placed(file, node, read)
     shown = PlayerMesh(
-        n.get("name") or mesh.get("name") or "Mesh",
-        targets,
-        points,
-        normals,
-        PlayerTargets.side_by_side([b.moves for b in read], count),
-        PlayerTargets.side_by_side([b.turns for b in read], count),
-        Sampled(np.zeros(1), np.array([rest], np.float64).reshape(1, count)),
-        _inbetweens(mesh.get("extras"), targets),
-        space(still),
-        _half_steps(file, [b.part for b in read], count),
+        name=n.get("name") or mesh.get("name") or "Mesh",
+        targets=targets,
+        points=points,
+        normals=normals,
+        moves=PlayerTargets.side_by_side([b.moves for b in read], count),
+        turns=PlayerTargets.side_by_side([b.turns for b in read], count),
+        weights=Sampled(np.zeros(1), np.array([rest], np.float64).reshape(1, count)),
+        inbetweens=_inbetweens(mesh.get("extras"), targets),
+        space=space(still),
+        halves=_half_steps(file, [b.part for b in read], count),
     )
     return StillMesh(shown, nodes, space)
 
