@@ -201,11 +201,13 @@ def _contradicted_names(
 ) -> tuple[ContradictedName, ...]:
     """Describe the places of some markers by name, and by registration."""
     some = np.flatnonzero(contradicted)
-    nobody = BoundFace(mesh, (), np.zeros(0, dtype=np.int64))
+    unmarked = BoundFace(mesh, (), np.zeros(0, dtype=np.int64))
     named = named_places(names)
     return tuple(
         ContradictedName(names[i], place.description if (place := named[i]) else "", found)
-        for i, found in zip(some.tolist(), place_descriptions(nobody, vertices[some]), strict=True)
+        for i, found in zip(
+            some.tolist(), place_descriptions(unmarked, vertices[some]), strict=True
+        )
     )
 
 
