@@ -35,7 +35,7 @@ __all__ = [
 ]
 
 _ANIMATION = "UsdFaceAnim"
-_KINDS = Sdf.ValueTypeNames
+_NAMES = Sdf.ValueTypeNames
 
 # Results are finite: programs that draw curves do not expect other numbers.
 _OCCLUDED_DISTANCE = -1.0
@@ -118,8 +118,8 @@ def author(
         if not prims.animation:
             define_animation(layer, shot.stage, anim, prims)
         if animation.names != prims.tokens:
-            write_value(anim, "blendShapes", _KINDS.TokenArray, Vt.TokenArray(animation.names))
-        write_arrays(anim, "blendShapeWeights", _KINDS.FloatArray, shot.codes, animation.weights)
+            write_value(anim, "blendShapes", _NAMES.TokenArray, Vt.TokenArray(animation.names))
+        write_arrays(anim, "blendShapeWeights", _NAMES.FloatArray, shot.codes, animation.weights)
         if animation.solution is not None:
             _author_solution(layer, shot, animation.solution, animation.regions)
         if animation.deviations:
@@ -139,7 +139,7 @@ def author(
             )
         for name, curve in animation.closure.items():
             prim = Sdf.CreatePrimInLayer(layer, prims.retarget)
-            write_samples(prim, name, _KINDS.Float, codes, _floats(curve))
+            write_samples(prim, name, _NAMES.Float, codes, _floats(curve))
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)
         if animation.emotions:
@@ -149,18 +149,18 @@ def author(
 def _author_expressions(layer: Sdf.Layer, shot: StagedShot, animation: Animation) -> None:
     system, codes = Sdf.CreatePrimInLayer(layer, shot.prims.fuzzy), shot.codes.tolist()
     for name, curve in animation.emotions.items():
-        write_samples(system, tokens.EMOTION_PREFIX + name, _KINDS.Float, codes, _floats(curve))
+        write_samples(system, tokens.EMOTION_PREFIX + name, _NAMES.Float, codes, _floats(curve))
     if animation.firing is not None:
-        write_arrays(system, tokens.FIRING, _KINDS.FloatArray, shot.codes, animation.firing)
+        write_arrays(system, tokens.FIRING, _NAMES.FloatArray, shot.codes, animation.firing)
     if animation.inputs is not None:
         _author_inputs(system, animation.inputs, shot)
 
 
 def _author_inputs(system: Sdf.PrimSpec, inputs: Inputs, shot: StagedShot) -> None:
     rows = np.where(np.isnan(inputs.values), OCCLUDED_INPUT, inputs.values)
-    write_arrays(system, tokens.INPUTS, _KINDS.FloatArray, shot.codes, rows)
+    write_arrays(system, tokens.INPUTS, _NAMES.FloatArray, shot.codes, rows)
     unit = inputs.unit / shot.metrics.meters_per_unit
-    write_value(system, tokens.INPUTS_UNIT, _KINDS.Double, unit)
+    write_value(system, tokens.INPUTS_UNIT, _NAMES.Double, unit)
 
 
 def _author_repairs(layer: Sdf.Layer, shot: StagedShot, repairs: tuple[Repair, ...]) -> None:
@@ -168,9 +168,9 @@ def _author_repairs(layer: Sdf.Layer, shot: StagedShot, repairs: tuple[Repair, .
     spans = Vt.Vec2iArray([Gf.Vec2i(r.first, r.last) for r in repairs])
     markers = Vt.TokenArray([r.marker for r in repairs])
     kinds = Vt.TokenArray([r.kind for r in repairs])
-    write_value(prim, tokens.CLEAN_REPAIRS_MARKERS, _KINDS.TokenArray, markers)
-    write_value(prim, tokens.CLEAN_REPAIRS_FRAMES, _KINDS.Int2Array, spans)
-    write_value(prim, tokens.CLEAN_REPAIRS_KINDS, _KINDS.TokenArray, kinds)
+    write_value(prim, tokens.CLEAN_REPAIRS_MARKERS, _NAMES.TokenArray, markers)
+    write_value(prim, tokens.CLEAN_REPAIRS_FRAMES, _NAMES.Int2Array, spans)
+    write_value(prim, tokens.CLEAN_REPAIRS_KINDS, _NAMES.TokenArray, kinds)
 
 
 def _floats(values: FloatArray) -> list[float]:
@@ -184,36 +184,36 @@ def _author_solution(
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     codes = shot.codes.tolist()
     unit = shot.metrics.meters_per_unit
-    write_samples(prim, tokens.RESIDUAL, _KINDS.Float, codes, _floats(solution.residual / unit))
+    write_samples(prim, tokens.RESIDUAL, _NAMES.Float, codes, _floats(solution.residual / unit))
     for region, curve in regions.items():
         name = tokens.RESIDUAL_PREFIX + region
-        write_samples(prim, name, _KINDS.Float, codes, _floats(curve / unit))
+        write_samples(prim, name, _NAMES.Float, codes, _floats(curve / unit))
     pose = matrices_of(solution.pose)
     if solution.posed_in_space:
         pose = to_si(shot.metrics) @ pose @ np.linalg.inv(to_si(shot.metrics))
-    write_samples(prim, tokens.HEAD_TRANSFORM, _KINDS.Matrix4d, codes, matrices(pose))
+    write_samples(prim, tokens.HEAD_TRANSFORM, _NAMES.Matrix4d, codes, matrices(pose))
     to_stage = np.linalg.inv(shot.to_rig)
     for frames in frame_blocks(len(codes)):
         points = solution.feature_points[frames] @ to_stage[:3, :3]
-        kind = _KINDS.Point3fArray
+        kind = _NAMES.Point3fArray
         write_arrays(prim, tokens.FEATURE_POINTS, kind, shot.codes[frames], points)
     markers = Vt.TokenArray(solution.markers)
-    write_value(prim, tokens.SOLVED_MARKERS, _KINDS.TokenArray, markers)
+    write_value(prim, tokens.SOLVED_MARKERS, _NAMES.TokenArray, markers)
     for frames in frame_blocks(len(codes)):
         distances = solution.distances[frames]
         distances = np.where(np.isnan(distances), _OCCLUDED_DISTANCE, distances / unit)
-        kind = _KINDS.FloatArray
+        kind = _NAMES.FloatArray
         write_arrays(prim, tokens.SOLVED_DISTANCES, kind, shot.codes[frames], distances)
 
 
 def _author_verdict(layer: Sdf.Layer, shot: StagedShot, verdict: Verdict) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     text = json.dumps(verdict.as_dict(), ensure_ascii=False)
-    write_value(prim, tokens.VERDICT, _KINDS.String, text)
+    write_value(prim, tokens.VERDICT, _NAMES.String, text)
 
 
 def _author_deviations(layer: Sdf.Layer, shot: StagedShot, deviations: Mapping[str, float]) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     shapes, values = Vt.TokenArray(list(deviations)), Vt.FloatArray(list(deviations.values()))
-    write_value(prim, tokens.SOLVED_SHAPES, _KINDS.TokenArray, shapes)
-    write_value(prim, tokens.SOLVED_DEVIATIONS, _KINDS.FloatArray, values)
+    write_value(prim, tokens.SOLVED_SHAPES, _NAMES.TokenArray, shapes)
+    write_value(prim, tokens.SOLVED_DEVIATIONS, _NAMES.FloatArray, values)
