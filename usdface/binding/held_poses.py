@@ -9,6 +9,7 @@ from scipy.spatial.distance import cdist
 from usdface.arrays import BoolArray, FloatArray
 from usdface.binding.stabilised_take import StabilisedTake, sample_step
 from usdface.geometry.marker_spread import rms_radius
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.takes import frame_step, visible
 
 __all__ = ["HeldPose", "held_poses"]
@@ -125,8 +126,7 @@ def _hold(near: BoolArray, times: FloatArray, best: int) -> tuple[int, int]:
 
     Else those of the longest time that is spent there.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8)))
-    first, last = edges[::2], edges[1::2] - 1
+    first, last = np.array(frame_ranges(near)).T
     held = np.minimum(times[last] - times[first], _LONGEST_HOLD)
     own = (first <= best) & (best <= last)
     run = int(np.lexsort((~own, -held))[0])

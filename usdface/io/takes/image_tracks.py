@@ -17,6 +17,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import RawTake, check_size, finish_take
+from usdface.io.takes.repeated_samples import first_repeat
 from usdface.io.takes.track_text import TrackTable
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
@@ -240,10 +241,8 @@ def _times_of_frames(tracks: ImageTracks, row: IntArray, count: int) -> FloatArr
 
 
 def _refuse_repeats(tracks: ImageTracks, cells: IntArray) -> None:
-    order = np.argsort(cells, kind="stable")
-    repeats = np.flatnonzero(np.diff(cells[order]) == 0)
-    if len(repeats):
-        at = int(order[repeats[0] + 1])
+    at = first_repeat(cells)
+    if at is not None:
         label = tracks.table.labels[int(tracks.table.tracks[at])]
         raise InputError(
             f"{_place(tracks, at)}: track {label[:40]!r} has a second sample in frame "
