@@ -139,7 +139,7 @@ def design_figures() -> dict[str, float]:
         off.append(np.abs(outputs - shown).max())
         alone += len(loudest_alone(face))
         varied.append((others_heard(face) > 0.35).mean())
-        rules += sum(len(rule.antecedent) for rule in face.system.fuzzy.rules)
+        rules += sum(len(rule.propositions) for rule in face.system.fuzzy.rules)
     return {
         "conditions": float(rules),
         "largest error": float(max(off)),

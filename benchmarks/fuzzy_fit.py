@@ -157,7 +157,7 @@ def summary(bodies: dict[str, tuple[Posable, BoundFace]]) -> Table:
                 learned = fit_system(data, space)
                 system = learned.system
                 rest = evaluate_examples(system, data)[~np.array([bool(e) for e in data.emotions])]
-                longest = max(len(rule.antecedent) for rule in system.fuzzy.rules)
+                longest = max(len(rule.propositions) for rule in system.fuzzy.rules)
                 table.add_row(
                     title,
                     markers,

@@ -77,7 +77,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.binding.pose_search", "_LAST_STEPS _START_ANNEALED _WITHOUT_MOTION", PLACED),
         *rows("usdface.binding.confidence", "_HOPELESS_COST _HOPELESS_POWER", PLACED),
         *rows("usdface.binding.confidence", "_INDEPENDENT", PLACED),
-        *rows("usdface.binding.neutral_frames", "MOST_PEAKS _LEAST_PEAK", PLACED),
+        *rows("usdface.binding.neutral_frames", "_MOST_PEAKS _LEAST_PEAK", PLACED),
         *rows("usdface.binding.stabilised_take", "_MODES _ROUNDS _FEWEST_CALM _MEDIAN", PLACED),
         *rows("usdface.binding.held_poses", "_SAME_POSE _LONGEST_HOLD _STILL", PLACED),
         *rows("usdface.binding.held_poses", "_USUAL _BEGINS _APART", PLACED),
@@ -144,7 +144,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.correction.events", "_RELEASE _HELD _PLAY _PEAK", EXPRESSED),
         *rows("usdface.correction.evidence", "_PARTICIPATION _AROUND _FACE_ERROR", EXPRESSED),
         *rows("usdface.correction.motion_gain", "LEAST_MOTION _MOST", EXPRESSED),
-        *rows("usdface.correction.feature_extraction", "_GAIN_WIDTH", EXPRESSED),
+        *rows("usdface.correction.sided_markers", "_GAIN_WIDTH", EXPRESSED),
         *rows("usdface.correction.contact", "_ROUNDS _STEPS _HALVINGS", EXPRESSED),
         *rows("usdface.correction.apertures", "_SLOPE", EXPRESSED),
     ],
@@ -158,8 +158,8 @@ TABLE: dict[str, list[Constant]] = {
         *rows(
             "usdface.retarget.solver.solve", "_NEGLIGIBLE _ROUGH _JOINED _LEARNED_LONGER", SOLVED
         ),
-        *rows("usdface.retarget.solver.temporal_solve", "_PENALTY _STIFFEST", SOLVED),
-        *rows("usdface.retarget.solver.temporal_solve", "_LEARNED_PENALTY _USUAL", SOLVED),
+        *rows("usdface.retarget.solver.shared_system", "_PENALTY _STIFFEST", SOLVED),
+        *rows("usdface.retarget.solver.shared_system", "_LEARNED_PENALTY _USUAL", SOLVED),
         *rows("usdface.retarget.pose_and_weights", "_ROUNDS", SOLVED),
         *rows("usdface.retarget.solve_round", "_SETTLED_SHARE", SOLVED),
         *rows("usdface.retarget.map_choice", "_AS_GOOD", SOLVED),

@@ -209,23 +209,12 @@ _HOMES = {
     ),
     "expression_system": ("ExpressionSystem",),
     "figures.peak_frames": ("peak_frames",),
-    "findings": (
-        "Finding",
-        "finding",
-    ),
-    "formats": (
-        "ExportTarget",
-        "RigReader",
-        "TakeReader",
-    ),
+    "findings": ("Finding", "finding"),
+    "formats": ("ExportTarget", "RigReader", "TakeReader"),
     "fuzzy.system": ("FuzzySystem",),
     "hooks": ("Hook",),
     "io.plugins": ("installed_hooks",),
-    "io.takes.raw_take": (
-        "RawTake",
-        "check_size",
-        "finish_take",
-    ),
+    "io.takes.raw_take": ("RawTake", "check_size", "finish_take"),
     "options": (
         "BindOptions",
         "CleanOptions",
@@ -274,11 +263,7 @@ _HOMES = {
     ),
     "progress": ("Step",),
     "result": ("Result",),
-    "rigs": (
-        "BlendShape",
-        "Mesh",
-        "Rig",
-    ),
+    "rigs": ("BlendShape", "Mesh", "Rig"),
     "setup.binding": ("Binding",),
     "setup.calibration": ("Calibration",),
     "setup.expression": ("Expression",),
@@ -287,20 +272,11 @@ _HOMES = {
     "setup.retarget_setup": ("RetargetSetup",),
     "shot.assembly": ("assemble_shot",),
     "shot.correct": ("correct",),
-    "shot.explanation": (
-        "Explanation",
-        "explain_result",
-    ),
+    "shot.explanation": ("Explanation", "explain_result"),
     "shot.played_shot": ("PlayedShot",),
     "shot.residual_colours": ("residual_colours",),
     "shot.retarget": ("retarget",),
-    "shot.shot": (
-        "Shot",
-        "ShotResult",
-    ),
-    "takes": (
-        "MarkerTake",
-        "WeightsTake",
-    ),
+    "shot.shot": ("Shot", "ShotResult"),
+    "takes": ("MarkerTake", "WeightsTake"),
 }
 __getattr__, __dir__ = lazy_names(__name__, _HOMES)

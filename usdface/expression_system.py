@@ -77,7 +77,7 @@ class ExpressionSystem:
     smoothing : float [s]
         How far noisy features are smoothed over time, see `usdface.correction.features.smooth`.
     mode, gain
-        How the emotions are blended over the weights, see `usdface.correction.pose_blend`.
+        How the emotions are blended over the weights, see `usdface.correction.take_blending`.
     response : (onset, full)
         Outputs at which a pose begins to be raised and is raised whole, see
         `usdface.correction.pose_blend.respond`; of an event, the largest output.

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any, Literal
 
-__all__ = ["AlphaMode", "ColourSpace", "Material", "Placement", "Texture", "Wrap"]
+__all__ = ["AlphaMode", "Colour", "ColourSpace", "Material", "Placement", "Texture", "Wrap"]
 
 AlphaMode = Literal["opaque", "mask", "blend"]
 ColourSpace = Literal["auto", "sRGB", "raw"]

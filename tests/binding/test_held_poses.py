@@ -18,7 +18,7 @@ def test_a_face_that_never_moves_rests_throughout() -> None:
     stabilised = stabilised_take(positions)
     rest = held_poses(stabilised, TIMES, 1)[0].frames
     assert rest[0] == 0 or rest[1] == len(TIMES) - 1 or rest[1] > rest[0]
-    assert len(distant_frames(stabilised, rest, 8)) == 0
+    assert len(distant_frames(stabilised, rest)) == 0
 
 
 @pytest.mark.parametrize("hidden", [slice(0, 20), slice(70, 100), slice(100, 120)])
@@ -31,7 +31,7 @@ def test_frames_without_markers_are_neither_rest_nor_peak(hidden: slice) -> None
     unseen = set(range(120)[hidden])
     held = held_poses(stabilised, TIMES)
     assert all(not unseen & {*pose.frames} and np.isfinite(pose.likely) for pose in held)
-    assert not unseen & set(distant_frames(stabilised, (first, last), 24).tolist())
+    assert not unseen & set(distant_frames(stabilised, (first, last)).tolist())
 
 
 def test_a_held_pose_knows_how_usual_it_is_and_whether_the_take_begins_with_it() -> None:

@@ -1,12 +1,12 @@
 from dataclasses import replace
 
 import numpy as np
+from dense_offsets import dense_offsets
 
 from usdface.certificate.compare import certify, sample_frames
 from usdface.certificate.evaluated_mesh import EvaluatedMesh
 from usdface.certificate.linear_morph import LinearMorph
 from usdface.certificate.stored_steps import HalfSteps, StoredSteps
-from usdface.certificate.vertex_offsets import VertexOffsets
 
 RNG = np.random.default_rng(3)
 FRAMES = np.arange(8)
@@ -161,7 +161,7 @@ def summed(moves: np.ndarray = MOVES, frames: int = 120) -> EvaluatedMesh:
         weights,
         lambda f: points[f],
         lambda f: None,
-        lambda f: LinearMorph(weights[f], POINTS, VertexOffsets.dense(moved)),
+        lambda f: LinearMorph(weights[f], POINTS, dense_offsets(moved)),
     )
 
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from dense_offsets import dense_offsets
 from scipy.spatial.transform import Rotation
 
 from usdface.certificate import joint_motion, linear_morph
 from usdface.certificate.joint_motion import JointMotion
 from usdface.certificate.linear_morph import LinearMorph, normal_distances, point_distances
-from usdface.certificate.vertex_offsets import VertexOffsets
 
 RNG = np.random.default_rng(11)
 FRAMES = np.array([0, 2, 3, 4])
@@ -38,7 +38,7 @@ def morph(count: int, motion: JointMotion | None) -> LinearMorph:
     moves, turns = RNG.normal(size=(2, 4, count, 3)).astype(np.float32)
     moves[:, ::3] = turns[:, ::3] = 0  # vertices that no shape moves
     rest, normals = RNG.normal(size=(2, count, 3))
-    offsets, turned = map(VertexOffsets.dense, (moves, turns))
+    offsets, turned = map(dense_offsets, (moves, turns))
     return LinearMorph(RNG.normal(size=(6, 4)), rest, offsets, normals, turned, motion)
 
 

@@ -1,15 +1,16 @@
 import numpy as np
+from dense_offsets import dense_offsets
 
 from usdface.certificate.linear_morph import LinearMorph, normal_distances, point_distances
 from usdface.certificate.vertex_offsets import VertexOffsets
 
 RNG = np.random.default_rng(9)
 FRAMES = np.array([1, 4, 5])
-NOTHING = VertexOffsets.dense(np.zeros((0, 2, 3)))
+NOTHING = dense_offsets(np.zeros((0, 2, 3)))
 
 
 def sums(count: int, parts: int) -> LinearMorph:
-    moves = [VertexOffsets.dense(m) for m in RNG.normal(size=(2, parts, count, 3))]
+    moves = [dense_offsets(m) for m in RNG.normal(size=(2, parts, count, 3))]
     return LinearMorph(
         RNG.normal(size=(6, parts)), *(f(count, m) for m in moves for f in (still, kept))
     )
@@ -61,7 +62,7 @@ def test_a_mesh_without_parts_stands_still() -> None:
 def test_pairs_that_nothing_moves_have_one_row() -> None:
     moves = np.zeros((1, 4, 3))
     moves[0, 2:] = 1.0
-    offsets = VertexOffsets.dense(moves)
+    offsets = dense_offsets(moves)
     normals = RNG.normal(size=(4, 3))
     weights = np.linspace(0, 1, 6)[:, None]
     one = LinearMorph(weights, np.zeros((4, 3)), offsets, normals, offsets)

@@ -20,8 +20,8 @@ def eager(tmp_path_factory: pytest.TempPathFactory) -> Path:
     stage = Usd.Stage.Open(str(folder / "shot.usda"))
     rule = next(p for p in stage.Traverse() if p.GetTypeName() == tokens.FUZZY_RULE)
     text = rule.GetAttribute(tokens.RULE_TEXT)
-    variable, term = parse_rule(text.Get()).antecedent[0]
-    text.Set(f"IF {variable} IS NOT {term} THEN joy IS 1")
+    first = parse_rule(text.Get()).propositions[0]
+    text.Set(f"IF {first.variable} IS NOT {first.term} THEN joy IS 1")
     stage.GetRootLayer().Export(str(folder / "eager.usda"))
     return folder / "eager.usda"
 

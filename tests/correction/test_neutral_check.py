@@ -42,8 +42,9 @@ def test_a_rule_that_fires_at_rest_is_heard(shot: Path, capsys: pytest.CaptureFi
     system = stage.GetPrimAtPath("/Shot/Fuzzy")
     rule = next(p for p in system.GetChildren() if p.GetTypeName() == tokens.FUZZY_RULE)
     parsed = parse_rule(rule.GetAttribute(tokens.RULE_TEXT).Get())
-    (variable, term), (emotion, _) = parsed.antecedent[0], parsed.consequents[0]
-    rule.GetAttribute(tokens.RULE_TEXT).Set(f"IF {variable} IS NOT {term} THEN {emotion} IS 1")
+    first, (emotion, _) = parsed.propositions[0], parsed.consequents[0]
+    text = f"IF {first.variable} IS NOT {first.term} THEN {emotion} IS 1"
+    rule.GetAttribute(tokens.RULE_TEXT).Set(text)
     loud = shot.with_name("loud.usda")
     stage.GetRootLayer().Export(str(loud))
     assert main(["fuzzy", "neutral", str(loud), "--format", "json"]) == 0

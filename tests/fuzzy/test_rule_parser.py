@@ -6,7 +6,7 @@ from usdface.fuzzy.rule_parser import parse_rule
 
 def test_a_rule_says_what_it_says():
     rule = parse_rule("if a_y is HIGH\n and b Is low then joy IS 1 AND fear is 0.25", 0.5, False)
-    assert rule.antecedent == (("a_y", "HIGH"), ("b", "low"))
+    assert [(p.variable, p.term) for p in rule.propositions] == [("a_y", "HIGH"), ("b", "low")]
     assert rule.consequents == (("joy", 1.0), ("fear", 0.25))
     assert (rule.weight, rule.enabled) == (0.5, False)
 
@@ -56,13 +56,14 @@ def test_a_weight_lies_between_0_and_1(weight):
 
 def test_most_of_counts_its_conditions():
     rule = parse_rule("IF most Of (a IS b, c IS NOT d , (e IS f OR g IS h)) AND i IS j THEN k IS 1")
-    most, other = rule.condition.parts
+    most, other = rule.antecedent.parts
     assert most.how == "most" and len(most.parts) == 3 and most.parts[2].how == "or"
     assert other.variable == "i"
 
 
 def test_a_variable_may_be_called_most():
-    assert parse_rule("IF most IS of THEN a IS 1").antecedent == (("most", "of"),)
+    (only,) = parse_rule("IF most IS of THEN a IS 1").propositions
+    assert (only.variable, only.term) == ("most", "of")
 
 
 @pytest.mark.parametrize(

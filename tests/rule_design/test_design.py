@@ -7,7 +7,7 @@ import pytest
 from marker_face import marker_face
 
 from usdface.correction.features import face_unit, measure, smooth
-from usdface.correction.pose_blend import correct
+from usdface.correction.pose_blend import add_poses
 from usdface.correction.rule_check import check_rules
 from usdface.errors import InputError
 from usdface.face.expression_poses import EMOTIONS, expressions_for
@@ -31,7 +31,7 @@ class World:
 
     def __post_init__(self):
         face = marker_face(self.names, self.neutral, self.basis, self.shapes, self.nose)
-        self.system, self.roles, self.findings = design_system(face, self.expressions, NOISE)
+        self.system, self.roles, self.findings = design_system(face, self.expressions)
         self.poses = np.array([e.pose(self.shapes) for e in self.expressions])
 
     def answer(self, weights, jitter=0.0):
@@ -195,14 +195,14 @@ def test_no_single_shape_is_an_emotion(world):
 
 def test_correction_of_a_weak_performance_goes_towards_its_expression(world):
     weak = 0.6 * world.poses
-    corrected = correct(weak, world.answer(weak), world.poses, np.full(6, 1.5))
+    corrected = add_poses(weak, world.answer(weak), world.poses, np.full(6, 0.4), 1.0)
     before, after = (np.linalg.norm(w - world.poses, axis=1) for w in (weak, corrected))
     assert (after < before).all()
 
 
 def test_rules_read_several_markers_by_name(world):
     for rule in world.system.fuzzy.rules:
-        assert 3 <= len(rule.antecedent) <= 17
+        assert 3 <= len(rule.propositions) <= 17
         assert "MOST OF" in rule.text
         # Without the negative conditions, which stand last and may read the same features.
         text = rule.text.split(" AND NOT ")[0].split(" THEN ")[0]
@@ -291,13 +291,13 @@ def test_any_marker_label_gives_a_role(names):
 
 def test_no_expressions_give_an_empty_system():
     face = marker_face(("nose", "a"), np.eye(3)[:2], nose="nose")
-    system, roles, findings = design_system(face, (), NOISE)
+    system, roles, findings = design_system(face, ())
     assert (system.fuzzy.rules, roles, findings) == ((), {}, [])
 
 
 def test_no_nose_tip_is_refused():
     with pytest.raises(InputError, match="no nose tip"):
-        design_system(marker_face(("a",), np.zeros((1, 3))), (), NOISE)
+        design_system(marker_face(("a",), np.zeros((1, 3))), ())
 
 
 @pytest.mark.slow
@@ -306,5 +306,5 @@ def test_the_order_of_the_blend_shapes_does_not_matter(world):
     order = np.random.default_rng(3).permutation(len(world.shapes))
     shapes = tuple(world.shapes[i] for i in order)
     face = marker_face(world.names, world.neutral, world.basis[order], shapes, world.nose)
-    system, roles, findings = design_system(face, world.expressions, NOISE)
+    system, roles, findings = design_system(face, world.expressions)
     assert (system, roles, findings) == (world.system, world.roles, world.findings)

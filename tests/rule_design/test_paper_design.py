@@ -53,7 +53,7 @@ def test_every_reference_is_heard_as_itself():
     assert (outputs.argmax(axis=1) == np.arange(len(POSES))).all()
     assert outputs[np.arange(len(POSES)), np.arange(len(POSES))].min() > 0.5
     assert len(system.fuzzy.rules) == len(POSES)
-    assert all(len(rule.antecedent) <= 3 for rule in system.fuzzy.rules)
+    assert all(len(rule.propositions) <= 3 for rule in system.fuzzy.rules)
 
 
 def test_peaks_are_the_least_the_middle_and_the_largest_reference():
@@ -67,7 +67,7 @@ def test_peaks_are_the_least_the_middle_and_the_largest_reference():
 def test_no_rule_asks_only_for_what_a_neutral_face_has():
     system, _ = fit_paper(VARIABLES, references(), list(POSES), NOISE)
     for rule in system.fuzzy.rules:
-        assert {term for _, term in rule.antecedent} != {"low"}
+        assert {p.term for p in rule.propositions} != {"low"}
     assert "RULE_FIRES_AT_NEUTRAL" not in {f.code for f in check_rules(system)}
 
 

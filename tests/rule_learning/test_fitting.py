@@ -45,7 +45,7 @@ def test_what_was_labelled_is_heard_in_the_recording_that_was_left_out(fitted):
         "correct": 12,
         "tested": 12,
     }
-    assert all(len(rule.antecedent) <= 3 for rule in fit.system.fuzzy.rules)
+    assert all(len(rule.propositions) <= 3 for rule in fit.system.fuzzy.rules)
     weights = fit.details["fit"]["weights"]
     assert result.summary["rules"] == weights.count(1.0) >= len(fit.system.emotions)
     assert result.summary["fallback_rules"] == len(weights) - weights.count(1.0)

@@ -32,7 +32,7 @@ def rule_base(system):
     for rule in system.fuzzy.rules:
         ((emotion, value),) = rule.consequents
         assert value == 1
-        motions = {f"{v} {t.removeprefix('slightly_')}" for v, t in rule.antecedent}
+        motions = {f"{p.variable} {p.term.removeprefix('slightly_')}" for p in rule.propositions}
         found.append((emotion, frozenset(motions)))
     return sorted(found, key=_spelled)
 
@@ -84,7 +84,7 @@ def test_the_answer_grows_with_the_intensity(system):
 
 
 def test_rules_are_short_and_words_are_few(system):
-    assert max(len(rule.antecedent) for rule in system.fuzzy.rules) <= 3
+    assert max(len(rule.propositions) for rule in system.fuzzy.rules) <= 3
     for variable in system.fuzzy.inputs:
         signs = [np.sign(term.parameters[1]) for term in variable.terms]
         assert max(signs.count(1), signs.count(-1)) <= 3

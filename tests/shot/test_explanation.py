@@ -152,7 +152,7 @@ def degree_of(rule: dict[str, Any]) -> float:
             float(most_of(np.array(parts)[:, None])[0]) if condition.how == "most" else min(parts)
         )
 
-    return of(parse_rule(rule["rule"]).condition)
+    return of(parse_rule(rule["rule"]).antecedent)
 
 
 def poses_of(shot: Path) -> tuple[Expression, ...]:

@@ -38,7 +38,7 @@ def test_a_change_ends_the_wait(tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
         looked.set()
         return [tmp_path / "there", tmp_path / "new"]
 
-    waiting = threading.Thread(target=watch.wait_for_change, args=(files,), daemon=True)
+    waiting = threading.Thread(target=watch.wait_for_change, args=(files, {}), daemon=True)
     waiting.start()
     assert looked.wait(10)
     waiting.join(0.1)

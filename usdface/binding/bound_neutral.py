@@ -8,7 +8,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.binding.candidates import LARGEST_WEIGHT
 from usdface.binding.explaining_neutral import explaining_neutral
 from usdface.binding.held_poses import held_poses
-from usdface.binding.neutral_frames import MOST_PEAKS, distant_frames, shows_poses
+from usdface.binding.neutral_frames import distant_frames, shows_poses
 from usdface.binding.observations import Observations, observe
 from usdface.binding.peak_motion import Targets
 from usdface.binding.registration import MOTION_ERROR, Registration
@@ -69,7 +69,7 @@ def bound_neutral(
     else:
         stabilised = without_head(take, "neutral")
     held = held_poses(stabilised, take.times)
-    peaks = distant_frames(stabilised, held[0].frames, MOST_PEAKS)
+    peaks = distant_frames(stabilised, held[0].frames)
     if len(markers) < FEWEST_MARKERS or not len(peaks) or not face.shape_names:
         return held[0].frames
     positions = stabilised.positions[:, bound]

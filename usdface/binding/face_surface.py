@@ -144,14 +144,14 @@ def face_surface(mesh: Mesh) -> FaceSurface:
             "SKIN_MISSING",
         )
     return FaceSurface(
-        mesh,
-        vertices,
-        mesh.points[vertices],
-        moving[vertices],
-        normals[vertices],
-        np.asarray(views[:_LEVEL, vertices].any(axis=0)),
-        torn,
-        graph,
+        mesh=mesh,
+        vertices=vertices,
+        points=mesh.points[vertices],
+        moving=moving[vertices],
+        normals=normals[vertices],
+        level=np.asarray(views[:_LEVEL, vertices].any(axis=0)),
+        torn=torn,
+        graph=graph,
     )
 
 

@@ -9,9 +9,10 @@ from scipy.spatial.distance import cdist
 from usdface.arrays import BoolArray, FloatArray
 from usdface.binding.stabilised_take import StabilisedTake, sample_step
 from usdface.geometry.marker_spread import rms_radius
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.takes import frame_step, visible
 
-__all__ = ["NEUTRALS", "HeldPose", "held_poses"]
+__all__ = ["HeldPose", "held_poses"]
 
 # Frames this near to each other, as a share of the spread of the motion, are the same pose.
 _SAME_POSE = 0.15
@@ -28,7 +29,7 @@ _STILL = 0.1
 # Number of held poses that are candidates for the neutral, and how far apart they are at least, in
 # sizes of a pose; exponent of their share of the take; duration [s] and factor of poses that the
 # take begins with. Judge: `python benchmarks/neutral.py`.
-NEUTRALS, _APART, _USUAL, _BEGINNING, _BEGINS = 64, 0.6, 0.5, 0.3, 2.7
+_NEUTRALS, _APART, _USUAL, _BEGINNING, _BEGINS = 64, 0.6, 0.5, 0.3, 2.7
 # The face is still at the beginning if slower than this share of its median speed.
 _STILL_START = 0.5
 
@@ -61,7 +62,7 @@ class HeldPose:
 
 
 def held_poses(
-    stabilised: StabilisedTake, times: FloatArray, count: int = NEUTRALS
+    stabilised: StabilisedTake, times: FloatArray, count: int = _NEUTRALS
 ) -> list[HeldPose]:
     """Return up to `count` different poses that are held most, the likeliest neutral first.
 
@@ -125,8 +126,7 @@ def _hold(near: BoolArray, times: FloatArray, best: int) -> tuple[int, int]:
 
     Else those of the longest time that is spent there.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], near, [False]]).astype(np.int8)))
-    first, last = edges[::2], edges[1::2] - 1
+    first, last = np.array(frame_ranges(near)).T
     held = np.minimum(times[last] - times[first], _LONGEST_HOLD)
     own = (first <= best) & (best <= last)
     run = int(np.lexsort((~own, -held))[0])

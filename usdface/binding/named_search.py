@@ -58,19 +58,19 @@ def register_markers(
 
     Without such names by a search from all poses (`usdface.binding.pose_search`).
     """
-    nobody = np.zeros(len(observations.neutral), dtype=bool)
+    none = np.zeros(len(observations.neutral), dtype=bool)
     if observations.named is None:
-        return search_pose(surface, observations), NameCheck(nobody, nobody, used=False)
+        return search_pose(surface, observations), NameCheck(none, none, used=False)
     fixed = observations.anchored
     at = surface.points[observations.anchors]
     priors, exchanged = _sided(observations.neutral, observations.named.at(fixed, at))
     if (named_pose(observations.neutral, priors).squared < _WITHIN).mean() < _AGREEING:
-        heights = np.full(len(nobody), np.nan)
+        heights = np.full(len(none), np.nan)
         registered = search_pose(surface, replace(observations, named=None, heights=heights))
         found = _contradicted(registered, observations.named) & ~fixed
-        return registered, NameCheck(found, nobody, used=False)
+        return registered, NameCheck(found, none, used=False)
     priors_used = observations.named.mirrored() if exchanged else observations.named
-    contradicted = nobody
+    contradicted = none
     for _ in range(_ROUNDS):
         some = replace(observations, named=priors_used.without(contradicted))
         pose = named_pose(observations.neutral, priors.without(contradicted))

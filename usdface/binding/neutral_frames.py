@@ -13,7 +13,6 @@ from usdface.setup.retarget_setup import check_neutral_frames
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
-    "MOST_PEAKS",
     "check_frames",
     "distant_frames",
     "neutral_frames",
@@ -22,7 +21,7 @@ __all__ = [
 ]
 
 # Peak frames that are detected; judge: `python benchmarks/binding.py`.
-MOST_PEAKS = 24
+_MOST_PEAKS = 24
 # Least distance of a peak from neutral and other peaks, as a share of the farthest one's. Set by
 # hand.
 _LEAST_PEAK = 0.02
@@ -55,7 +54,7 @@ def peak_frames(take: MarkerTake, neutral: tuple[int, int]) -> tuple[int, ...]:
     InputError
         As `neutral_frames`.
     """
-    return tuple(distant_frames(without_head(take, "peak"), neutral, MOST_PEAKS).tolist())
+    return tuple(distant_frames(without_head(take, "peak"), neutral).tolist())
 
 
 def check_frames(
@@ -78,15 +77,15 @@ def check_frames(
         )
 
 
-def distant_frames(stabilised: StabilisedTake, neutral: tuple[int, int], count: int) -> IntArray:
-    """Return up to `count` frame indices far from neutral and from each other, most first."""
+def distant_frames(stabilised: StabilisedTake, neutral: tuple[int, int]) -> IntArray:
+    """Return some frame indices far from neutral and from each other, most first."""
     scores, frames = stabilised.scores, stabilised.sampled
     some = scores[frames]
     mean = scores[neutral[0] : neutral[1] + 1].mean(axis=0)
     far = np.linalg.norm(some - mean, axis=1)
     least = _LEAST_PEAK * float(far.max(initial=0.0))
     peaks: list[int] = []
-    while len(peaks) < min(count, len(some)) and far.max() > least:
+    while len(peaks) < min(_MOST_PEAKS, len(some)) and far.max() > least:
         peaks.append(int(far.argmax()))
         far = np.minimum(far, np.linalg.norm(some - some[peaks[-1]], axis=1))
     return frames[np.array(peaks, dtype=np.int64)]

@@ -18,7 +18,7 @@ from usdface.binding.landmarks import find_landmarks
 from usdface.binding.lifted_take import lifted_take
 from usdface.binding.name_priors import name_priors, named_heights
 from usdface.binding.named_search import NameCheck, register_markers
-from usdface.binding.neutral_frames import MOST_PEAKS, check_frames, distant_frames
+from usdface.binding.neutral_frames import check_frames, distant_frames
 from usdface.binding.observations import observe
 from usdface.binding.peak_motion import targets_of
 from usdface.binding.pose_search import RegisteredMarkers
@@ -201,11 +201,13 @@ def _contradicted_names(
 ) -> tuple[ContradictedName, ...]:
     """Describe the places of some markers by name, and by registration."""
     some = np.flatnonzero(contradicted)
-    nobody = BoundFace(mesh, (), np.zeros(0, dtype=np.int64))
+    unmarked = BoundFace(mesh, (), np.zeros(0, dtype=np.int64))
     named = named_places(names)
     return tuple(
         ContradictedName(names[i], place.description if (place := named[i]) else "", found)
-        for i, found in zip(some.tolist(), place_descriptions(nobody, vertices[some]), strict=True)
+        for i, found in zip(
+            some.tolist(), place_descriptions(unmarked, vertices[some]), strict=True
+        )
     )
 
 
@@ -216,7 +218,7 @@ def _peaks(
     *,
     named: Sequence[int],
 ) -> IntArray:
-    peaks = distant_frames(stabilised, neutral, MOST_PEAKS)
+    peaks = distant_frames(stabilised, neutral)
     if not len(peaks):
         raise InputError(
             f"the face in the take {take.source} does not move; the vertices of its markers cannot "

@@ -1,1 +1,1 @@
-"""Blend shapes: what they are, and where they bring vertices, as immutable arrays in metres."""
+"""Blend shapes and the vertex positions that they give, as immutable arrays in metres."""

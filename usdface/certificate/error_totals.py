@@ -11,7 +11,7 @@ __all__ = ["ErrorTotals", "largest"]
 
 
 def largest(errors: NDArray[Any]) -> float:
-    """Return the largest error, at least 0; what is no number agrees with nothing."""
+    """Return the largest error, at least 0; infinity where a value is NaN."""
     found = float(errors.max(initial=0.0))
     return np.inf if np.isnan(found) else found
 

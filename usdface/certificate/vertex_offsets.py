@@ -49,11 +49,6 @@ class VertexOffsets:
         rows = csr_array(held, shape=(len(starts) - 1, 3 * count))
         return cls(count, len(starts) - 1, rows, rows.tocsc())
 
-    @classmethod
-    def dense(cls, offsets: NDArray[Any]) -> "VertexOffsets":
-        """Make offsets of an array (B, N, 3)."""
-        return cls.of(offsets.shape[1], (moved_part(shape) for shape in offsets))
-
     def summed(self, weights: FloatArray) -> FloatArray:
         """Return sums with weights (K, B): (K, N, 3)."""
         return np.asarray((self._by_shape.T @ weights.T).T).reshape(len(weights), self.count, 3)

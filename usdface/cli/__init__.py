@@ -119,7 +119,7 @@ def _run(parsed: argparse.Namespace) -> int:
 
 
 def _print_rest(*, quiet: bool) -> bool:
-    """Print what standard output still buffers; return whether it took it.
+    """Flush standard output; return whether that succeeded.
 
     Without this the interpreter would try at its end, and complain in lines of its own about a
     pipe that was closed after its first lines (`usdface ... | head`), or a full disk.

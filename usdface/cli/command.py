@@ -102,7 +102,7 @@ def add_output(command: argparse.ArgumentParser, summary: str) -> None:
 
 
 def add_overwrite(command: argparse.ArgumentParser, where: str = EDITED) -> None:
-    """Add the option ``--overwrite``; `where` says what is kept without it."""
+    """Add the option ``--overwrite``; `where` names the outputs that are kept without it."""
     command.add_argument(
         "--overwrite", action="store_true", help=f"replace outputs also where {where}"
     )

@@ -38,18 +38,18 @@ def print_facs(files: Iterable[Mapping[str, Any]]) -> None:
             print_whole(console, _peaks(verdicts["peaks"]))
 
 
-def _table(title: str, left: Iterable[str], right: Iterable[str], last: str) -> Table:
+def _table(title: str, left: Iterable[str], right: Iterable[str]) -> Table:
     table = Table(title=shown(title), box=SIMPLE, title_justify="left")
     for name in left:
         table.add_column(shown(name), no_wrap=True)
     for name in right:
         table.add_column(shown(name), justify="right", no_wrap=True)
-    table.add_column(last, no_wrap=True)
+    table.add_column("verdict", no_wrap=True)
     return table
 
 
 def _shapes(title: str, rows: Iterable[Mapping[str, Any]]) -> Table:
-    table = _table(title, ("blend shape", "unit"), ("moved [mm]", "in noise", "fit"), "verdict")
+    table = _table(title, ("blend shape", "unit"), ("moved [mm]", "in noise", "fit"))
     for row in rows:
         word, style = _VERDICTS[row["verdict"]]
         about = {
@@ -71,9 +71,7 @@ def _shapes(title: str, rows: Iterable[Mapping[str, Any]]) -> Table:
 
 
 def _poses(rows: Iterable[Mapping[str, Any]]) -> Table:
-    table = _table(
-        "expression poses: displacement of each unit [mm]", ("pose", "units"), (), "verdict"
-    )
+    table = _table("expression poses: displacement of each unit [mm]", ("pose", "units"), ())
     for row in rows:
         others = [f"AU{other['unit']} moves besides" for other in row["others"]]
         verdict = ", ".join([*_not_done(row), *others]) or ("done" if row["units"] else "-")
@@ -85,7 +83,7 @@ def _poses(rows: Iterable[Mapping[str, Any]]) -> Table:
 
 def _peaks(rows: Iterable[Mapping[str, Any]]) -> Table:
     title = "peaks of the take: displacement of each unit at the markers / solved / corrected [mm]"
-    table = _table(title, ("emotion", "time [s]", "units"), (), "verdict")
+    table = _table(title, ("emotion", "time [s]", "units"), ())
     for row in rows:
         each = (row[at]["units"] for at in ("markers", "solved", "corrected"))
         units = "  ".join(

@@ -89,7 +89,7 @@ def _add_files(command: argparse.ArgumentParser) -> None:
 
 
 def _add_switches(command: argparse.ArgumentParser) -> None:
-    """Add what a job leaves out, or does in another way than the shot says."""
+    """Add the options for steps that are left out, or done in another way than the shot says."""
     command.add_argument(
         "--no-express",
         dest="express",

@@ -105,7 +105,7 @@ def _name(name: str, value: Any) -> str:
 
 
 def _between(values: Iterable[Any]) -> str:
-    """Return what stands between parts of a summary: a new line where they are records."""
+    """Return the separator of parts of a summary: a new line where they are records."""
     return "\n" if any(isinstance(value, Mapping) for value in values) else ", "
 
 

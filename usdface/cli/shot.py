@@ -158,7 +158,7 @@ def _shot(parsed: argparse.Namespace) -> int:
 
 
 def _print_unsure(parsed: argparse.Namespace, error: InputError) -> None:
-    """Print what there is of a refused binding: the files with its proposal, or itself."""
+    """Print a refused binding: the files with its proposal, or the binding itself."""
     for path in (parsed.write_bind, parsed.bind_figure):
         if path:
             print(f"wrote {path}", file=sys.stderr)

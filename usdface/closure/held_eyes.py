@@ -5,6 +5,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.closure.eye_closing import EyeClosing, nearest_frame
 from usdface.closure.lid_pulses import crossing_time
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.numerics.ramps import smooth_step
 
 __all__ = ["find_held_eyes"]
@@ -66,19 +67,18 @@ def _held_eye(
 
     `share` and `lids` are shares of the level of a closed eye.
     """
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], closed, [False]]).astype(np.int8)))
     held: list[EyeClosing] = []
     lids = smooth_step((lids - _HALF_OPEN) / (_CLOSED - _HALF_OPEN))
-    for first, stop in edges.reshape(-1, 2).tolist():
-        last = stop - 1
+    for first, last in frame_ranges(closed):
+        stretch = share[first : last + 1]
         if times[last] - times[first] < _HELD - _ROUNDING:
             continue
-        level = _STILL_CLOSED * float(np.median(share[first:stop]))
-        still = first + np.flatnonzero(share[first:stop] >= level)
+        level = _STILL_CLOSED * float(np.median(stretch))
+        still = first + np.flatnonzero(stretch >= level)
         first, last = int(still[0]), int(still[-1])
         start, end = _open_time(times, share, first, -1), _open_time(times, share, last, 1)
         span = (start, float(times[first]), float(times[last]), end)
-        height = float(share[first:stop].max())
+        height = float(stretch.max())
         # Two between which the eye never opens halfway are one.
         between = share[nearest_frame(times, held[-1].opened) : first] if held else share[:0]
         if held and between.min(initial=np.inf) > _HALF_OPEN:

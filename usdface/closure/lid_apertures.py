@@ -166,16 +166,16 @@ def _measure(eye: Eye, mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> Li
         return tuple(t for t, n in enumerate(names) if moving[t] and unit in units.get(n, set()))
 
     return LidApertures(
-        eye,
-        neutral,
-        evaluator,
-        np.searchsorted(edges, x[order]),
-        opening,
-        names.index(mesh.shape_names[shape]),
-        of_unit(_TIGHTENED, -1),
-        of_unit(_CHEEK_RAISED, -1),
-        of_unit(_RAISED, 1),
-        change < -_STILL * opening,
+        eye=eye,
+        neutral=neutral,
+        evaluator=evaluator,
+        place=np.searchsorted(edges, x[order]),
+        opening=opening,
+        closer=names.index(mesh.shape_names[shape]),
+        tighteners=of_unit(_TIGHTENED, -1),
+        cheek_raisers=of_unit(_CHEEK_RAISED, -1),
+        raisers=of_unit(_RAISED, 1),
+        movers=change < -_STILL * opening,
     )
 
 

@@ -137,7 +137,7 @@ def part_crossed_lids(
 def _lowering(
     weights: FloatArray, parted: FloatArray, apertures: LidApertures, free: BoolArray
 ) -> FloatArray:
-    """Return the least shares (F,) to lower what raises the lower lid by, for lids to look shut."""
+    """Return the shares (F,) that shapes which raise the lower lid lose, for lids to look shut."""
     share = np.zeros(len(weights))
     limit = looks_open(apertures)
     frames = np.flatnonzero((parted != weights).any(axis=1))

@@ -5,6 +5,7 @@ from scipy.ndimage import gaussian_filter1d, grey_opening
 
 from usdface.arrays import FloatArray
 from usdface.cleanup.blink_motion import LONGEST_BLINK
+from usdface.numerics.robust_deviation import MEDIAN_TO_DEVIATION, THIRD_DIFFERENCE
 
 __all__ = ["APART", "LEAST_HEIGHT", "crossing_time", "lid_pulses"]
 
@@ -61,9 +62,10 @@ def crossing_time(times: FloatArray, share: FloatArray, peak: int, way: int, lev
 
 def _smoothed(closing: FloatArray, step: float) -> tuple[FloatArray, float]:
     """Return the smoothed curve of an eye, and the least height of a pulse above noise."""
-    # Third differences of white noise have 20 times its variance; blinks are rare.
+    # By the median, as blinks are rare.
     steps = np.abs(np.diff(closing, 3))
-    noise = 1.4826 * float(np.median(steps)) / np.sqrt(20.0) if len(steps) else 0.0
+    usual = float(np.median(steps)) if len(steps) else 0.0
+    noise = MEDIAN_TO_DEVIATION * usual / np.sqrt(THIRD_DIFFERENCE)
     smooth, floor = closing, _ABOVE_NOISE * noise
     for width in _SMOOTHING:
         sigma = width / step

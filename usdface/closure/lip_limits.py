@@ -33,7 +33,7 @@ def largest_apertures(
     tolerance: float,
     times: FloatArray,
     *,
-    misfit: float = 0.0,
+    misfit: float,
 ) -> FloatArray:
     """Return how far the character's lips may be open: (F, K) [m], infinite = no limit.
 
@@ -52,7 +52,7 @@ def largest_apertures(
         Of a contact.
     times : (F,) float64 [s]
     misfit : float [m]
-        `usdface.retarget.Solution.misfit`: how unlike the rig the performer's face is.
+        `usdface.retarget.solution.Solution.misfit`: how unlike the rig the performer's face is.
     """
     beyond = np.maximum(distances.seen - tolerance, 0.0)
     limit = tolerance + beyond + beyond**2 / (2.0 * WIDENS * tolerance)

@@ -7,7 +7,7 @@ from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
-from usdface.options import LIKENESS, MARKER_NOISE, CorrectionOptions
+from usdface.options import LIKENESS, CorrectionOptions
 from usdface.rule_design.design import design_system
 from usdface.rule_design.marker_roles import known_roles
 from usdface.setup.expression import Expression
@@ -37,7 +37,7 @@ def design(
             why, missing = "the rig's shapes make no expression", "expressions"
         message = f"{why}, so there are no rules and no express layer"
         return None, roles, [finding("EXPRESS_SKIPPED", face.mesh.path, message, missing=missing)]
-    system, read, findings = design_system(face, expressions, MARKER_NOISE)
+    system, read, findings = design_system(face, expressions)
     system = replace(system, mode=correction.mode, gain=correction.gain, ease=correction.ease)
     system = replace(system, likeness=LIKENESS)
     return system, read | roles, findings

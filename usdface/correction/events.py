@@ -15,6 +15,7 @@ from scipy.ndimage import label
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.numerics.frame_blocks import frame_blocks
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.numerics.ramps import linear_ramp, smooth_step
 
 __all__ = ["Events", "events_of", "frame_events"]
@@ -68,9 +69,7 @@ def events_of(output: FloatArray, onset: float, step: float) -> Events:
     They reach the onset, and last as long as the curve is above half of it.
     """
     release = _RELEASE * onset
-    above = np.concatenate([[False], output > release, [False]])
-    ends = np.flatnonzero(np.diff(above.astype(np.int8))).reshape(-1, 2)
-    runs = [np.arange(first, end) for first, end in ends.tolist()]
+    runs = [np.arange(first, last + 1) for first, last in frame_ranges(output > release)]
     runs = [at for at in runs if output[at].max() > onset]
     stretches = [_Stretch(at, output[at], (release, onset), step) for at in runs]
     if not stretches:

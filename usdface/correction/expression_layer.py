@@ -28,7 +28,6 @@ __all__ = [
     "ExpressionTrace",
     "SideTrace",
     "express",
-    "expression_poses",
 ]
 
 
@@ -137,7 +136,7 @@ def express(
         Keep the memberships of all terms.
     """
     layout = face.layout
-    poses, findings = expression_poses(system, names, expressions)
+    poses, findings = _expression_poses(system, names, expressions)
     findings += [
         finding("SHAPE_UNKNOWN", name, "it is named in a side, region or antagonist of the shot")
         for name in layout.shapes
@@ -179,7 +178,7 @@ def express(
     return Correction(corrected, traced, check_rules(system) + findings)
 
 
-def expression_poses(
+def _expression_poses(
     system: ExpressionSystem, names: tuple[str, ...], expressions: Sequence[Expression]
 ) -> tuple[FloatArray, list[Finding]]:
     """Return the pose of each emotion (E, T) in blend shapes `names`; zeros where there is none."""

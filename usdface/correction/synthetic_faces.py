@@ -50,7 +50,7 @@ def synthetic_faces(
     coordinates_of: _CoordinatesOf,
     *,
     drawn: Collection[str],
-    rigs: Collection[str] | None = None,
+    rigs: Collection[str] | None,
 ) -> list[FloatArray]:
     """Return faces (N, 3 M) for each expression, displacements against the nose tip [m].
 
@@ -63,7 +63,7 @@ def synthetic_faces(
     drawn : collection of str
         Sources of `DRAWN`.
     rigs : collection of str, optional
-        Of `usdface.face.face_motion`; all of them by default.
+        Of `usdface.face.face_motion`; None = all of them.
     """
     variants = expression_variants(expressions, face.shape_names, drawn)
     names, mirror = face.shape_names, _mirror(face.shape_names)

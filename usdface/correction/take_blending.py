@@ -9,7 +9,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.evidence import Evidence
 from usdface.correction.gains import Gains
-from usdface.correction.pose_blend import correct, ease_antagonists, pose_intensity
+from usdface.correction.pose_blend import add_poses, ease_antagonists, pose_intensity
 from usdface.correction.raised_events import RaisedEvents, raised_events
 from usdface.correction.temporal_blend import blend_frames, blended
 from usdface.expression_system import ExpressionSystem
@@ -80,14 +80,10 @@ class TakeBlending:
         poses = np.array([pose for *_, pose in parts]).reshape(len(parts), len(self.names))
         regional = self.gains.of([(emotions[row], region) for row, _, region, _ in parts], frames)
         gain = self.gains.system
-        from_rest = correct(np.zeros(self.weights.shape), strengths, poses, regional, "add", gain)
-        corrected = correct(self._eased(from_rest), strengths, poses, regional, "add", gain)
+        from_rest = add_poses(np.zeros(self.weights.shape), strengths, poses, regional, gain)
+        corrected = add_poses(self._eased(from_rest), strengths, poses, regional, gain)
         own = self.gains.of_emotions(emotions, frames)
-        response = self.system.response
-        intensity = {
-            side: pose_intensity(given, own, "add", gain, response)
-            for side, given in outputs.items()
-        }
+        intensity = {side: pose_intensity(given, own, gain) for side, given in outputs.items()}
         return Blended(corrected, intensity, {side: {} for side in outputs})
 
     def raise_up(self, outputs: Outputs, by_rules: Outputs) -> Blended:

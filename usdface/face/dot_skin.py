@@ -177,15 +177,15 @@ def dot_skin(
     extra = np.zeros(0, np.int64) if others is None else others
     used, places = np.unique(np.concatenate([vertices, under.ravel(), extra]), return_inverse=True)
     return DotSkin(
-        used,
-        mesh.points[used],
-        evaluator_of(mesh.shapes, used)[0],
-        radii,
-        places[: len(vertices)],
-        np.concatenate([*dots, np.zeros(0, np.int64)]),
-        places[len(vertices) : len(vertices) + under.size].reshape(-1, 3),
-        np.concatenate([*shares, np.zeros(0)]),
-        np.concatenate([*centroids, np.zeros((0, 3))]),
+        vertices=used,
+        points=mesh.points[used],
+        evaluator=evaluator_of(mesh.shapes, used)[0],
+        radii=radii,
+        bound=places[: len(vertices)],
+        dots=np.concatenate([*dots, np.zeros(0, np.int64)]),
+        triangles=places[len(vertices) : len(vertices) + under.size].reshape(-1, 3),
+        shares=np.concatenate([*shares, np.zeros(0)]),
+        centroids=np.concatenate([*centroids, np.zeros((0, 3))]),
     )
 
 

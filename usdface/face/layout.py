@@ -115,7 +115,7 @@ def split_poses(
         Expression; side ("left", "right" or "both"); region, None = no region; and the part of
         the pose. The parts of an expression add up to it; empty ones are left out.
     """
-    side = {n: "left" for n in layout.left} | {n: "right" for n in layout.right}
+    side = dict.fromkeys(layout.left, "left") | dict.fromkeys(layout.right, "right")
     region = {
         name: region_name for region_name, listed in layout.regions.items() for name in listed
     }

@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.geometry.face_corners import next_corners
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
@@ -84,7 +85,8 @@ def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
 
 def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     count = len(mesh.points)
-    corners, following = mesh.face_indices, _next_corners(mesh)
+    corners = mesh.face_indices
+    following = corners[next_corners(mesh.face_counts)]
     normals = vertex_normals(mesh.points, mesh.face_counts, corners)
     edges = coo_matrix((np.ones(len(corners)), (corners, following)), shape=(count, count))
     piece = connected_components(edges, directed=False)[1]
@@ -93,15 +95,6 @@ def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     moved = mesh.points[moving]
     spread = rms_radius(moved[~stray_points(moved)])
     return _Skin(mesh.points, normals, piece, large, spread)
-
-
-def _next_corners(mesh: Mesh) -> IntArray:
-    """Return the next corner's vertex for each corner of each face."""
-    last = np.cumsum(mesh.face_counts) - 1
-    following = np.roll(mesh.face_indices, -1)
-    full = mesh.face_counts > 0
-    following[last[full]] = mesh.face_indices[(last - mesh.face_counts + 1)[full]]
-    return following
 
 
 def _moves_any(shape: BlendShape, pairs: IntArray, least: float) -> bool:

@@ -198,7 +198,7 @@ def names_nose_tip(name: str) -> bool:
     return "nose" in words and bool(words & {"tip", "head"}) and not words & SIDES.keys()
 
 
-def _place(words: frozenset[str], *, middle: bool = False) -> NamedPlace | None:
+def _place(words: frozenset[str], *, middle: bool) -> NamedPlace | None:
     parts = [part for part in PARTS if part in words]
     if not parts:
         return None

@@ -10,19 +10,19 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import FaceLandmarks, find_landmarks
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
 from usdface.face.marker_name_places import LANDMARKS
-from usdface.face.surface_graph import surface_graph
+from usdface.facs.loose_parts import Patches, eyeballs, loose_patches
 from usdface.facs.movements import POINTS
 from usdface.rigs import Mesh, Rig
+from usdface.rigs.face_mesh import moved_vertices
 
 __all__ = ["FeaturePoints", "find_feature_points"]
 
@@ -50,19 +50,12 @@ _CENTRAL = {
     "chin": (0, -112),
 }
 _PATCH = 4.0  # [mm of the average face] along the surface: the reach of a small optical marker
-_LOOSE = 8.0  # [mm of the average face]: reach from a point on the skin to parts that are no skin
 # The skin of the brows begins so high above the eyes [mm of the average face]: half-way from the
 # lid to the brow.
 _ABOVE_LID = 0.5 * (LANDMARKS["lid upper"][1] + LANDMARKS["brow"][1])
 _BROW = (LANDMARKS["brow"][0] - LANDMARKS["eye inner"][0]) / (
     LANDMARKS["eye outer"][0] - LANDMARKS["eye inner"][0]
 )
-# An eyeball is a piece as deep and high as wide, and as wide as an eye (a ball of 24 mm behind an
-# opening of 30 mm; artists make them larger). Its front lies before half its radius.
-_ROUND, _NARROW, _WIDE, _FRONT = 1.35, 0.6, 1.8, 0.5
-# Part of the way of its vertices that an eyeball goes aside as a whole: turned ones 0.9 on the
-# example, one whose pupil widens 0.01 on ICT.
-_ASIDE = 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -171,17 +164,17 @@ def find_feature_points(rig: Rig) -> FeaturePoints:
     surface = landmarks.surface
     vertices = _carried_over(landmarks) | _lips_and_lids(landmarks, contacts)
     away = surface.distances(np.array(list(vertices.values())), _PATCH * landmarks.unit)
-    patches: dict[str, tuple[int, IntArray]] = {}
+    patches: Patches = {}
     for (point, vertex), distance in zip(vertices.items(), away, strict=True):
         near = surface.vertices[distance <= _PATCH * landmarks.unit]
         patches[point] = (which, near if len(near) else np.array([vertex]))
-    loose = _loose_patches(rig, landmarks, patches)
-    return FeaturePoints(patches | loose | _eyeballs(rig, landmarks), landmarks.unit)
+    loose = loose_patches(rig, landmarks, patches)
+    return FeaturePoints(patches | loose | eyeballs(rig, landmarks), landmarks.unit)
 
 
 def _with_mirrored(mesh: Mesh) -> Mesh:
     """Return the mesh with the mirror image of each blend shape as well."""
-    across = mesh.points[_moved(mesh), 0]
+    across = mesh.points[moved_vertices(mesh), 0]
     if not len(across):
         return mesh
     ends = across.min() + across.max()
@@ -261,97 +254,3 @@ def _lips_and_lids(landmarks: FaceLandmarks, contacts: LipLidContacts) -> dict[s
         nearest = np.linalg.norm(points[front] - landmarks.points[at], axis=1).argmin()
         found[f"{half} lip corner"] = int(front[nearest])
     return found
-
-
-def _loose_patches(
-    rig: Rig, landmarks: FaceLandmarks, patches: Mapping[str, tuple[int, IntArray]]
-) -> dict[str, tuple[int, IntArray]]:
-    """Return patches of separate pieces near the skin, for points where no shape moves the skin.
-
-    Brows of drawn characters are strips of their own, and their irises flat.
-    """
-    moved = [_moved(mesh) for mesh in rig.meshes]
-    skin = np.zeros(len(landmarks.surface.mesh.points), dtype=bool)
-    skin[landmarks.surface.vertices] = True
-    face, _ = next(iter(patches.values()))
-    places = {
-        point: rig.meshes[which].points[vertices].mean(axis=0)
-        for point, (which, vertices) in patches.items()
-        if not moved[which][vertices].any()
-    }
-    places |= {f"{half} eyeball": centre for half, (centre, _) in _eyes(landmarks).items()}
-    found: dict[str, tuple[int, IntArray]] = {}
-    for which, mesh in enumerate(rig.meshes):
-        own = np.flatnonzero(moved[which] & ~skin if which == face else moved[which])
-        if not len(own):
-            continue
-        tree = cKDTree(mesh.points[own])
-        for point, place in places.items():
-            reach = _LOOSE * landmarks.unit
-            near = own[tree.query_ball_point(place, reach)]
-            if point.endswith("eyeball"):
-                parts = [np.intersect1d(piece, near) for piece in _pieces(mesh, moved[which])]
-                turned = [part for part in parts if _goes_aside(mesh, part)]
-                near = np.concatenate([*turned, near[:0]])
-            if len(near) and point not in found:
-                found[point] = (which, np.sort(near))
-    return found
-
-
-def _eyes(landmarks: FaceLandmarks) -> dict[str, tuple[FloatArray, float]]:
-    """Return the centre and the width of each eye's opening [m]."""
-    average, found = landmarks.average.tolist(), {}
-    for half, sign in (("left", 1), ("right", -1)):
-        inner, outer = (
-            landmarks.points[average.index([sign * LANDMARKS[name][0], LANDMARKS[name][1]])]
-            for name in ("eye inner", "eye outer")
-        )
-        found[half] = (0.5 * (inner + outer), abs(float((outer - inner)[0])))
-    return found
-
-
-def _eyeballs(rig: Rig, landmarks: FaceLandmarks) -> dict[str, tuple[int, IntArray]]:
-    """Return the fronts of the eyeballs that a blend shape turns; wider pupils are no gaze."""
-    found: dict[str, tuple[int, IntArray]] = {}
-    for half, (centre, width) in _eyes(landmarks).items():
-        for which, mesh in enumerate(rig.meshes):
-            moved = _moved(mesh)
-            for vertices in _pieces(mesh, moved):
-                at = mesh.points[vertices]
-                low, high = at.min(axis=0), at.max(axis=0)
-                size, middle = high - low, 0.5 * (low + high)
-                beside = np.abs(middle - centre)[:2].max() < 0.5 * width
-                ball = size.max() < _ROUND * size.min()
-                fits = _NARROW * width < size.max() < _WIDE * width
-                if beside and ball and fits and f"{half} eyeball" not in found:
-                    front = vertices[at[:, 2] > middle[2] + _FRONT * 0.5 * size[2]]
-                    if _goes_aside(mesh, front):
-                        found[f"{half} eyeball"] = (which, front)
-    return found
-
-
-def _goes_aside(mesh: Mesh, vertices: IntArray) -> bool:
-    """Return whether a blend shape moves vertices sideways or up and down, all the same way."""
-    if not len(vertices):
-        return False
-    offsets = mesh.offsets_at(vertices)
-    together = np.linalg.norm(offsets.mean(axis=1)[:, :2], axis=1)
-    each = np.sqrt((offsets**2).sum(axis=2).mean(axis=1))
-    return bool((together > _ASIDE * each).any())
-
-
-def _moved(mesh: Mesh) -> BoolArray:
-    moved = np.zeros(len(mesh.points), dtype=bool)
-    for shape in mesh.shapes:
-        moved[shape.indices[shape.offsets.any(axis=1)]] = True
-    return moved
-
-
-def _pieces(mesh: Mesh, moved: BoolArray) -> list[IntArray]:
-    """Return the connected pieces of a mesh that blend shapes move: vertices of each."""
-    if not moved.any():
-        return []
-    _, piece = connected_components(surface_graph(mesh), directed=False)
-    order = np.argsort(piece, kind="stable")
-    parts = np.split(order, np.flatnonzero(np.diff(piece[order])) + 1)
-    return [part for part in parts if moved[part].any()]

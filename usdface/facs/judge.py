@@ -169,18 +169,18 @@ def judge_shapes(
         at = {k: float(fits.cosines[i, k]) for k in of}
         result.append(
             ShapeVerdict(
-                name,
-                verdict,
-                of.get(own.get(i, -1)),
-                of.get(-1 if shown is None else shown),
-                of.get(-1 if second is None else second),
-                names[rig.partners[i]] if i in rig.partners else "",
-                at.get(own.get(i, -1), 0.0),
-                at.get(-1 if shown is None else shown, 0.0),
-                reading.mean if reading else 0.0,
-                reading.in_noise if reading else 0.0,
-                float(largest[i]),
-                reading.points if reading else {},
+                name=name,
+                verdict=verdict,
+                claim=of.get(own.get(i, -1)),
+                shown=of.get(-1 if shown is None else shown),
+                second=of.get(-1 if second is None else second),
+                partner=names[rig.partners[i]] if i in rig.partners else "",
+                fit=at.get(own.get(i, -1), 0.0),
+                shown_fit=at.get(-1 if shown is None else shown, 0.0),
+                moved_mm=reading.mean if reading else 0.0,
+                in_noise=reading.in_noise if reading else 0.0,
+                largest_mm=float(largest[i]),
+                points=reading.points if reading else {},
             )
         )
     return ShapeVerdicts(tuple(result), usual, large, fits)

@@ -9,6 +9,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.binding.face_surface import face_surface
 from usdface.figures.labels import label_places, text_size
 from usdface.figures.picture import save_figure
+from usdface.geometry.face_corners import next_corners
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 
@@ -86,10 +87,8 @@ def _joined(binding: Binding, unsure: Binding) -> Binding:
 
 def _edges(mesh: Mesh, vertices: IntArray) -> FloatArray:
     """Return the edges of the mesh between these vertices: (N, 2, 3) [m]."""
-    starts = np.cumsum(mesh.face_counts) - mesh.face_counts
-    following = np.arange(1, len(mesh.face_indices) + 1)
-    following[starts + mesh.face_counts - 1] = starts
-    pairs = np.column_stack([mesh.face_indices, mesh.face_indices[following]])
+    following = mesh.face_indices[next_corners(mesh.face_counts)]
+    pairs = np.column_stack([mesh.face_indices, following])
     kept = np.isin(pairs, vertices).all(axis=1)
     return np.asarray(mesh.points[np.unique(np.sort(pairs[kept], axis=1), axis=0)])
 

@@ -5,10 +5,11 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from scipy.ndimage import median_filter
 
-from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import regions_of
+from usdface.numerics.frame_ranges import frame_ranges
 from usdface.numerics.local_maxima import local_maxima
 from usdface.rigs import Mesh
 from usdface.shot.shot import ShotResult
@@ -171,13 +172,6 @@ def _held(raw: FloatArray, times: FloatArray) -> Iterable[tuple[int, str]]:
     size = _size(raw)
     speed = _size(np.gradient(raw, times, axis=0))
     held = (size > 2 * _REST) & (speed < _STILL * size)
-    spans = [span for span in _spans(held) if times[span[1]] - times[span[0]] >= _HELD]
+    spans = [span for span in frame_ranges(held) if times[span[1]] - times[span[0]] >= _HELD]
     spans.sort(key=lambda span: span[0] - span[1])
     return [((first + last) // 2, "held") for first, last in spans[:_HELD_POSES]]
-
-
-def _spans(where: BoolArray) -> list[tuple[int, int]]:
-    """Return the first and last frame of each run of True."""
-    edges = np.diff(np.concatenate([[0], where.astype(int), [0]]))
-    ends = zip(np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1, strict=True)
-    return [(int(first), int(last)) for first, last in ends]

@@ -130,8 +130,8 @@ def _tone(linear: FloatArray) -> FloatArray:
 def render(
     points: FloatArray,
     triangles: IntArray,
-    colors: FloatArray,
-    view: View | None = None,
+    colours: FloatArray,
+    view: View,
     gloss: FloatArray | None = None,
     sky: FloatArray | None = None,
 ) -> NDArray[np.uint8]:
@@ -142,7 +142,7 @@ def render(
     points : (V, 3) [m]
     triangles : (T, 3)
         Counter-clockwise seen from outside.
-    colors : (T, 3) or (V, 3)
+    colours : (T, 3) or (V, 3)
         Linear colour in [0, 1] per triangle or vertex (per triangle where both would fit).
     view : View
     gloss : (T,), optional
@@ -154,7 +154,6 @@ def render(
     -------
     (H, W, 3) uint8, sRGB
     """
-    view = view or View()
     width, height = (n * view.samples for n in view.size)
     normals = triangle_normals(points, triangles)
     open_to_sky = openness(points, triangles) if sky is None else sky
@@ -175,18 +174,18 @@ def render(
     normal = across(normals @ camera.T)
     normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-9)
     open_sky = across(open_to_sky[:, None])
-    albedo = colors[face] if len(colors) == len(triangles) else across(colors)
+    albedo = colours[face] if len(colours) == len(triangles) else across(colours)
     shine = np.zeros(len(face)) if gloss is None else gloss[face]
     light = np.array(AMBIENT) * (0.15 + 0.85 * open_sky)
     highlight = np.zeros(len(face))
-    for towards, color, wrap in LIGHTS:
+    for towards, colour, wrap in LIGHTS:
         unit = np.array(towards) / np.linalg.norm(towards)
         diffuse = np.maximum(normal @ unit + wrap, 0) / (1 + wrap)
-        light = light + diffuse[:, None] * np.array(color) * (0.4 + 0.6 * open_sky)
+        light = light + diffuse[:, None] * np.array(colour) * (0.4 + 0.6 * open_sky)
         half = unit + np.array([0, 0, 1.0])
         half /= np.linalg.norm(half)
         sharp = 10 + 700 * shine**3
-        highlight += shine * np.maximum(normal @ half, 0) ** sharp * np.mean(color)
+        highlight += shine * np.maximum(normal @ half, 0) ** sharp * np.mean(colour)
     image = np.tile(np.array(view.background), (width * height, 1))
     image[hit] = albedo * light + highlight[:, None]
     blocks = image.reshape(view.size[1], view.samples, view.size[0], view.samples, 3)

@@ -134,11 +134,8 @@ def rig_pictures(
     return pictures
 
 
-def render_rig(
-    rig: Rig, weights: Mapping[str, float] | None = None, view: View | None = None
-) -> NDArray[np.uint8]:
+def render_rig(rig: Rig, weights: Mapping[str, float], view: View) -> NDArray[np.uint8]:
     """Render a rig at the given weights (shape name to weight): (H, W, 3) uint8, sRGB."""
-    pose = weights or {}
-    at = np.array([list(pose.values())], dtype=np.float64).reshape(1, -1)
-    shown = rig_triangles(rig, tuple(pose), at)
+    at = np.array([list(weights.values())], dtype=np.float64).reshape(1, -1)
+    shown = rig_triangles(rig, tuple(weights), at)
     return render(shown.points[0], shown.triangles, shown.colours, view, shown.gloss)

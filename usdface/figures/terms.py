@@ -22,9 +22,9 @@ _ROW = 0.19
 _LONGEST, _COLUMNS = 18, 2
 
 
-def draw_value(axes: Any, value: float, color: str) -> None:
+def draw_value(axes: Any, value: float, colour: str) -> None:
     """Draw a value of the input as a line that ends below the legend."""
-    axes.vlines(value, _LOW, _HIGH, color=color, linewidth=0.8)
+    axes.vlines(value, _LOW, _HIGH, color=colour, linewidth=0.8)
 
 
 def name_terms(axes: Any, font: float) -> None:

@@ -202,7 +202,7 @@ def model_of_colour(
     """
     if around is None:
         around = _triple(np.median(pixels[::4, ::4].reshape(-1, 3), axis=0))
-    channel = channel_of_colour(colour, around, "the given colour")
+    channel = channel_of_colour(colour, around)
     own = [each for each in CHANNELS.values() if _shows(each, colour, around)]
     model = choose_model(pixels, [channel, *own])
     wanted, there = opponents(np.array(colour, dtype=float)), np.array(model.hue)

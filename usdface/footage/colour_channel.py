@@ -116,7 +116,7 @@ def parse_colour(text: str) -> tuple[int, int, int]:
 
 
 def channel_of_colour(
-    colour: tuple[float, float, float], around: tuple[float, float, float], name: str
+    colour: tuple[float, float, float], around: tuple[float, float, float]
 ) -> ColourChannel:
     """Return the direction in colour space from the surroundings of the dots to the dots.
 
@@ -127,7 +127,6 @@ def channel_of_colour(
     ----------
     colour, around : (float, float, float)
         Red, green, blue of the dots and of the skin, 0 to 255, in display encoding.
-    name : str
     """
     difference = np.subtract(colour, around)
     lightness = difference.mean()
@@ -135,4 +134,5 @@ def channel_of_colour(
     length = float(direction @ direction) or 1.0
     # A dot's own signal is then its distance from the skin in code values.
     weights = direction * (np.sqrt(length) / length)
-    return ColourChannel(name, weights=(float(weights[0]), float(weights[1]), float(weights[2])))
+    red, green, blue = weights.tolist()
+    return ColourChannel("the given colour", weights=(red, green, blue))

@@ -230,14 +230,14 @@ def _measured(
     noisy = (share > 0.0) & (share < 1.0)
     error = np.sqrt(0.5 * np.where(noisy, ax**2 + ay**2, 0.0).sum(axis=(1, 2)))
     return Dots(
-        np.stack([column + mx + 0.5, row + my + 0.5], axis=1),
-        error * noise / span / area,
-        axes,
-        angles,
-        area,
-        area / (np.pi * axes[:, 0] * axes[:, 1]),
-        height,
-        np.zeros(len(own), dtype=bool),
+        centres=np.stack([column + mx + 0.5, row + my + 0.5], axis=1),
+        deviations=error * noise / span / area,
+        axes=axes,
+        angles=angles,
+        areas=area,
+        fills=area / (np.pi * axes[:, 0] * axes[:, 1]),
+        heights=height,
+        faint=np.zeros(len(own), dtype=bool),
     )
 
 

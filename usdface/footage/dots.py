@@ -74,4 +74,13 @@ def no_dots() -> Dots:
     """Return the dots of an image without any."""
     none = np.zeros(0)
     pairs = np.zeros((0, 2))
-    return Dots(pairs, none, pairs, none, none, none, none, np.zeros(0, dtype=bool))
+    return Dots(
+        centres=pairs,
+        deviations=none,
+        axes=pairs,
+        angles=none,
+        areas=none,
+        fills=none,
+        heights=none,
+        faint=np.zeros(0, dtype=bool),
+    )

@@ -137,7 +137,7 @@ def _agreement(frames: Sequence[Dots], table: IntArray, at: int, count: int) -> 
     places = _places(frames, table)
     last = len(frames) - 1
     for end, part in ((last, slice(at, None)), (0, slice(at, None, -1))):
-        order = range(last, at - 1, -1) if end else range(0, at + 1)
+        order = range(last, at - 1, -1) if end else range(at + 1)
         if len(order) < 3:
             continue
         known = _last_places(places[part])

@@ -106,7 +106,7 @@ def _fire(system: FuzzySystem, degrees: ConditionDegrees, firing: FloatArray) ->
         if not rule.enabled:
             strength[:] = 0.0
             continue
-        degree = degrees.of(rule.condition, strength)
+        degree = degrees.of(rule.antecedent, strength)
         if degree is not strength or rule.weight != 1.0:
             np.multiply(degree, rule.weight, out=strength)
 

@@ -48,7 +48,7 @@ def _unreachable(system: FuzzySystem, lower_bounds: Mapping[str, float]) -> list
             off = "weighs 0" if rule.enabled else "is switched off"
             message = f"the rule {{rule}} {off}"
             findings.append(finding("RULE_OFF", where, message, rule, enabled=rule.enabled))
-        elif not _alternatives(rule.condition, variables, points, False):
+        elif not _alternatives(rule.antecedent, variables, points, False):
             message = (
                 "the rule {rule} can never fire: no value in the ranges of its inputs meets all "
                 "its conditions; drop or change one of these conditions"
@@ -109,7 +109,7 @@ def _contradictions(system: FuzzySystem) -> list[Finding]:
     for rule in system.rules:
         if not rule.enabled or rule.weight == 0:
             continue
-        antecedent = _canonical(rule.condition)
+        antecedent = _canonical(rule.antecedent)
         for output, value in rule.consequents:
             other, first_value = first.setdefault((antecedent, output), (rule, value))
             if first_value != value:

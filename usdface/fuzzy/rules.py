@@ -47,8 +47,7 @@ class Rule:
     ----------
     text : str
         As written.
-    condition : Proposition or Combined
-        The antecedent.
+    antecedent : Proposition or Combined
     consequents : tuple of (output, value)
         The number that the output takes (zero-order Sugeno), or the name of its term.
     weight : float
@@ -57,11 +56,11 @@ class Rule:
     place : str
         Source, for messages: file and line, or prim.
     propositions : tuple of Proposition
-        Every proposition of the condition, in the order of the text.
+        Every proposition of the antecedent, in the order of the text.
     """
 
     text: str
-    condition: Condition
+    antecedent: Condition
     consequents: tuple[tuple[str, float | str], ...]
     weight: float = 1.0
     enabled: bool = True
@@ -69,7 +68,7 @@ class Rule:
     propositions: tuple[Proposition, ...] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "propositions", tuple(propositions(self.condition)))
+        object.__setattr__(self, "propositions", tuple(propositions(self.antecedent)))
         if not 0 <= self.weight <= 1:
             raise InputError(f"{self.named}: weight is {self.weight}; expected 0 to 1")
 
@@ -80,11 +79,6 @@ class Rule:
     def named(self) -> str:
         """Source and text, as messages begin."""
         return f"{self.place}: rule {self}" if self.place else f"rule {self}"
-
-    @property
-    def antecedent(self) -> tuple[tuple[str, str], ...]:
-        """The (variable, term) of every proposition, in the order of the text."""
-        return tuple((p.variable, p.term) for p in self.propositions)
 
 
 def propositions(condition: Condition) -> list[Proposition]:

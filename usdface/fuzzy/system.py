@@ -108,7 +108,8 @@ class FuzzySystem:
             self._check_rule(rule, terms)
 
     def _check_rule(self, rule: Rule, terms: dict[str, list[str]]) -> None:
-        for variable, term in rule.antecedent:
+        for proposition in rule.propositions:
+            variable, term = proposition.variable, proposition.term
             if variable in self.output_names:
                 raise InputError(
                     f"{rule.named}: {variable!r} is an output; a rule asks for inputs alone, "

@@ -3,6 +3,7 @@
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.geometry.triangulation import triangle_fans
 
 __all__ = ["signed_volume"]
 
@@ -20,10 +21,6 @@ def signed_volume(points: FloatArray, face_counts: IntArray, face_indices: IntAr
     face_indices : (C,) int64
     """
     around = points - points.mean(axis=0)
-    first = np.cumsum(face_counts) - face_counts
-    # Each corner but the first and the last of a face begins a triangle with the next one.
-    fans = np.maximum(face_counts - 2, 0)
-    face = np.repeat(np.arange(len(fans)), fans)
-    step = np.arange(len(face)) - np.repeat(np.cumsum(fans) - fans, fans)
-    a, b, c = (around[face_indices[first[face] + k]] for k in (0, step + 1, step + 2))
+    corners, _ = triangle_fans(face_counts)
+    a, b, c = (around[face_indices[corner]] for corner in corners.T)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6.0)

@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.geometry.face_corners import next_corners
 
 __all__ = [
     "NormalsNear",
@@ -115,15 +116,13 @@ def _area_vectors(
     from scipy.sparse import csr_array  # costs more to import than faces with normals need
 
     corners = np.arange(len(face_indices))
-    stops = np.cumsum(face_counts)
-    starts = stops - face_counts
-    first = np.repeat(starts, face_counts)
-    following = np.where(corners + 1 == np.repeat(stops, face_counts), first, corners + 1)
+    first = np.repeat(np.cumsum(face_counts) - face_counts, face_counts)
     ones = np.ones(len(face_indices))
     face_of = np.repeat(np.arange(len(face_counts)), face_counts)
     sum_over_face = csr_array((ones, (face_of, corners)), (len(face_counts), len(corners)))
     sum_at_vertex = csr_array((ones, (face_indices, face_of)), (count, len(face_counts)))
-    here, there, origin = face_indices, face_indices[following], face_indices[first]
+    here, there = face_indices, face_indices[next_corners(face_counts)]
+    origin = face_indices[first]
 
     def area_vectors(points: FloatArray) -> FloatArray:
         # Relative to a point of the face: far from the origin the sum would cancel.

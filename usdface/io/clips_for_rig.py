@@ -20,7 +20,7 @@ _NEAR, _TURNED = 1e-4, 1e-3  # [m], of a quaternion: rest poses that differ by l
 
 
 def rig_with_clips(
-    path: Path, rig: Rig, own: tuple[Clip, ...], asset_root: Path | None = None
+    path: Path, rig: Rig, own: tuple[Clip, ...], asset_root: Path | None
 ) -> tuple[Rig, tuple[Clip, ...], list[Finding]]:
     """Return a rig with the clips of a glTF, before those that it has.
 

@@ -95,7 +95,7 @@ def read_cut(path: Path, rate: float = 0.0) -> tuple[list[CutEvent], list[Findin
 def _clips(
     otio: Any, path: Path, text: str, rate: float
 ) -> tuple[list[tuple[Any, list[str]]], list[Finding]]:
-    """Return the clips of a cut, each with what is ignored of it."""
+    """Return the clips of a cut, each with its effects that are ignored."""
     edl = path.suffix.lower() == ".edl"
     if rate and not edl:
         raise InputError(f"{path} has its own rate; leave out that of the cut", "SETTING_WRONG")
@@ -120,7 +120,7 @@ def _clips(
 
 
 def _ignored(clip: Any) -> Iterator[str]:
-    """Yield what a cut does to a clip beside choosing its range."""
+    """Yield the effects of a cut on a clip, beside the choice of its range."""
     above = list(_above(clip))
     if any(part.effects for part in (clip, *above)):
         yield "speed changes and effects of the cut are left out: the range is of the take"

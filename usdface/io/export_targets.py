@@ -60,8 +60,8 @@ def write_scene(
     clips: "Sequence[Clip]",
     path: Path,
     options: ExportOptions,
-    read: Iterable[Path] = (),
-    metadata: Mapping[str, str] = MappingProxyType({}),
+    read: Iterable[Path],
+    metadata: Mapping[str, str],
 ) -> list[Finding]:
     """Write a rig and its clips by a target that has `write`.
 

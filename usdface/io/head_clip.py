@@ -20,7 +20,7 @@ def head_clip(
     joint: int,
     motion: Pose | None,
     times: FloatArray,
-    eyes: Sequence[JointMotion] = (),
+    eyes: Sequence[JointMotion],
 ) -> tuple[Rig, JointsTake]:
     """Return a rig and the animation that moves its head, its eyes, or both.
 

@@ -1,6 +1,6 @@
-"""Files that an output replaces: only what usdface wrote as the same kind of output.
+"""Files that an output replaces: only those that usdface wrote as the same kind of output.
 
-What a person made or edited is kept unless told otherwise. A shot, the layers of a result, a
+Files that a person made or edited are kept unless told otherwise. A shot, the layers of a result, a
 deliverable, a binding and a calibration have a fingerprint, so that an edit shows; the others are
 told by what they are. Pictures, pages and text, also that of a fuzzy system, are not looked at.
 """
@@ -134,7 +134,7 @@ def _kind_of_gltf(path: Path) -> str:
 
 
 def _kind_of_json(path: Path) -> tuple[str, str]:
-    """Return what a file is of the JSON that usdface writes, and how it was changed since."""
+    """Return which of the JSON files of usdface a file is, and how it was changed since."""
     try:
         document = json.loads(path.read_text(encoding="utf-8-sig"))
         for kind, (is_kind, by_hand) in _SIGNED.items():

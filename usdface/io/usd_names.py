@@ -20,7 +20,7 @@ _FAULTS = (
 
 
 def unusable_part(path: Path) -> str:
-    """Return what in a path keeps USD from opening the files that it names; "" if nothing does.
+    """Return the reason why USD cannot open files by a path, as text; "" if it can.
 
     Of the whole path, as relative ones are joined to that of the file that has them.
     """

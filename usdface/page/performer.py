@@ -8,6 +8,7 @@ from usdface.arrays import FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.geometry.marker_spread import marker_spread
 from usdface.geometry.rigid_fit import similarity_fit
+from usdface.numerics.seen_mean import seen_mean
 from usdface.page.packed_data import Quantized
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
@@ -42,7 +43,7 @@ def markers_on_face(
         inverse = np.linalg.inv(head)
         positions = positions @ inverse[:, :3, :3] + inverse[:, None, 3, :3]
     first, last = setup.neutral or (0, 0)
-    rest = _mean(positions[first : last + 1])
+    rest = seen_mean(positions[first : last + 1])
     bound = [name for name in face.markers if name in take.names]
     columns = [take.names.index(name) for name in bound]
     seen = ~np.isnan(rest[columns]).any(axis=1)
@@ -56,13 +57,6 @@ def markers_on_face(
     placed = positions @ linear + offset
     away = np.linalg.norm(placed - target.mean(axis=0), axis=2)
     return np.where((away > _ASTRAY * marker_spread(target))[..., None], np.nan, placed)
-
-
-def _mean(positions: FloatArray) -> FloatArray:
-    seen = ~np.isnan(positions)
-    total = np.where(seen, positions, 0.0).sum(axis=0)
-    count = seen.sum(axis=0)
-    return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
 def _centred(positions: FloatArray, rest: FloatArray, face: BoundFace) -> FloatArray:

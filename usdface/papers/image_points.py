@@ -25,10 +25,10 @@ from usdface.retarget_take.solve import solve
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake, visible
 
-__all__ = ["PAPER", "ImagePoints", "WayScore", "compare_ways"]
+__all__ = ["ImagePoints", "WayScore", "compare_ways"]
 
 # The names of the ways, as tables show them.
-PAPER, PAPER_WEIGHTS, DEFAULT = "paper", "paper, solved", "default"
+_PAPER, _SOLVED, _DEFAULT = "paper", "paper, solved", "default"
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -176,29 +176,29 @@ def compare_ways(
     default = setup.map if setup.map.form != "paper" else MapOptions()
     solved = {}
     for way, options in (
-        (PAPER_WEIGHTS, MapOptions(form="paper", kernel="multiquadric")),
-        (DEFAULT, default),
+        (_SOLVED, MapOptions(form="paper", kernel="multiquadric")),
+        (_DEFAULT, default),
     ):
         own = replace(setup, map=options)
         solved[way], _, found = solve(cleaned_take, face, own, cleaned=cleaned)
-    points = {PAPER: space(image)}
+    points = {_PAPER: space(image)}
     points |= {way: _points(face, weights)[:, bound] for way, weights in solved.items()}
     true = None
     if reference is not None:
         true = _at_times(rename_weights(reference, face.shape_names)[0], take.times)
         points["reference"] = _points(face, true)[:, bound]
     if test_frame is None:
-        moved = np.linalg.norm(points["reference" if true else DEFAULT] - target, axis=2)
+        moved = np.linalg.norm(points[_DEFAULT if true is None else "reference"] - target, axis=2)
         test_frame = int(np.argmax(np.where(visible(image), moved, 0.0).mean(axis=1)))
     return ImagePoints(
-        names,
-        test_frame,
-        space.radius,
-        source * [1, -1],
-        image[test_frame] * [1, -1],
-        target,
-        {name: values[test_frame] for name, values in points.items()},
-        tuple(_score(name, points, test_frame, solved.get(name), true) for name in _WAYS),
+        markers=names,
+        test_frame=test_frame,
+        radius=space.radius,
+        train_source=source * [1, -1],
+        test_source=image[test_frame] * [1, -1],
+        train_target=target,
+        points={name: values[test_frame] for name, values in points.items()},
+        scores=tuple(_score(name, points, test_frame, solved.get(name), true) for name in _WAYS),
     ), [*findings, *found]
 
 
@@ -218,7 +218,7 @@ def _neutral_dots(
     return names, rest[visible(rest)]
 
 
-_WAYS = (PAPER, PAPER_WEIGHTS, DEFAULT)
+_WAYS = (_PAPER, _SOLVED, _DEFAULT)
 
 
 def _points(face: BoundFace, weights: WeightsTake) -> FloatArray:

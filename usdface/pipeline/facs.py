@@ -22,7 +22,7 @@ from usdface.takes import frame_step
 __all__ = ["judge_file"]
 
 
-def judge_file(path: Path, figure: Path | None = None) -> tuple[dict[str, Any], list[Finding]]:
+def judge_file(path: Path, figure: Path | None) -> tuple[dict[str, Any], list[Finding]]:
     """Judge the face of a file: a rig, a shot, or the result of `process`.
 
     Parameters
@@ -93,13 +93,13 @@ def _peaks(played: PlayedShot) -> TakePeaks | None:
     solved = played.solved
     columns = [solved.names.index(name) for name in played.corrected.names]
     return TakePeaks(
-        tuple(emotion for _, emotion in found),
-        frames,
-        shot.take.times[frames] - shot.take.times[0],
-        face.mesh.points[vertices],
-        played.feature_points[frames],
-        played.residual[frames],
-        played.corrected.names,
-        solved.weights[frames][:, columns],
-        played.corrected.weights[frames],
+        emotions=tuple(emotion for _, emotion in found),
+        frames=frames,
+        times=shot.take.times[frames] - shot.take.times[0],
+        neutral=face.mesh.points[vertices],
+        markers=played.feature_points[frames],
+        residual=played.residual[frames],
+        names=played.corrected.names,
+        solved=solved.weights[frames][:, columns],
+        corrected=played.corrected.weights[frames],
     )

@@ -85,11 +85,11 @@ def write_pieces_job(
     pieces: StrPath,
     folder: StrPath,
     *,
-    chunk: int = 1,
-    words: Sequence[str] = (),
-    last: Sequence[str] = (),
-    asset_root: StrPath | None = None,
-    on_progress: OnProgress | None = None,
+    chunk: int,
+    words: Sequence[str],
+    last: Sequence[str],
+    asset_root: StrPath | None,
+    on_progress: OnProgress | None,
 ) -> Result[None]:
     """Write a long take as a job of Open Job Description: estimates, pieces as tasks, join.
 

@@ -26,9 +26,9 @@ def compare_images(
     *,
     rig: Path,
     bind: Path,
-    options: TakeOptions = TakeOptions(),
-    reference: Path | None = None,
-    test_frame: int | None = None,
+    options: TakeOptions,
+    reference: Path | None,
+    test_frame: int | None,
 ) -> tuple[ImagePoints, list[Finding]]:
     """Carry the dots of a film over to a character by the RBF paper's map, and by default.
 

@@ -56,7 +56,7 @@ class ProcessOutputs:
         return shot if self.in_place else layer_paths(shot, self.root).root
 
     def others(self, read: Iterable[Path]) -> list[Path]:
-        """Return what was written beside the layers, with the files of the glTF."""
+        """Return the outputs beside the layers, with the files of the glTF."""
         scene = files_written(self.gltf, read) if self.gltf else ()
         return [*scene, *self.beside]
 

@@ -154,15 +154,15 @@ class _TakeSolver:
         model, space = as_performed(fit, self.shape_names, setup)
         pose = Pose(pose.rotations[frames], pose.translations[frames])
         problem = SolveProblem(
-            self.times[frames],
-            self.prepared.positions[frames],
-            fit.points,
-            model,
-            space,
-            pose,
-            setup,
-            self.shape_names,
-            self.prepared.least_noise,
+            times=self.times[frames],
+            positions=self.prepared.positions[frames],
+            target=fit.points,
+            model=model,
+            space=space,
+            pose=pose,
+            setup=setup,
+            names=self.shape_names,
+            least_noise=self.prepared.least_noise,
         )
         if self.views is not None:
             return solve_projected_weights(problem, self.views.at(frames))

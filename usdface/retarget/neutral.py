@@ -5,6 +5,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import POSE_MARKERS, rigid_fit
+from usdface.numerics.seen_mean import seen_mean
 from usdface.setup.retarget_setup import check_neutral_frames
 
 __all__ = ["neutral_markers", "on_plane", "resting_frames"]
@@ -52,8 +53,8 @@ def neutral_markers(positions: FloatArray, frames: tuple[int, int]) -> FloatArra
     """
     resting = resting_frames(positions, frames)
     still = _still(positions[frames[0] : frames[1] + 1], resting)
-    mean = _mean(np.where(resting[:, None, None], still, np.nan))
-    mean = np.where(np.isnan(mean), _mean(still), mean)
+    mean = seen_mean(np.where(resting[:, None, None], still, np.nan))
+    mean = np.where(np.isnan(mean), seen_mean(still), mean)
     return np.asarray(mean[:, : positions.shape[-1]])
 
 
@@ -89,9 +90,3 @@ def _still(window: FloatArray, resting: BoolArray) -> FloatArray:
         return space
     pose, _ = rigid_fit(space[most], space)
     return pose.to_head(space)
-
-
-def _mean(values: FloatArray) -> FloatArray:
-    """Return the mean (M, 3) of the frames (N, M, 3) that are not NaN; NaN where all are."""
-    count = (~np.isnan(values)).sum(axis=0)
-    return np.where(count > 0, np.nansum(values, axis=0) / np.maximum(count, 1), np.nan)

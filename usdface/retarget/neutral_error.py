@@ -95,8 +95,11 @@ def neutral_correction(
         The correction that `leftover` includes.
     leftover : (F, M, 3) float64 [m]
         Residuals; any value where `seen` is False.
+    seen : (F, M) bool
     frames : (M,) int64
         That each marker's neutral is the mean of.
+    regularisation : Regularisation
+        Of the solve: noise and misfit.
     rigid : (3 M, K) float64
         Small head motions, orthonormal: what they explain is no error of the neutral.
     """

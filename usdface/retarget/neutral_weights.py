@@ -72,7 +72,7 @@ def estimate_neutral_weights(
     times: FloatArray,
     solved: PoseAndWeights,
     motion: MotionModel,
-    errors: FloatArray | None = None,
+    errors: FloatArray | None,
 ) -> FloatArray:
     """Estimate the weights of the face in the neutral frames: (S,) in [0, 0.5].
 

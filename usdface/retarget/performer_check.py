@@ -1,8 +1,8 @@
 """Whether a take shows the person of a performer's file: resting markers, compared as a face.
 
-Markers that are put on again are off each by itself, those of another person's face together: the
-proportions differ. So what counts is what the difference of a marker shares with those of the
-markers around it, once the two faces are laid over each other and what they show is removed.
+Reapplied markers are off each by itself, those of another person's face together: the proportions
+differ. So the part of a marker's difference counts that it shares with the markers around it, once
+the two faces are aligned and the expressions that they show are removed.
 """
 
 import numpy as np
@@ -17,9 +17,9 @@ __all__ = ["OTHER_PERSON", "shared_difference"]
 
 # Shared difference from which on the face is another one, as a share of its size: 0.19 mm on ICT's.
 # Between one person's rests (AnimFace's two takes: 0, also with a frame of an expression; simulated
-# performers: 0.0003, with markers put on again 4 mm off 0) and other persons (AnimFace and
+# performers: 0.0003, with reapplied markers 4 mm off 0) and other persons (AnimFace and
 # simulated performers: 0.0043 and more). Of simulated performers among each other, who differ less
-# than people do, it tells 92 % by 68 markers and 42 % by 41. See docs/measurements.md.
+# than people do, it distinguishes 92 % by 68 markers and 42 % by 41. See docs/measurements.md.
 OTHER_PERSON = 0.003
 # Standard deviations that are subtracted of what differences of each by itself share by chance:
 # with 2, of the simulated performers 87 and 19 % are told.

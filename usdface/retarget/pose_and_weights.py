@@ -125,7 +125,7 @@ def solve_pose_and_weights(
 
 
 def _observed_take(problem: SolveProblem, rows: TakeRows, is_measured: bool) -> ObservedTake:
-    """Return what all rounds share."""
+    """Return the observed take, which all rounds share."""
     seen = visible(problem.positions)
     residual_space = None
     if is_measured:
@@ -242,7 +242,7 @@ def reach_of_ends(
     motion: MotionModel,
     known: Regularisation,
     rounds: int,
-    errors: FloatArray | None = None,
+    errors: FloatArray | None,
 ) -> int:
     """Return after how many frames the end of a take has no effect, in a linear solve.
 

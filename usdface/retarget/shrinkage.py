@@ -33,7 +33,6 @@ from usdface.takes import MarkerTake
 
 __all__ = [
     "brow_factor",
-    "brow_factors",
     "restored",
     "restored_findings",
     "restoring_factors",
@@ -88,14 +87,14 @@ def brow_factor(
     return float(np.clip(1.0 + np.linalg.solve(squares, both)[0], 1.0, _MOST))
 
 
-def brow_factors(
+def _brow_factors(
     weights: FloatArray,
     times: FloatArray,
     displaced: FloatArray,
     motion: MotionModel,
     names: tuple[str, ...],
     *,
-    size: float = 1.0,
+    size: float,
 ) -> FloatArray:
     """Return the factor of each blend shape, 1 but for those of the brows: (S,).
 
@@ -131,7 +130,7 @@ def restoring_factors(
     model, _ = as_performed(fit, shape_names, setup)
     motion = MotionModel(fit.points, model, 3, setup.head == "solve")
     size = human_size(surface.mesh) if surface else 1.0
-    return brow_factors(
+    return _brow_factors(
         solved.weights, take.times, solved.displaced, motion, shape_names, size=size
     )
 

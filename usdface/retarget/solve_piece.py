@@ -82,14 +82,14 @@ def _solved(
     if not exactly:
         known = replace(known, options=setup.solve)
     problem = SolveProblem(
-        take.times,
-        positions,
-        estimates.points,
-        estimates.shapes,
-        estimates.space,
-        pose,
-        setup,
-        shape_names,
+        times=take.times,
+        positions=positions,
+        target=estimates.points,
+        model=estimates.shapes,
+        space=estimates.space,
+        pose=pose,
+        setup=setup,
+        names=shape_names,
     )
     return solve_pose_and_weights(
         problem, rounds=estimates.rounds, errors=estimates.errors, known=known, exactly=exactly

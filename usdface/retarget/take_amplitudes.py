@@ -65,7 +65,7 @@ def with_found_gains(
     solved: PoseAndWeights,
     shape_names: tuple[str, ...],
     take: MarkerTake,
-    errors: FloatArray | None = None,
+    errors: FloatArray | None,
 ) -> tuple[RetargetSetup, list[Finding]]:
     """Return the setup with the gains of movements that exceed the character's; itself if none do.
 

@@ -1,13 +1,14 @@
-"""The face mesh of a rig, among those with blend shapes."""
+"""The face mesh of a rig, among those with blend shapes, and the part of it that they move."""
 
 from collections.abc import Sequence
 
 import numpy as np
 
+from usdface.arrays import BoolArray
 from usdface.errors import InputError
 from usdface.rigs.mesh import Mesh
 
-__all__ = ["face_of", "faces_like"]
+__all__ = ["face_of", "faces_like", "moved_vertices"]
 
 # Share of the shapes of the mesh that has the most: meshes with as many of them are parts of one
 # face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
@@ -55,10 +56,16 @@ def _face_rank(mesh: Mesh) -> tuple[int, int, float]:
 
 def _moved_size(mesh: Mesh) -> float:
     """Return the diagonal of the box around all points that blend shapes move [m]."""
+    moved = moved_vertices(mesh)
+    return float(np.linalg.norm(np.ptp(mesh.points[moved], axis=0))) if moved.any() else 0.0
+
+
+def moved_vertices(mesh: Mesh) -> BoolArray:
+    """Return the vertices that a blend shape at weight 1 moves: (V,)."""
     moved = np.zeros(len(mesh.points), dtype=bool)
     for shape in mesh.shapes:
         moved[shape.indices[shape.offsets.any(axis=1)]] = True
-    return float(np.linalg.norm(np.ptp(mesh.points[moved], axis=0))) if moved.any() else 0.0
+    return moved
 
 
 def _moving_shapes(mesh: Mesh) -> set[str]:

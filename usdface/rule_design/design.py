@@ -24,6 +24,7 @@ from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
+from usdface.options import MARKER_NOISE
 from usdface.rule_design.feature_errors import feature_errors, misplacement
 from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import SelectedFeatures, select_features
@@ -44,7 +45,7 @@ __all__ = ["design_system", "face_features"]
 
 
 def design_system(
-    face: BoundFace, expressions: Sequence[Expression], noise: float
+    face: BoundFace, expressions: Sequence[Expression]
 ) -> tuple[ExpressionSystem, dict[str, str], list[Finding]]:
     """Design an expression system that distinguishes the expressions of a face.
 
@@ -52,8 +53,6 @@ def design_system(
     ----------
     face : BoundFace
     expressions : sequence of Expression
-    noise : float [m]
-        Standard deviation of a marker's position along an axis, e.g. 0.0003, on a human face.
 
     Returns
     -------
@@ -76,7 +75,7 @@ def design_system(
     poses = poses.reshape(len(expressions), len(shape_names))
     features = face_features(face)
     moves, twins = movements(shape_names), _twins(face)
-    jitter = solved_noise(face.evaluator.offsets, features.offsets, noise)
+    jitter = solved_noise(face.evaluator.offsets, features.offsets, MARKER_NOISE)
     upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
     misplaced, shown = misplacement(face, poses), features_at(features, poses)
     selections = {

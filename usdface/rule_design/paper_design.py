@@ -94,7 +94,7 @@ def fit_paper(
     else:
         small = (noise / np.maximum(high - low, _LEAST_MOTION)) ** 2
         rules = _rules(given, references, emotions, _NOISE_COST * small)
-    used_inputs = {name for rule in rules for name, _ in rule.antecedent}
+    used_inputs = {p.variable for rule in rules for p in rule.propositions}
     inputs = [v for v in given if v.name in used_inputs]
     used_features = tuple(feature for feature in features if feature.name in used_inputs)
     outputs = [Variable(name, "output") for name in names]

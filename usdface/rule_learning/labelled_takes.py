@@ -16,6 +16,7 @@ from usdface.findings import Finding
 from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Variable
 from usdface.geometry.marker_spread import marker_spread
+from usdface.numerics.seen_mean import seen_mean
 from usdface.options import LEARNED_SMOOTHING, MARKER_NOISE, FeatureSpace, FitOptions
 from usdface.progress import Progress
 from usdface.retarget.solution import Solution
@@ -105,15 +106,15 @@ def examples_of(
         weights.append(solved)
         findings += new_findings
     examples = Examples(
-        columns,
-        direction_names(face.neutral, face.nose),
-        np.concatenate(rows),
-        tuple(label.emotion if label.is_emotion else NO_EMOTION for label in labels),
-        tuple(label.variant for label in labels),
-        tuple(str(label.take) for label in labels),
-        np.array([label.intensity for label in labels]),
-        feature_noise(face, options.space),
-        pose_features(single_movements(face.shape_names), face, columns),
+        marker_features=columns,
+        direction_names=direction_names(face.neutral, face.nose),
+        features=np.concatenate(rows),
+        emotions=tuple(label.emotion if label.is_emotion else NO_EMOTION for label in labels),
+        variants=tuple(label.variant for label in labels),
+        recordings=tuple(str(label.take) for label in labels),
+        intensities=np.array([label.intensity for label in labels]),
+        noise=feature_noise(face, options.space),
+        movements=pose_features(single_movements(face.shape_names), face, columns),
     )
     if not examples.names:
         raise InputError("the labels name no emotion; without one there is nothing to learn")
@@ -144,7 +145,7 @@ def _stretches(
 
     # Each at its own apex: features are smoothed over time, weights are not.
     return (
-        np.array([_mean(rows) for rows in at_apex(measured)]),
+        np.array([seen_mean(rows) for rows in at_apex(measured)]),
         np.array([rows.mean(axis=0) for rows in at_apex(weights.weights)]),
         findings,
     )
@@ -189,14 +190,6 @@ def _apex(rows: FloatArray) -> IntArray:
     """Return the indices of the most expressive of `rows` (F, I)."""
     size = np.sqrt(np.nansum(rows**2, axis=1))
     return np.flatnonzero(size >= _PEAK * size.max())
-
-
-def _mean(rows: FloatArray) -> FloatArray:
-    """Return the mean of each feature over its visible rows; NaN where it is occluded in all."""
-    count = (~np.isnan(rows)).sum(axis=0)
-    mean = np.full(rows.shape[1], np.nan)
-    np.divide(np.nansum(rows, axis=0), count, out=mean, where=count > 0)
-    return mean
 
 
 def pose_features(

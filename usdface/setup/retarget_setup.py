@@ -41,7 +41,9 @@ class RetargetSetup:
     binding : Binding
     head : {"solve", "markers", "stabilised"}
         "solve": the head pose is found together with the weights. "markers": a rigid fit on
-        `head_markers`, which are on a rigid object. "stabilised": no head motion.
+        `head_markers`. "stabilised": no head motion.
+    head_markers : tuple of str
+        Markers on a rigid object, for `head` "markers".
     move_head : bool
         The character's head moves as the performer's; else the face stays in its place.
     head_joint : str

@@ -159,7 +159,7 @@ def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Meas
     except SolveError:  # all markers at one place
         return {}
     off = float(np.sqrt((beside**2).mean()))
-    found = {
+    return {
         "PLACES_MISFIT": Measured(
             _share(off, rms_radius(at)), "markers", _most(solution.markers, beside)
         ),
@@ -167,7 +167,6 @@ def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Meas
         "RIG_SIZE": _unusual(size),
         "TAKE_SIZE": _unusual(size / scale if scale else np.nan),
     }
-    return found
 
 
 def _similarity_residuals(source: FloatArray, target: FloatArray) -> tuple[FloatArray, float]:

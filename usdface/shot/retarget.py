@@ -119,7 +119,7 @@ def retarget_run(shot: Shot, run: RetargetRun) -> ShotResult:
 @one_blas_thread()
 @solve_errors()
 def express_again(shot: Shot, solved: SolvedShot, run: RetargetRun) -> ShotResult:
-    """Return what `retarget` does, with a solve of an earlier run.
+    """Return the result of `retarget`, with the solve of an earlier run.
 
     Parameters
     ----------

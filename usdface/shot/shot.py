@@ -180,8 +180,8 @@ class ShotResult:
         Features, firing strengths and emotions of the expression layer; None without one.
     findings : tuple of Finding
     solve : SolvedShot or None
-        What all of this was computed from: `usdface.process` starts from it where it is given this
-        result. None of a result that was put together by hand.
+        The solve that all of this was computed from: `usdface.process` starts from it where it is
+        given this result. None of a result that was put together by hand.
 
     Examples
     --------

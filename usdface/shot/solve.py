@@ -62,7 +62,16 @@ def solve_shot(shot: Shot, run: RetargetRun) -> SolvedShot:
     weights, solution, new_findings = answer
     findings += [*mistracked_findings(lids), *new_findings]
     repairs = cleaned.repairs if cleaned else ()
-    return SolvedShot(take, weights, solution, repairs, tuple(findings), apertures, lids, recorded)
+    return SolvedShot(
+        take=take,
+        weights=weights,
+        solution=solution,
+        repairs=repairs,
+        findings=tuple(findings),
+        lids=apertures,
+        mistracked=lids,
+        recorded=recorded,
+    )
 
 
 def checked_lids(face: BoundFace, setup: RetargetSetup) -> Mapping[Eye, LidApertures] | None:

@@ -31,18 +31,18 @@ def files_of(sources: Iterable[Path], plans: Iterable[ShotPlan]) -> list[Path]:
     return list(files)
 
 
-def wait_for_change(files: Callable[[], Iterable[Path]], since: FileStates | None = None) -> None:
+def wait_for_change(files: Callable[[], Iterable[Path]], since: FileStates) -> None:
     """Return when one of the files has changed, appeared or vanished, and changes have stopped.
 
     Parameters
     ----------
     files : callable
         Called at each poll, since a folder may have new ones.
-    since : mapping, optional
+    since : mapping
         Earlier states of some files, from `states_of`: a change since then counts, too.
     """
     before = states_of(files())
-    before |= {file: state for file, state in (since or {}).items() if file in before}
+    before |= {file: state for file, state in since.items() if file in before}
     while (now := states_of(files())) == before:
         time.sleep(_PAUSE)
     quiet = 0

@@ -1,4 +1,4 @@
-"""The range of what a recording can have: takes beyond it are not read."""
+"""The range of recorded values: takes beyond it are not read."""
 
 import numpy as np
 

@@ -14,7 +14,7 @@ def frame_step(times: FloatArray) -> float:
 
 
 def check_names(names: tuple[str, ...], subject: str) -> None:
-    """Refuse names that are not unique; `subject` is what they name."""
+    """Refuse names that are not unique; `subject` names them in the error."""
     seen: set[str] = set()
     for name in names:
         if name in seen:

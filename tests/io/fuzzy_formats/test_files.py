@@ -136,7 +136,7 @@ def test_most_of_is_refused_where_no_program_knows_it(tmp_path, suffix):
     file = tmp_path / f"most{suffix}"
     if suffix.startswith(".usd"):
         write_fuzzy_file(file, system)
-        assert read_fuzzy_file(file)[0].fuzzy.rules[0].condition == rule.condition
+        assert read_fuzzy_file(file)[0].fuzzy.rules[0].antecedent == rule.antecedent
     else:
         with pytest.raises(OutputError, match="MOST OF") as error:
             write_fuzzy_file(file, system)

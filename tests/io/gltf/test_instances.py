@@ -69,7 +69,7 @@ def test_usdskel_and_the_player_agree_on_them(write_glb, tmp_path: Path, validat
 
 
 def test_more_than_the_limit_are_announced(write_glb, tmp_path: Path, monkeypatch) -> None:
-    monkeypatch.setattr("usdface.io.gltf.instances.MOST_INSTANCES", COUNT - 1)
+    monkeypatch.setattr("usdface.io.gltf.instances._MOST_INSTANCES", COUNT - 1)
     rig, _, found = read_gltf(write_glb(tmp_path / "a.glb", *trees()))
     assert len(rig.meshes) == 1
     (lost,) = (f for f in found if f.code == "EXTENSION_DROPPED")

@@ -21,7 +21,7 @@ from usdface.io.usd.held_layers import hold_layers, hold_specs
 from usdface.io.usd.stage import open_stage
 from usdface.schemas import tokens, write_fallback_types
 
-__all__ = ["SUFFIXES", "USD", "read_fuzzy_file", "write_fuzzy_file"]
+__all__ = ["read_fuzzy_file", "write_fuzzy_file"]
 
 _Reader = Callable[[Path], tuple[ExpressionSystem, list[Finding]]]
 _Writer = Callable[[ExpressionSystem, str], tuple[str, list[Finding]]]
@@ -30,8 +30,8 @@ _TEXTS: dict[str, tuple[_Reader, _Writer]] = {
     ".fcl": (read_fcl, fcl_text),
     ".fll": (read_fll, fll_text),
 }
-USD = (".usda", ".usdc", ".usd")
-SUFFIXES = (*_TEXTS, *USD)
+_USD = (".usda", ".usdc", ".usd")
+_SUFFIXES = (*_TEXTS, *_USD)
 
 
 def read_fuzzy_file(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
@@ -45,8 +45,8 @@ def read_fuzzy_file(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     suffix = path.suffix.lower()
     if suffix in _TEXTS:
         return _TEXTS[suffix][0](path)
-    if suffix not in USD:
-        raise InputError(f"{path}: expected one of {', '.join(SUFFIXES)}, found {suffix!r}")
+    if suffix not in _USD:
+        raise InputError(f"{path}: expected one of {', '.join(_SUFFIXES)}, found {suffix!r}")
     stage = open_stage(path)
     found = [p.GetPath() for p in stage.Traverse() if p.GetTypeName() == tokens.FUZZY_SYSTEM]
     if len(found) != 1:
@@ -69,8 +69,8 @@ def write_fuzzy_file(path: Path, system: ExpressionSystem) -> list[Finding]:
         text, findings = _TEXTS[suffix][1](system, name if name[:1].isalpha() else f"f_{name}")
         write_text(path, text)
         return findings
-    if suffix not in USD:
-        raise OutputError(f"{path}: expected one of {', '.join(SUFFIXES)}, found {suffix!r}")
+    if suffix not in _USD:
+        raise OutputError(f"{path}: expected one of {', '.join(_SUFFIXES)}, found {suffix!r}")
     stage = Usd.Stage.CreateInMemory()
     hold_layers(stage)
     write_fallback_types(stage.GetRootLayer())

@@ -46,7 +46,7 @@ def check_no_group_negated(system: FuzzySystem, suffix: str) -> None:
         With the rule.
     """
     for rule in system.rules:
-        if _negates(rule.condition):
+        if _negates(rule.antecedent):
             raise OutputError(
                 f"rule {rule}: {suffix} has no NOT (...); say it with IS NOT, or write .fcl"
             )
@@ -61,7 +61,7 @@ def check_no_most_of(system: FuzzySystem, suffix: str) -> None:
         With the rule.
     """
     for rule in system.rules:
-        if _counts(rule.condition):
+        if _counts(rule.antecedent):
             raise OutputError(
                 f"rule {rule}: {suffix} has no MOST OF (...), an ordered weighted average; join "
                 "the conditions by AND, or write .usda"

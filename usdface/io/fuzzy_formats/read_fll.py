@@ -75,7 +75,7 @@ class _Parser:
     def take(self, line: int, key: str, value: str) -> None:
         if key in _BLOCKS:
             self._begin(key, value)
-        elif key == "description" or (self._block == "Engine" and key in ("enabled",)):
+        elif key == "description" or (self._block == "Engine" and key == "enabled"):
             return
         elif self._block in ("InputVariable", "OutputVariable"):
             self._read_variable(line, key, value)

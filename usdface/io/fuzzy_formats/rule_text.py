@@ -84,7 +84,7 @@ def _renumbered(rule: Rule, numbers: dict[tuple[str, str], float]) -> Rule:
     ends = [
         f"{name} IS {value if isinstance(value, str) else _plain(value)}" for name, value in values
     ]
-    text = f"IF {condition_text(rule.condition)} THEN {' AND '.join(ends)}"
+    text = f"IF {condition_text(rule.antecedent)} THEN {' AND '.join(ends)}"
     return replace(rule, text=text, consequents=values)
 
 

@@ -45,7 +45,7 @@ def fcl_text(expression: ExpressionSystem, name: str) -> tuple[str, list[Finding
     joined = {system.implication, system.aggregation} if mamdani else set()
     words = [
         (not kinds.isdisjoint({*SMOOTH, "linear"}), "terms that are no lists of points"),
-        (any("(" in condition_text(r.condition) for r in system.rules), "parentheses"),
+        (any("(" in condition_text(r.antecedent) for r in system.rules), "parentheses"),
         (any({*p.hedges} - {"not"} for p in conditions), "hedges"),
         (bool({system.and_, system.or_, *joined} - _STANDARD), "norms beyond the standard's"),
     ]
@@ -95,4 +95,4 @@ def _rule(rule: Rule) -> str:
     # A rule that is switched off weighs nothing for others; its weight is in the notes.
     weight = rule.weight if rule.enabled else 0.0
     weighted = "" if weight == 1 else f" WITH {weight!r}"
-    return f"IF {condition_text(rule.condition)} THEN {ends}{weighted}"
+    return f"IF {condition_text(rule.antecedent)} THEN {ends}{weighted}"

@@ -128,25 +128,25 @@ def _list(values: Iterable[float]) -> str:
 
 
 def _rule(system: FuzzySystem, rule: Rule, terms: dict[str, tuple[Term, ...]]) -> str:
-    condition = rule.condition
-    parts = condition.parts if isinstance(condition, Combined) else (condition,)
-    antecedent: dict[str, int] = {}
+    antecedent = rule.antecedent
+    parts = antecedent.parts if isinstance(antecedent, Combined) else (antecedent,)
+    inputs: dict[str, int] = {}
     for part in parts:
         if not isinstance(part, Proposition) or part.hedges not in ((), ("not",)):
             raise OutputError(
                 f"rule {rule}: .fis has ANDs or ORs of terms, with NOT and no other hedge; "
                 "split the rule, or write .fll"
             )
-        if part.variable in antecedent:
+        if part.variable in inputs:
             raise OutputError(
                 f"rule {rule}: .fis asks each variable once, this rule asks {part.variable} "
                 "twice; make one term of both, or write .fll"
             )
         place = _place(terms[part.variable], part.term)
-        antecedent[part.variable] = -place if part.hedges else place
+        inputs[part.variable] = -place if part.hedges else place
     consequents = {output: _place(terms[output], term) for output, term in conclusions(rule)}
-    joined = 2 if isinstance(condition, Combined) and condition.how == "or" else 1
-    ins = " ".join(str(antecedent.get(v.name, 0)) for v in system.inputs)
+    joined = 2 if isinstance(antecedent, Combined) and antecedent.how == "or" else 1
+    ins = " ".join(str(inputs.get(v.name, 0)) for v in system.inputs)
     outs = " ".join(str(consequents.get(v.name, 0)) for v in system.outputs)
     weight = rule.weight if rule.enabled else 0.0
     return f"{ins}, {outs} ({repr(weight).removesuffix('.0')}) : {joined}"

@@ -86,7 +86,7 @@ def _rule(rule: Rule) -> str:
     # A rule that is switched off weighs nothing for others; its weight is in the notes.
     weight = rule.weight if rule.enabled else 0.0
     weighted = "" if weight == 1 else f" with {weight!r}"
-    condition = condition_text(rule.condition, str.lower)
+    condition = condition_text(rule.antecedent, str.lower)
     # Parentheses are words of their own there.
     condition = condition.replace("(", "( ").replace(")", " )")
     return f"if {condition} then {ends}{weighted}"

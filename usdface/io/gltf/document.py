@@ -207,7 +207,7 @@ def _buffer_bytes(
     return data[: buffer.byteLength]
 
 
-def resource(uri: str, folder: Path, asset_root: Path | None = None) -> bytes:
+def resource(uri: str, folder: Path, asset_root: Path | None) -> bytes:
     """Return the bytes behind a URI: base64 data, or a file inside `folder` or `asset_root`.
 
     Raises

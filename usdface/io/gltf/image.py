@@ -66,7 +66,7 @@ def to_gltf_image(texture: Texture, colour: bool = True) -> tuple[GltfImage | No
 
 
 def channels_image(
-    planes: Sequence[Texture | None], colour: bool = False
+    planes: Sequence[Texture | None], colour: bool
 ) -> tuple[GltfImage | None, list[Finding]]:
     """Return one PNG made of the channels that textures name; None stands for 1 everywhere.
 

@@ -15,14 +15,14 @@ from usdface.errors import InputError
 from usdface.io.gltf.accessors import AccessorReader
 from usdface.io.gltf.document import GltfFile
 
-__all__ = ["INSTANCES", "MOST_INSTANCES", "expand_instances", "instance_count"]
+__all__ = ["INSTANCES", "expand_instances"]
 
 INSTANCES = "EXT_mesh_gpu_instancing"
-MOST_INSTANCES = 1024  # in a file; of more none is expanded
+_MOST_INSTANCES = 1024  # in a file; of more none is expanded
 _PARTS = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
 
 
-def instance_count(file: GltfFile) -> int:
+def _instance_count(file: GltfFile) -> int:
     """Return how many instances the scene of a file has."""
     reader = AccessorReader(file)
     return sum(_count(node, reader) for node in _instanced(file))
@@ -58,7 +58,7 @@ def expand_instances(file: GltfFile) -> GltfFile:
         If the numbers of an instance do not fit each other.
     """
     instanced = [node for node in _instanced(file) if node.skin is None]
-    if not instanced or instance_count(file) > MOST_INSTANCES:
+    if not instanced or _instance_count(file) > _MOST_INSTANCES:
         return file
     reader = AccessorReader(file)
     document = copy(file.document)

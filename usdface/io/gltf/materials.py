@@ -90,25 +90,30 @@ def _read(
     alpha = colours if mode != "opaque" and colours is not None and _has_alpha(colours) else None
     packed = pbr.metallicRoughnessTexture
     normal, occlusion = source.normalTexture, source.occlusionTexture
+    occlusion_strength = (
+        1.0 if occlusion is None or occlusion.strength is None else occlusion.strength
+    )
     rough = texture(packed, "raw", "g")
     extras, new_findings = read_extras(source.extras, where=where)
     found += new_findings
     return Material(
-        name,
-        (base[0], base[1], base[2]),
-        1.0 if mode == "opaque" else base[3],
-        1.0 if pbr.metallicFactor is None else pbr.metallicFactor,
-        1.0 if pbr.roughnessFactor is None else pbr.roughnessFactor,
-        (emissive[0] * strength, emissive[1] * strength, emissive[2] * strength),
-        bool(source.doubleSided),
-        mode,
-        0.5 if source.alphaCutoff is None else source.alphaCutoff,
+        name=name,
+        base_color=(base[0], base[1], base[2]),
+        opacity=1.0 if mode == "opaque" else base[3],
+        metallic=1.0 if pbr.metallicFactor is None else pbr.metallicFactor,
+        roughness=1.0 if pbr.roughnessFactor is None else pbr.roughnessFactor,
+        emissive=(emissive[0] * strength, emissive[1] * strength, emissive[2] * strength),
+        double_sided=bool(source.doubleSided),
+        alpha_mode=mode,
+        alpha_cutoff=0.5 if source.alphaCutoff is None else source.alphaCutoff,
         # An index of 0 means full reflection at every angle, as of a metal.
-        _number(extensions.get("KHR_materials_ior"), "ior", 1.5),
-        _number(coat, "clearcoatFactor", 0.0),
-        _number(coat, "clearcoatRoughnessFactor", Material("").clearcoat_roughness),
-        1.0 if normal is None or normal.scale is None else normal.scale,
-        1.0 if occlusion is None or occlusion.strength is None else occlusion.strength,
+        ior=_number(extensions.get("KHR_materials_ior"), "ior", 1.5),
+        clearcoat=_number(coat, "clearcoatFactor", 0.0),
+        clearcoat_roughness=_number(
+            coat, "clearcoatRoughnessFactor", Material("").clearcoat_roughness
+        ),
+        normal_scale=1.0 if normal is None or normal.scale is None else normal.scale,
+        occlusion_strength=occlusion_strength,
         unlit="KHR_materials_unlit" in extensions,
         base_color_texture=colours,
         opacity_texture=replace(alpha, channel="a") if alpha else None,

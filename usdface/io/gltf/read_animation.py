@@ -222,7 +222,7 @@ def _stated_rate(animation: Animation) -> float:
 
 
 def _kept(animation: Animation) -> Mapping[str, Any]:
-    """Return what an export of usdface left in the extras."""
+    """Return the metadata that an export of usdface left in the extras."""
     ours = animation.extras.get("usdface") if isinstance(animation.extras, Mapping) else None
     return ours if isinstance(ours, Mapping) else {}
 

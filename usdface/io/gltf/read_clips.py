@@ -34,9 +34,7 @@ class SourceClips:
     skeleton: Skeleton | None
 
 
-def read_clips(
-    path: Path, rig: Rig, asset_root: Path | None = None
-) -> tuple[SourceClips, list[Finding]]:
+def read_clips(path: Path, rig: Rig, asset_root: Path | None) -> tuple[SourceClips, list[Finding]]:
     """Read the animations of a .glb or .gltf that need not have a mesh.
 
     Morph targets have the names in ``extras.targetNames`` of their mesh or node; without these

@@ -40,7 +40,7 @@ def mesh_of_primitives(
     shape_names: tuple[str, ...],
     materials: tuple[str, ...],
     reader: AccessorReader,
-    uv_names: Sequence[str] = (),
+    uv_names: Sequence[str],
 ) -> tuple[Mesh | None, list[Finding]]:
     """Merge the primitives of one glTF mesh.
 
@@ -150,17 +150,17 @@ def _merged(
     corners = _corners(blocks, triangles)
     first_uvs = next((c.name for c in corners if c.values.shape[1] == 2), "st")
     return Mesh(
-        name,
-        points[first],
-        np.full(len(triangles), 3),
-        place[of_vertex[triangles.ravel()]],
-        None if normals is None else unit_or_zero(normals[first]),
-        next((c.values for c in corners if c.name == first_uvs), None),
-        tuple(
+        name=name,
+        points=points[first],
+        face_counts=np.full(len(triangles), 3),
+        face_indices=place[of_vertex[triangles.ravel()]],
+        normals=None if normals is None else unit_or_zero(normals[first]),
+        uvs=next((c.values for c in corners if c.name == first_uvs), None),
+        shapes=tuple(
             _shape(n, move(), None if turn is None else turn(), first)
             for n, move, turn in zip(shape_names, moves, turns, strict=True)
         ),
-        Skin(joints[first], weights[first]) if influences else None,
+        skin=Skin(joints[first], weights[first]) if influences else None,
         uv_name=first_uvs,
         corner_values=tuple(c for c in corners if c.name != first_uvs),
         flat=not given,

@@ -54,7 +54,7 @@ class Armature:
 
 
 def armature_of(
-    document: GLTF2, tree: NodeTree, reader: AccessorReader, moved: Collection[int] = ()
+    document: GLTF2, tree: NodeTree, reader: AccessorReader, moved: Collection[int]
 ) -> tuple[Armature, list[Finding]]:
     """Merge all skins, and the nodes in `moved`, into one skeleton.
 

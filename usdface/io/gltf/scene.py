@@ -31,7 +31,7 @@ _KINDS: tuple[LightKind, ...] = ("directional", "point", "spot")
 
 
 def read_scene(
-    document: GLTF2, tree: NodeTree, moved: frozenset[int] | set[int] = frozenset()
+    document: GLTF2, tree: NodeTree, moved: frozenset[int] | set[int]
 ) -> tuple[tuple[Camera, ...], tuple[Light, ...], list[Finding]]:
     """Return the cameras and lights of the default scene where they stand at rest.
 

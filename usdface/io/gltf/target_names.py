@@ -14,7 +14,7 @@ __all__ = ["legal_text", "target_names", "unique_names", "with_labels"]
 
 
 def target_names(
-    mesh: GltfMesh, name: str, of_node: Any = None, accessors: Sequence[Accessor | None] = ()
+    mesh: GltfMesh, name: str, of_node: Any, accessors: Sequence[Accessor | None]
 ) -> tuple[tuple[str, ...], tuple[str, ...], list[Finding]]:
     """Return a unique name for each morph target, its original name, and findings.
 
@@ -27,7 +27,7 @@ def target_names(
     mesh : pygltflib.Mesh
         One without primitives, as of a file of animations, has as many targets as it names.
     name : str
-        What findings call the mesh.
+        Name of the mesh in findings.
     of_node : object
         The extras of the node that shows the mesh.
     accessors : sequence of pygltflib.Accessor

@@ -68,7 +68,7 @@ def read_texture(
     info: Any,
     uv_names: Sequence[str],
     where: str,
-    decoded: dict[int, Texture] | None = None,
+    decoded: dict[int, Texture] | None,
 ) -> tuple[Texture | None, list[Finding]]:
     """Return the texture of a ``textureInfo``; None, with a finding at `where`, for no image.
 

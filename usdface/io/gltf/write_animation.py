@@ -31,7 +31,7 @@ def write_animation(
     carriers: Sequence[tuple[int, Mesh]],
     joints: Mapping[str, tuple[int, pygltflib.Node]],
     builder: BufferBuilder,
-    pointer: bool = False,
+    pointer: bool,
 ) -> tuple[pygltflib.Animation | None, list[Finding]]:
     """Append a clip's accessors to `builder` and return the animation.
 
@@ -184,7 +184,7 @@ def _write_joints(
 
 
 def _keep(animation: pygltflib.Animation, **ours: Any) -> None:
-    """Add to what the extras hold for `usdface import`."""
+    """Add metadata for `usdface import` to the extras."""
     animation.extras = {"usdface": (animation.extras or {}).get("usdface", {}) | ours}
 
 

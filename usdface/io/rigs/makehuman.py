@@ -30,7 +30,7 @@ def is_makehuman(folder: Path) -> bool:
 
 
 def makehuman_files(folder: Path) -> list[Path]:
-    """Return what reading `folder` may read: its meshes, `base.obj` above it, the targets."""
+    """Return the files that may be read for `folder`: meshes, `base.obj` above it, targets."""
     base = _base(folder)
     meshes = mesh_files(folder)
     return [*meshes, *([base] if base and base not in meshes else []), *target_files(folder)[1]]

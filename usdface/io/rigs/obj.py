@@ -40,7 +40,7 @@ class ObjMesh:
     groups, materials : tuple of str, length P
         The `g` and `usemtl` that each face stands under; "" before the first.
     unread : tuple of str
-        What else the file has, in words.
+        Further contents of the file, in words.
     """
 
     points: FloatArray
@@ -107,7 +107,7 @@ def read_obj(path: Path) -> ObjMesh:
 
 
 def _unread(lines: list[str]) -> tuple[str, ...]:
-    """Return what a file has beside points, faces, texture coordinates, groups and materials."""
+    """Return the contents beside points, faces, texture coordinates, groups and materials."""
     words = {line.partition(" ")[0] for line in lines if line not in _UNSMOOTHED}
     objects = {line for line in lines if line.startswith("o ")}
     coloured = any(line.startswith("v ") and len(line.split()) > 5 for line in lines)

@@ -51,16 +51,16 @@ def read_shape_folder(folder: Path, options: RigOptions) -> tuple[Rig, list[Find
     shapes, new_findings = _read_shapes(others, neutral, chosen.name, space)
     findings += new_findings + _left_out_targets(folder) + _meshes_below(folder)
     mesh = Mesh(
-        neutral.name,
-        neutral.points,
-        neutral.face_counts,
-        neutral.face_indices,
-        None,
-        neutral.uvs,
-        shapes,
-        None,
-        "",
-        neutral.subsets,
+        name=neutral.name,
+        points=neutral.points,
+        face_counts=neutral.face_counts,
+        face_indices=neutral.face_indices,
+        normals=None,
+        uvs=neutral.uvs,
+        shapes=shapes,
+        skin=None,
+        material="",
+        subsets=neutral.subsets,
     )
     return Rig(folder.resolve().name, (mesh,), None, materials, str(folder)), findings
 
@@ -170,7 +170,7 @@ def _read_neutral(
 
 
 def _unread(path: Path, contents: Sequence[str]) -> list[Finding]:
-    """Report what else the neutral's file has; normals are computed with those of the shapes."""
+    """Report further contents of the neutral's file; normals are computed as the shapes' are."""
     message = "not read: {channels}"
     return [finding("CHANNEL_IGNORED", str(path), message, contents)] if contents else []
 

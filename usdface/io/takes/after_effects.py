@@ -51,14 +51,11 @@ def read_after_effects(
     width, height = (positive(head.get(f"source {side}", "")) for side in ("width", "height"))
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=table.numbers[:, 1:] * np.array([aspect, 1.0]),
         origin="top",
         first_frame=0,
         image_size=image_size(path, options, width, height, aspect),
-        lines=table.lines,
         rate=positive(head.get("units per second", "")),
     )
     take, findings = finish_tracks(tracks, options)

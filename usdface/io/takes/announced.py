@@ -8,7 +8,7 @@ __all__ = ["compare_frames"]
 
 
 def compare_frames(path: Path, announced: float, held: int) -> list[Finding]:
-    """Return what differs; all `held` frames are read. 0 announced = the header does not say."""
+    """Return the differences; all `held` frames are read. 0 announced = the header does not say."""
     if not announced or announced == held:
         return []
     code, end = "FRAMES_MISSING", ""

@@ -5,6 +5,7 @@ Coordinates run from 0 to 1 of the image's width and height, from the bottom lef
 of a file is that of its track.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -47,9 +48,7 @@ def read_blender_tracks(
     places = normalised(path, table.numbers[:, 1:], "Blender")
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=replace(table, lines=()),
         places=np.asarray(places * size),
         origin="bottom",
         first_frame=1,

@@ -33,13 +33,10 @@ def read_boujou(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     table = read_blocks(path, list(by_name.items()), 3)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=table.numbers[:, 1:],
         origin="top",
         first_frame=0,
         image_size=image_size(path, options),
-        lines=table.lines,
     )
     return finish_tracks(tracks, options)

@@ -7,12 +7,11 @@ import re
 from pathlib import Path
 
 from usdface.findings import Finding, finding
-from usdface.io.takes.c3d_parameters import Parameters
+from usdface.io.takes.c3d_parameters import Parameters, labels_of, number_of, texts_of
 
 __all__ = ["report_beside_points", "timecode_of"]
 
 _TIMECODE = re.compile(r"\d{1,2}:\d{2}:\d{2}[:;.]\d{1,3}(\.\d+)?")
-_MOST = 258  # of LABELS, LABELS2, ...: 255 labels each, of 65535 channels
 
 
 def timecode_of(path: Path, parameters: Parameters) -> tuple[str, list[Finding]]:
@@ -30,7 +29,7 @@ def timecode_of(path: Path, parameters: Parameters) -> tuple[str, list[Finding]]
 
 
 def report_beside_points(path: Path, parameters: Parameters, held: int) -> list[Finding]:
-    """Return CHANNEL_IGNORED for what stands in a file beside points.
+    """Return CHANNEL_IGNORED for the contents of a file beside points.
 
     Parameters
     ----------
@@ -53,22 +52,14 @@ def report_beside_points(path: Path, parameters: Parameters, held: int) -> list[
 
 def _used(parameters: Parameters, group: str) -> int:
     """Return how many of a group's entries are in use; 0 where a broken file has no number."""
-    used = parameters.get(f"{group}:USED")
-    if used is None or isinstance(used, list) or not len(used) or not 0 <= used[0] < 1 << 16:
-        return 0
-    return int(used[0])
+    used = number_of(parameters, f"{group}:USED", 0)
+    return int(used) if 0 <= used < 1 << 16 else 0
 
 
 def _analog_channels(parameters: Parameters, held: int) -> list[str]:
     """Return the names of the analog channels, as of force plates, muscles and microphones."""
     count = _used(parameters, "ANALOG")
-    labels: list[str] = []
-    for key in ["ANALOG:LABELS", *(f"ANALOG:LABELS{n}" for n in range(2, _MOST))]:
-        value = parameters.get(key)
-        if not isinstance(value, list):
-            break
-        labels += value
-    named = [label for label in labels[:count] if label]
+    named = [label for label in labels_of(parameters, "ANALOG")[:count] if label]
     if not held or len(named) == count > 0:
         return named if held else []
     return [*named, f"{count - len(named) if count else held} without a name"]
@@ -76,17 +67,16 @@ def _analog_channels(parameters: Parameters, held: int) -> list[str]:
 
 def _rotations(parameters: Parameters) -> list[str]:
     """Return the names of rotations of segments, as markerless systems write them."""
-    labels = parameters.get("ROTATION:LABELS")
     count = _used(parameters, "ROTATION")
-    named = [label for label in labels[:count] if label] if isinstance(labels, list) else []
+    named = [label for label in texts_of(parameters, "ROTATION:LABELS")[:count] if label]
     return named + ([f"{count - len(named)} without a name"] if count > len(named) else [])
 
 
 def _events(parameters: Parameters) -> list[str]:
     """Return the events of a recording with their times [s], as an operator marked them."""
     count = _used(parameters, "EVENT")
-    labels, times = parameters.get("EVENT:LABELS"), parameters.get("EVENT:TIMES")
-    names = labels[:count] if isinstance(labels, list) else []
+    times = parameters.get("EVENT:TIMES")
+    names = texts_of(parameters, "EVENT:LABELS")[:count]
     names += ["event"] * (count - len(names))
     if times is None or isinstance(times, list) or len(times) < 2 * count:
         return names

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 
-__all__ = ["ByteOrder", "Parameters", "floats", "read_parameters"]
+__all__ = [
+    "ByteOrder",
+    "Parameters",
+    "floats",
+    "labels_of",
+    "number_of",
+    "read_parameters",
+    "text_of",
+    "texts_of",
+]
 
 ByteOrder: TypeAlias = Literal["intel", "dec", "mips"]
 Parameters: TypeAlias = dict[str, FloatArray | list[str]]  # "POINT:RATE" -> numbers or texts
@@ -21,6 +30,7 @@ Parameters: TypeAlias = dict[str, FloatArray | list[str]]  # "POINT:RATE" -> num
 # Bytes by type code (text, byte, word, float), and dimensions: C3D User Guide.
 _ITEM_BYTES = {-1: 1, 1: 1, 2: 2, 4: 4}
 _MOST_DIMENSIONS = 7
+_MOST_LISTS = 258  # of LABELS, LABELS2, ...: 255 labels each, of 65535 channels
 
 
 def floats(raw: NDArray[np.uint8] | bytes, order: ByteOrder) -> FloatArray:
@@ -63,6 +73,35 @@ def read_parameters(path: Path, section: bytes, order: ByteOrder) -> Parameters:
             break
         at = after_name + step
     return {f"{groups.get(group, group)}:{name}": value for group, name, value in found}
+
+
+def number_of(parameters: Parameters, key: str, missing: float) -> float:
+    """Return the first number of a parameter; `missing` where it has no finite one."""
+    value = parameters.get(key)
+    if value is None or isinstance(value, list) or not len(value) or not np.isfinite(value[0]):
+        return missing
+    return float(value[0])
+
+
+def texts_of(parameters: Parameters, key: str) -> list[str]:
+    """Return the texts of a parameter, none where it has none."""
+    value = parameters.get(key)
+    return value if isinstance(value, list) else []
+
+
+def text_of(parameters: Parameters, key: str) -> str:
+    """Return the first text of a parameter, "" where it has none."""
+    return next(iter(texts_of(parameters, key)), "")
+
+
+def labels_of(parameters: Parameters, group: str) -> list[str]:
+    """Return the labels of a group, from its LABELS, LABELS2, ... up to the first without any."""
+    labels: list[str] = []
+    for key in [f"{group}:LABELS", *(f"{group}:LABELS{n}" for n in range(2, _MOST_LISTS))]:
+        if not (texts := texts_of(parameters, key)):
+            break
+        labels += texts
+    return labels
 
 
 def _value(

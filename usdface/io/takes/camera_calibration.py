@@ -121,7 +121,7 @@ def _numbered(document: Mapping[str, Any], camera: int) -> dict[str, Any]:
 
 
 def _entries(path: Path, document: Mapping[str, Any]) -> list[tuple[str, dict[str, Any]]]:
-    """Return the cameras of a list or a map; what is no camera may stand beside those of a map."""
+    """Return the cameras of a list or a map; other entries may stand beside those of a map."""
     cameras = _plain(document).get("cameras", document)
     if isinstance(cameras, list):
         named = [(f"camera {n}", each) for n, each in enumerate(cameras, 1)]

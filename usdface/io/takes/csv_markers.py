@@ -14,6 +14,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
+from usdface.io.takes.repeated_samples import first_repeat
 from usdface.io.takes.text_table import (
     Row,
     nameless_columns,
@@ -196,12 +197,10 @@ def _column(columns: dict[str, int], names: frozenset[str]) -> int | None:
 
 
 def _refuse_repeats(path: Path, data: list[Row], cells: IntArray) -> None:
-    order = np.argsort(cells, kind="stable")
-    repeats = np.flatnonzero(np.diff(cells[order]) == 0)
-    if len(repeats):
-        line = data[int(order[repeats[0] + 1])][0]
+    at = first_repeat(cells)
+    if at is not None:
         raise InputError(
-            f"{path}, line {line}: this marker has a second position in one frame; "
+            f"{path}, line {data[at][0]}: this marker has a second position in one frame; "
             "delete one of the two",
             "ROW_WRONG",
         )

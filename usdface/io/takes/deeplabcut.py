@@ -45,14 +45,11 @@ def read_deeplabcut(
     table = samples_of_columns(path, rows[len(header) :], 0, points)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=table.numbers[:, 1:3] + 0.5,
         origin="top",
         first_frame=0,
         image_size=image_size(path, options),
-        lines=table.lines,
         confidence=table.numbers[:, 3] if scored else None,
         threshold=_THRESHOLD,
         ignored=sorted({kind for kinds in columns.values() for kind in kinds} - {*wanted}),

@@ -79,14 +79,11 @@ def _take(
     table = read_blocks(path, blocks, 3)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=table.numbers[:, 1:],
         origin="bottom",
         first_frame=1,
         image_size=size,
-        lines=table.lines,
         ignored=ignored,
     )
     return finish_tracks(tracks, options)

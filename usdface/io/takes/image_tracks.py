@@ -17,6 +17,8 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.raw_take import RawTake, check_size, finish_take
+from usdface.io.takes.repeated_samples import first_repeat
+from usdface.io.takes.track_text import TrackTable
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
@@ -40,11 +42,8 @@ class ImageTracks:
     Attributes
     ----------
     path : Path
-    labels : tuple of str, length M
-    tracks : (N,) int
-        Index of the track of each sample.
-    frames : (N,) float64
-        Frame number of each, as in the file.
+    table : TrackTable
+        Of the samples; but for their frame numbers, its numbers do not count.
     places : (N, 2) float64 [px]
         From an outer corner of the image, x right; NaN = occluded.
     origin : {"top", "bottom"}
@@ -55,8 +54,6 @@ class ImageTracks:
         None = unknown.
     focal_length : float [px]
         0 = the file does not say.
-    lines : sequence of int, optional
-        Line number of each sample, for messages.
     seconds : (N,) float64 [s], optional
         Time of each, if the file has times.
     rate : float [Hz]
@@ -74,15 +71,12 @@ class ImageTracks:
     """
 
     path: Path
-    labels: tuple[str, ...]
-    tracks: IntArray
-    frames: FloatArray
+    table: TrackTable
     places: FloatArray
     origin: Literal["top", "bottom"]
     first_frame: int
     image_size: tuple[int, int] | None = None
     focal_length: float = 0.0
-    lines: Sequence[int] | None = None
     seconds: FloatArray | None = None
     rate: float = 0.0
     confidence: FloatArray | None = None
@@ -100,27 +94,27 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
     InputError
         If there is no sample, a frame number is missing, or a track has two samples in a frame.
     """
-    path = tracks.path
-    if not len(tracks.frames):
+    path, table = tracks.path, tracks.table
+    if not len(table.frames):
         raise InputError(f"{path}: no track has a sample; expected at least one", "TAKE_EMPTY")
-    if not np.isfinite(tracks.frames).all():
-        at = int(np.argmin(np.isfinite(tracks.frames)))
+    if not np.isfinite(table.frames).all():
+        at = int(np.argmin(np.isfinite(table.frames)))
         raise InputError(
             f"{_place(tracks, at)}: there is no frame number; "
             "fill in the number, or delete the row",
             "ROW_WRONG",
         )
-    frames, row = np.unique(tracks.frames, return_inverse=True)
-    check_size(path, len(frames), len(tracks.labels))
-    _refuse_repeats(tracks, row * len(tracks.labels) + tracks.tracks)
+    frames, row = np.unique(table.frames, return_inverse=True)
+    check_size(path, len(frames), len(table.labels))
+    _refuse_repeats(tracks, row * len(table.labels) + table.tracks)
     places, findings = _trusted_places(tracks, options)
     if tracks.origin == "bottom":
         height = tracks.image_size[1] if tracks.image_size else 0
         places = np.array([0.0, height]) + np.array([1.0, -1.0]) * places
         if not tracks.image_size:
             findings.append(finding("IMAGE_SIZE_UNKNOWN", str(path)))
-    positions = np.full((len(frames), len(tracks.labels), 2), np.nan)
-    positions[row, tracks.tracks] = places
+    positions = np.full((len(frames), len(table.labels), 2), np.nan)
+    positions[row, table.tracks] = places
     if frames[0] != tracks.first_frame:
         message = "time 0 is frame {frame_number:g} of the footage"
         findings.append(finding("FRAMES_RENUMBERED", str(path), message, frames[0]))
@@ -133,7 +127,7 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
         findings.append(finding("CHANNEL_IGNORED", str(path), message, ignored))
     raw = RawTake(
         path=path,
-        labels=tracks.labels,
+        labels=table.labels,
         positions=positions,
         seconds=seconds,
         frames=frames,
@@ -155,7 +149,7 @@ def finish_tracks(tracks: ImageTracks, options: TakeOptions) -> tuple[MarkerTake
 
 
 def _of_frames(samples: FloatArray, row: IntArray, unseen: BoolArray) -> FloatArray:
-    """Return what samples (N, ...) of the frames `row` (N,) say in each frame: (F, ...)."""
+    """Return samples (N, ...) of the frames `row` (N,) for all frames, NaN if unseen: (F, ...)."""
     values = np.empty((len(unseen), *samples.shape[1:]))
     values[row] = samples
     values[unseen] = np.nan
@@ -251,17 +245,16 @@ def _times_of_frames(tracks: ImageTracks, row: IntArray, count: int) -> FloatArr
 
 
 def _refuse_repeats(tracks: ImageTracks, cells: IntArray) -> None:
-    order = np.argsort(cells, kind="stable")
-    repeats = np.flatnonzero(np.diff(cells[order]) == 0)
-    if len(repeats):
-        at = int(order[repeats[0] + 1])
-        label = tracks.labels[int(tracks.tracks[at])]
+    at = first_repeat(cells)
+    if at is not None:
+        label = tracks.table.labels[int(tracks.table.tracks[at])]
         raise InputError(
             f"{_place(tracks, at)}: track {label[:40]!r} has a second sample in frame "
-            f"{tracks.frames[at]:g}; delete one of them",
+            f"{tracks.table.frames[at]:g}; delete one of them",
             "ROW_WRONG",
         )
 
 
 def _place(tracks: ImageTracks, at: int) -> str:
-    return f"{tracks.path}, line {tracks.lines[at]}" if tracks.lines else str(tracks.path)
+    lines = tracks.table.lines
+    return f"{tracks.path}, line {lines[at]}" if lines else str(tracks.path)

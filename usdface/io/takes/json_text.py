@@ -6,11 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.takes.text_table import read_text
 
-__all__ = ["number", "numbers", "read_json"]
+__all__ = ["number", "read_json"]
 
 
 def read_json(path: Path) -> Any:
@@ -38,9 +37,3 @@ def number(value: object) -> float:
         return float(value)
     except OverflowError:
         return np.nan
-
-
-def numbers(values: object, count: int) -> FloatArray:
-    """Return the first `count` numbers of a list; NaN for other values."""
-    listed = list(values)[:count] if isinstance(values, list | tuple) else []
-    return np.array([number(value) for value in listed] + [np.nan] * (count - len(listed)))

@@ -63,14 +63,11 @@ def read_matchmover(
     table = read_blocks(path, blocks, 4)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=table.numbers[:, 1:3],
         origin="top",
         first_frame=int(first[1]) if first else 1,
         image_size=image_size(path, options, float(size[1]), float(size[2])),
-        lines=table.lines,
         confidence=np.nan_to_num(table.numbers[:, 3], nan=1.0),
         ignored=("colour", "sizes of pattern and search"),
     )

@@ -7,6 +7,7 @@ Name`` and lines ``point frame x y error``. Coordinates run from -aspect to aspe
 """
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,14 +71,11 @@ def read_maya_live(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
     scale = np.array([square / width, 1.0]) if pixels else np.full(2, height / 2)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 1],
+        table=replace(table, numbers=table.numbers[:, 1:]),
         places=(places + corner) * scale,
         origin="bottom",
         first_frame=0,
         image_size=(max(1, round(square)), height),
-        lines=table.lines,
         ignored=("error",),
     )
     return finish_tracks(tracks, options)

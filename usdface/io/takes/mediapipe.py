@@ -71,14 +71,11 @@ def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
     size = needed_image_size(path, options, "0 to 1", width, height)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=np.asarray(places * size),
         origin="top",
         first_frame=0,
         image_size=size,
-        lines=table.lines,
         seconds=times,
         rate=rate,
         ignored=["z", *unread],
@@ -142,7 +139,7 @@ def _face(frame: Any) -> list[Any]:
 
 
 def _unread_of_frames(frames: Sequence[Any]) -> list[str]:
-    """Return what frames have beside the landmarks of one face, as its blend shapes."""
+    """Return the contents of frames beside the landmarks of one face, as its blend shapes."""
     known = {*_LANDMARKS, *_FRAME, "timestamp_ms"}
     objects = [frame for frame in frames if isinstance(frame, dict)]
     found = {str(key): None for frame in objects for key in frame if key not in known}

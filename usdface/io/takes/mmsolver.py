@@ -50,15 +50,12 @@ def read_mmsolver(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
     size = needed_image_size(path, options, "0 to 1", width, height)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=np.asarray(normalised(path, table.numbers[:, 1:3], "mmSolver") * size),
         origin="bottom",
         first_frame=1,
         image_size=size,
         focal_length=focal if not options.image_size else 0.0,
-        lines=table.lines,
         confidence=np.nan_to_num(table.numbers[:, 3], nan=1.0),
         threshold=_LEAST_WEIGHT,
         ignored=unread,

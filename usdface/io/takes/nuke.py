@@ -11,6 +11,7 @@ word follows the one before by the step of the last two; other words are about s
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -62,11 +63,11 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
             name = str(node.get("name", "Tracker"))
             for point, (x, y) in animated:
                 label = name if len(animated) == 1 else f"{name} {point}"
-                blocks.append((label, _samples(path, x, y)))
+                blocks.append((label, _samples(x, y)))
         elif kind == "Tracker4":
             for label, curves in _table(node):
                 if curves:
-                    blocks.append((label, _samples(path, *curves)))
+                    blocks.append((label, _samples(*curves)))
                 else:
                     skipped.append(label)
     if not blocks:
@@ -79,9 +80,7 @@ def read_nuke(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, 
     shown = image_size(path, options, *size)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=replace(table, lines=()),
         places=table.numbers[:, 1:] * np.array([size[2], 1.0]),
         origin="bottom",
         first_frame=first,
@@ -185,7 +184,7 @@ def _table(node: dict[str, Any]) -> Iterator[tuple[str, tuple[Words, Words] | No
             yield label, _curves([row[x], row[y]])
 
 
-def _samples(path: Path, x: Words, y: Words) -> list[Row]:
+def _samples(x: Words, y: Words) -> list[Row]:
     """Return the frames in which both curves have a key."""
     xs, ys = _keys(x), _keys(y)
     return [(0, [frame, xs[frame], ys[frame]]) for frame in xs if frame in ys]

@@ -40,14 +40,11 @@ def read_pftrack(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTak
     # PFTrack counts frames from 0, PFMatchit, which numbers clips, from 1.
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=table.numbers[:, 1:] + 0.5,
         origin="bottom",
         first_frame=int(cameras[0].isdecimal()),
         image_size=image_size(path, options),
-        lines=table.lines,
         ignored=("residual",),
     )
     take, findings = finish_tracks(tracks, options)

@@ -190,19 +190,19 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
     seen, occlusion = find_occlusion(path, labels, occluded)
     findings += occlusion
     take = MarkerTake(
-        tuple(labels),
-        times,
-        positions,
-        rate,
-        unit,
-        up_axis,
-        raw.start_timecode,
-        options.image_size if positions.shape[2] == 2 else None,
-        path.name,
-        (options.focal_length or 0.0) if positions.shape[2] == 2 else 0.0,
-        raw.first_frame,
-        raw.diameters if positions.shape[2] == 2 else None,
-        raw.deviation if positions.shape[2] == 2 else 0.0,
+        names=tuple(labels),
+        times=times,
+        positions=positions,
+        rate=rate,
+        meters_per_unit=unit,
+        up_axis=up_axis,
+        start_timecode=raw.start_timecode,
+        image_size=options.image_size if positions.shape[2] == 2 else None,
+        source=path.name,
+        focal_length=(options.focal_length or 0.0) if positions.shape[2] == 2 else 0.0,
+        first_frame=raw.first_frame,
+        diameters=raw.diameters if positions.shape[2] == 2 else None,
+        deviation=raw.deviation if positions.shape[2] == 2 else 0.0,
     )
     return take if seen.all() else take.with_markers(seen), findings
 

@@ -41,14 +41,11 @@ def read_shake(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
     table = read_blocks(path, blocks, 4)
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=table.numbers[:, 1:3],
         origin="bottom",
         first_frame=1,
         image_size=image_size(path, options),
-        lines=table.lines,
         confidence=table.numbers[:, 3],
     )
     return finish_tracks(tracks, options)

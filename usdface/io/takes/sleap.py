@@ -5,6 +5,7 @@ each instance in a frame. Pixels, the centre of the top left one is (0, 0).
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -52,21 +53,19 @@ def read_sleap(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
     check_size(path, 1, len(instances) * len(parts))
     row_of = np.array([instances[cells[0]] for _, cells in rows], dtype=np.int64)
     labels = tuple(f"{name}:{part}" if name else part for name in instances for part in parts)
-    tracks = ImageTracks(
+    tracks = np.repeat(row_of, len(parts)) * len(parts) + table.tracks
+    samples = ImageTracks(
         path=path,
-        labels=labels,
-        tracks=np.repeat(row_of, len(parts)) * len(parts) + table.tracks,
-        frames=table.numbers[:, 0],
+        table=replace(table, labels=labels, tracks=tracks),
         places=table.numbers[:, 1:3] + 0.5,
         origin="top",
         first_frame=0,
         image_size=image_size(path, options),
-        lines=table.lines,
         confidence=table.numbers[:, 3] if scored else None,
         threshold=_THRESHOLD,
         ignored=["instance.score", *_unread(header, parts, kinds)],
     )
-    return finish_tracks(tracks, options)
+    return finish_tracks(samples, options)
 
 
 def _unread(header: Sequence[str], parts: Sequence[str], kinds: Sequence[str]) -> list[str]:

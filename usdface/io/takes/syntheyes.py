@@ -49,13 +49,10 @@ def read_syntheyes(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
     places = normalised(path, places, "SynthEyes (scale 1, offset 0)")
     tracks = ImageTracks(
         path=path,
-        labels=table.labels,
-        tracks=table.tracks,
-        frames=table.numbers[:, 0],
+        table=table,
         places=(places + 1) / 2 * (np.array(size) - 1) + 0.5,
         origin="top",
         first_frame=0,
         image_size=size,
-        lines=table.lines,
     )
     return finish_tracks(tracks, options)

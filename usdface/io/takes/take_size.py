@@ -27,7 +27,7 @@ _FRAMES = 200  # compared
 
 
 def marker_radius(positions: FloatArray) -> float:
-    """Return within what distance of their middle half of the markers lie [m], in most frames.
+    """Return the radius around their middle that holds half of the markers [m], in most frames.
 
     Medians throughout, so that markers far off and frames with few of them do not count. NaN where
     no frame shows four markers.

@@ -39,15 +39,20 @@ class TrackTable:
     tracks : (N,) int
         Index of the track of each sample.
     numbers : (N, C) float64
-        Columns as the reader names them; NaN where nothing is written.
-    lines : sequence of int, length N
-        Line number of each, for messages.
+        Frame numbers, then columns as the reader names them; NaN where nothing is written.
+    lines : sequence of int, length N or 0
+        Line number of each, for messages; none = unknown.
     """
 
     labels: tuple[str, ...]
     tracks: IntArray
     numbers: FloatArray
     lines: Sequence[int]
+
+    @property
+    def frames(self) -> FloatArray:
+        """The frame number of each sample, as in the file: (N,)."""
+        return self.numbers[:, 0]
 
 
 def read_blocks(path: Path, blocks: Sequence[Block], width: int) -> TrackTable:

@@ -50,6 +50,10 @@ class Animation:
         How far each eye and the mouth are closed, by attribute, for the closure layer.
     motion : Pose or None
         Motion of the character's head, if any, for the solve layer.
+    eyes : tuple of JointMotion
+        Motion of the joints that turn the eyes, for the solve layer.
+    verdict : Verdict or None
+        On the result, for the solve layer.
     """
 
     names: tuple[str, ...]
@@ -69,8 +73,8 @@ class Animation:
 
 def solve_animation(
     result: ShotResult,
-    deviations: Mapping[str, float] | None = None,
-    verdict: Verdict | None = None,
+    deviations: Mapping[str, float],
+    verdict: Verdict | None,
 ) -> Animation:
     """Return the content of the solve layer: weights before the correction."""
     solved = result.solved
@@ -82,7 +86,7 @@ def solve_animation(
         motion=result.head_motion,
         eyes=result.eye_motions,
         regions=result.region_residuals,
-        deviations=deviations or {},
+        deviations=deviations,
         verdict=verdict,
     )
 

@@ -14,6 +14,7 @@ from usdface.findings import Finding
 from usdface.io.usd.animation import Animation, Inputs
 from usdface.io.usd.animation_source import define_animation
 from usdface.io.usd.head_motion import author_head
+from usdface.io.usd.layer_samples import write_arrays, write_samples, write_value
 from usdface.io.usd.metrics import to_si
 from usdface.io.usd.overs import put_overs
 from usdface.io.usd.shot import ShotPrims, StagedShot
@@ -26,7 +27,6 @@ from usdface.schemas import tokens
 from usdface.verdict.judge import Verdict
 
 __all__ = [
-    "OCCLUDED_DISTANCE",
     "OCCLUDED_INPUT",
     "animation_path",
     "apply_animation",
@@ -35,9 +35,10 @@ __all__ = [
 ]
 
 _ANIMATION = "UsdFaceAnim"
+_NAMES = Sdf.ValueTypeNames
 
 # Results are finite: programs that draw curves do not expect other numbers.
-OCCLUDED_DISTANCE = -1.0
+_OCCLUDED_DISTANCE = -1.0
 
 OCCLUDED_INPUT = float(np.finfo(np.float32).min)
 
@@ -117,11 +118,8 @@ def author(
         if not prims.animation:
             define_animation(layer, shot.stage, anim, prims)
         if animation.names != prims.tokens:
-            _attribute(
-                anim, "blendShapes", Sdf.ValueTypeNames.TokenArray, uniform=True
-            ).default = Vt.TokenArray(animation.names)
-        _attribute(anim, "blendShapeWeights", Sdf.ValueTypeNames.FloatArray)
-        _write_arrays(layer, anim, "blendShapeWeights", shot.codes, animation.weights)
+            write_value(anim, "blendShapes", _NAMES.TokenArray, Vt.TokenArray(animation.names))
+        write_arrays(anim, "blendShapeWeights", _NAMES.FloatArray, shot.codes, animation.weights)
         if animation.solution is not None:
             _author_solution(layer, shot, animation.solution, animation.regions)
         if animation.deviations:
@@ -141,8 +139,7 @@ def author(
             )
         for name, curve in animation.closure.items():
             prim = Sdf.CreatePrimInLayer(layer, prims.retarget)
-            _attribute(prim, name, Sdf.ValueTypeNames.Float)
-            _write_samples(layer, prim, name, codes, _floats(curve))
+            write_samples(prim, name, _NAMES.Float, codes, _floats(curve))
         if animation.repairs:
             _author_repairs(layer, shot, animation.repairs)
         if animation.emotions:
@@ -152,64 +149,28 @@ def author(
 def _author_expressions(layer: Sdf.Layer, shot: StagedShot, animation: Animation) -> None:
     system, codes = Sdf.CreatePrimInLayer(layer, shot.prims.fuzzy), shot.codes.tolist()
     for name, curve in animation.emotions.items():
-        _attribute(system, tokens.EMOTION_PREFIX + name, Sdf.ValueTypeNames.Float)
-        _write_samples(layer, system, tokens.EMOTION_PREFIX + name, codes, _floats(curve))
+        write_samples(system, tokens.EMOTION_PREFIX + name, _NAMES.Float, codes, _floats(curve))
     if animation.firing is not None:
-        _attribute(system, tokens.FIRING, Sdf.ValueTypeNames.FloatArray)
-        _write_arrays(layer, system, tokens.FIRING, shot.codes, animation.firing)
+        write_arrays(system, tokens.FIRING, _NAMES.FloatArray, shot.codes, animation.firing)
     if animation.inputs is not None:
-        _author_inputs(layer, system, animation.inputs, shot)
+        _author_inputs(system, animation.inputs, shot)
 
 
-def _author_inputs(
-    layer: Sdf.Layer, system: Sdf.PrimSpec, inputs: Inputs, shot: StagedShot
-) -> None:
+def _author_inputs(system: Sdf.PrimSpec, inputs: Inputs, shot: StagedShot) -> None:
     rows = np.where(np.isnan(inputs.values), OCCLUDED_INPUT, inputs.values)
-    _attribute(system, tokens.INPUTS, Sdf.ValueTypeNames.FloatArray)
-    _write_arrays(layer, system, tokens.INPUTS, shot.codes, rows)
+    write_arrays(system, tokens.INPUTS, _NAMES.FloatArray, shot.codes, rows)
     unit = inputs.unit / shot.metrics.meters_per_unit
-    _attribute(system, tokens.INPUTS_UNIT, Sdf.ValueTypeNames.Double, uniform=True).default = unit
+    write_value(system, tokens.INPUTS_UNIT, _NAMES.Double, unit)
 
 
 def _author_repairs(layer: Sdf.Layer, shot: StagedShot, repairs: tuple[Repair, ...]) -> None:
-    prim, names = Sdf.CreatePrimInLayer(layer, shot.prims.retarget), Sdf.ValueTypeNames
+    prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     spans = Vt.Vec2iArray([Gf.Vec2i(r.first, r.last) for r in repairs])
-    for name, kind, value in (
-        (
-            tokens.CLEAN_REPAIRS_MARKERS,
-            names.TokenArray,
-            Vt.TokenArray([r.marker for r in repairs]),
-        ),
-        (tokens.CLEAN_REPAIRS_FRAMES, names.Int2Array, spans),
-        (tokens.CLEAN_REPAIRS_KINDS, names.TokenArray, Vt.TokenArray([r.kind for r in repairs])),
-    ):
-        _attribute(prim, name, kind, uniform=True).default = value
-
-
-def _attribute(
-    prim: Sdf.PrimSpec, name: str, kind: Sdf.ValueTypeName, uniform: bool = False
-) -> Sdf.AttributeSpec:
-    existing = prim.attributes.get(name)
-    variability = Sdf.VariabilityUniform if uniform else Sdf.VariabilityVarying
-    return existing or Sdf.AttributeSpec(prim, name, kind, variability)
-
-
-def _write_samples(
-    layer: Sdf.Layer, prim: Sdf.PrimSpec, name: str, codes: list[float], values: object
-) -> None:
-    path = prim.path.AppendProperty(name)
-    for code, value in zip(codes, values, strict=True):  # type: ignore[call-overload]
-        layer.SetTimeSample(path, code, value)
-
-
-def _write_arrays(
-    layer: Sdf.Layer, prim: Sdf.PrimSpec, name: str, codes: FloatArray, rows: FloatArray
-) -> None:
-    """Author a float array (F, N) or an array of vectors (F, N, 3), a sample a frame."""
-    kind = Vt.Vec3fArray if rows.ndim == 3 else Vt.FloatArray
-    for frames in frame_blocks(len(codes)):
-        values = map(kind.FromNumpy, rows[frames].astype(np.float32))
-        _write_samples(layer, prim, name, codes[frames].tolist(), values)
+    markers = Vt.TokenArray([r.marker for r in repairs])
+    kinds = Vt.TokenArray([r.kind for r in repairs])
+    write_value(prim, tokens.CLEAN_REPAIRS_MARKERS, _NAMES.TokenArray, markers)
+    write_value(prim, tokens.CLEAN_REPAIRS_FRAMES, _NAMES.Int2Array, spans)
+    write_value(prim, tokens.CLEAN_REPAIRS_KINDS, _NAMES.TokenArray, kinds)
 
 
 def _floats(values: FloatArray) -> list[float]:
@@ -223,41 +184,36 @@ def _author_solution(
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     codes = shot.codes.tolist()
     unit = shot.metrics.meters_per_unit
-    _attribute(prim, tokens.RESIDUAL, Sdf.ValueTypeNames.Float)
-    _write_samples(layer, prim, tokens.RESIDUAL, codes, _floats(solution.residual / unit))
+    write_samples(prim, tokens.RESIDUAL, _NAMES.Float, codes, _floats(solution.residual / unit))
     for region, curve in regions.items():
         name = tokens.RESIDUAL_PREFIX + region
-        _attribute(prim, name, Sdf.ValueTypeNames.Float)
-        _write_samples(layer, prim, name, codes, _floats(curve / unit))
+        write_samples(prim, name, _NAMES.Float, codes, _floats(curve / unit))
     pose = matrices_of(solution.pose)
     if solution.posed_in_space:
         pose = to_si(shot.metrics) @ pose @ np.linalg.inv(to_si(shot.metrics))
-    _attribute(prim, tokens.HEAD_TRANSFORM, Sdf.ValueTypeNames.Matrix4d)
-    _write_samples(layer, prim, tokens.HEAD_TRANSFORM, codes, matrices(pose))
-    _attribute(prim, tokens.FEATURE_POINTS, Sdf.ValueTypeNames.Point3fArray)
+    write_samples(prim, tokens.HEAD_TRANSFORM, _NAMES.Matrix4d, codes, matrices(pose))
     to_stage = np.linalg.inv(shot.to_rig)
     for frames in frame_blocks(len(codes)):
-        features = solution.feature_points[frames] @ to_stage[:3, :3]
-        _write_arrays(layer, prim, tokens.FEATURE_POINTS, shot.codes[frames], features)
-    used = _attribute(prim, tokens.SOLVED_MARKERS, Sdf.ValueTypeNames.TokenArray, uniform=True)
-    used.default = Vt.TokenArray(solution.markers)
-    _attribute(prim, tokens.SOLVED_DISTANCES, Sdf.ValueTypeNames.FloatArray)
+        points = solution.feature_points[frames] @ to_stage[:3, :3]
+        kind = _NAMES.Point3fArray
+        write_arrays(prim, tokens.FEATURE_POINTS, kind, shot.codes[frames], points)
+    markers = Vt.TokenArray(solution.markers)
+    write_value(prim, tokens.SOLVED_MARKERS, _NAMES.TokenArray, markers)
     for frames in frame_blocks(len(codes)):
         distances = solution.distances[frames]
-        distances = np.where(np.isnan(distances), OCCLUDED_DISTANCE, distances / unit)
-        _write_arrays(layer, prim, tokens.SOLVED_DISTANCES, shot.codes[frames], distances)
+        distances = np.where(np.isnan(distances), _OCCLUDED_DISTANCE, distances / unit)
+        kind = _NAMES.FloatArray
+        write_arrays(prim, tokens.SOLVED_DISTANCES, kind, shot.codes[frames], distances)
 
 
 def _author_verdict(layer: Sdf.Layer, shot: StagedShot, verdict: Verdict) -> None:
     prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
     text = json.dumps(verdict.as_dict(), ensure_ascii=False)
-    _attribute(prim, tokens.VERDICT, Sdf.ValueTypeNames.String, uniform=True).default = text
+    write_value(prim, tokens.VERDICT, _NAMES.String, text)
 
 
 def _author_deviations(layer: Sdf.Layer, shot: StagedShot, deviations: Mapping[str, float]) -> None:
-    prim, names = Sdf.CreatePrimInLayer(layer, shot.prims.retarget), Sdf.ValueTypeNames
-    for name, kind, value in (
-        (tokens.SOLVED_SHAPES, names.TokenArray, Vt.TokenArray(list(deviations))),
-        (tokens.SOLVED_DEVIATIONS, names.FloatArray, Vt.FloatArray(list(deviations.values()))),
-    ):
-        _attribute(prim, name, kind, uniform=True).default = value
+    prim = Sdf.CreatePrimInLayer(layer, shot.prims.retarget)
+    shapes, values = Vt.TokenArray(list(deviations)), Vt.FloatArray(list(deviations.values()))
+    write_value(prim, tokens.SOLVED_SHAPES, _NAMES.TokenArray, shapes)
+    write_value(prim, tokens.SOLVED_DEVIATIONS, _NAMES.FloatArray, values)

@@ -11,6 +11,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.io.usd.combinations import read_combination
+from usdface.io.usd.value_arrays import vectors_of
 from usdface.rigs import BlendShape, Inbetween
 
 __all__ = ["LABEL", "read_shapes"]
@@ -89,8 +90,8 @@ def _read_shape(
         return None, [finding("SHAPE_SKIPPED", where, message, name, Prose(why))]
 
     indices: IntArray = np.asarray(shape.GetPointIndicesAttr().Get() or [], np.int64)
-    offsets = _vectors(shape.GetOffsetsAttr().Get())
-    normal_offsets = _vectors(shape.GetNormalOffsetsAttr().Get())
+    offsets = vectors_of(shape.GetOffsetsAttr().Get())
+    normal_offsets = vectors_of(shape.GetNormalOffsetsAttr().Get())
     size = len(indices) or len(offsets) or len(normal_offsets)
     if not size:
         return BlendShape(name, indices, np.zeros((0, 3))), [finding("SHAPE_EMPTY", where)]
@@ -126,10 +127,6 @@ def _read_shape(
     return BlendShape(name, indices, table[:, 0], bent, inbetweens), findings
 
 
-def _vectors(values: object) -> FloatArray:
-    return np.zeros((0, 3)) if values is None else np.asarray(values, np.float64)
-
-
 def _zeros_if_empty(offsets: FloatArray, size: int) -> FloatArray:
     return offsets if len(offsets) else np.zeros((size, 3))
 
@@ -145,8 +142,8 @@ def _read_inbetweens(
         attribute = between.GetAttr()
         name = attribute.GetDisplayName() or attribute.GetName().removeprefix("inbetweens:")
         weight = between.GetWeight()
-        moved = _vectors(between.GetOffsets())
-        turned = _vectors(between.GetNormalOffsets())
+        moved = vectors_of(between.GetOffsets())
+        turned = vectors_of(between.GetNormalOffsets())
         if not isinstance(weight, float) or not np.isfinite(weight) or weight in used:
             why = f"its weight is {weight}; expected a number other than 0, 1 and its siblings'"
         elif len(moved) not in (0, size) or len(turned) not in (0, size):

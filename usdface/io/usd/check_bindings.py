@@ -14,6 +14,7 @@ from usdface.errors import did_you_mean
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.io.usd.instances import shown_path
+from usdface.io.usd.prim_walks import lineage
 
 __all__ = ["check_bindings"]
 
@@ -58,12 +59,8 @@ def _of_skel(name: str) -> bool:
 
 def _names_a_skeleton(prim: Usd.Prim) -> bool:
     """Whether a prim or one above names a skeleton, be it there or not, which is another fault."""
-    while prim and not prim.IsPseudoRoot():
-        relation = prim.GetRelationship("skel:skeleton")
-        if relation and relation.GetForwardedTargets():
-            return True
-        prim = prim.GetParent()
-    return False
+    relations = (each.GetRelationship("skel:skeleton") for each in lineage(prim))
+    return any(relation and relation.GetForwardedTargets() for relation in relations)
 
 
 def _names_are_those_of_meshes(stage: Usd.Stage) -> Findings:

@@ -9,8 +9,9 @@ from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.geometry.stray_points import stray_move
+from usdface.io.usd.value_arrays import vectors_of
 
-__all__ = ["check_shapes", "finite_points", "names_and_targets", "shapes_of", "vectors_of"]
+__all__ = ["check_shapes", "finite_points", "names_and_targets", "shapes_of"]
 
 Findings = Iterator[Finding]
 _START = Usd.TimeCode.EarliestTime()
@@ -54,7 +55,7 @@ def shapes_of(prim: Usd.Prim) -> list[UsdSkel.BlendShape]:
 
 
 def check_shapes(prim: Usd.Prim) -> Findings:
-    """Yield what is wrong with the blend shapes of a mesh."""
+    """Yield the faults of the blend shapes of a mesh."""
     for shape in _shapes(prim):
         for rule in _SHAPE_RULES:
             yield from rule(shape)
@@ -76,11 +77,6 @@ def _shapes(prim: Usd.Prim) -> Iterator[_Shape]:
             vectors[name] = vectors_of(between.GetOffsets())
             vectors[f"{name}:normalOffsets"] = vectors_of(between.GetNormalOffsets())
         yield _Shape(str(shape.GetPath()), count, points, indices, vectors, inbetweens)
-
-
-def vectors_of(values: object) -> NDArray[np.float64]:
-    """Return the vectors (N, 3) of an attribute's value, none where it has none."""
-    return np.zeros((0, 3)) if values is None else np.asarray(values, np.float64)
 
 
 def _indices_are_inside(shape: _Shape) -> Findings:

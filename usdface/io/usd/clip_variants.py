@@ -1,6 +1,5 @@
 """Clips of a stage: the bound SkelAnimations, and variants that bind others."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,6 +8,7 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.content_digest import content_digest
 from usdface.findings import Finding, finding
 from usdface.io.usd.instances import shown_path
+from usdface.io.usd.prim_walks import lineage
 from usdface.io.usd.skel_bindings import skel_roots
 from usdface.io.usd.variant_stages import stage_with_variant
 from usdface.schemas import tokens
@@ -56,7 +56,8 @@ def clip_stages(stage: Usd.Stage) -> list[Usd.Stage]:
 def clips_and_losses(stage: Usd.Stage) -> tuple[list[Usd.Stage], list[Finding]]:
     """Return `clip_stages`, and ANIMATION_DROPPED for variants with another clip at one path."""
     roots = skel_roots(stage)
-    choosing = dict.fromkeys([*roots, *(above for each in roots for above in _above(each))])
+    above = (prim for root in roots for prim in lineage(root.GetParent()))
+    choosing = dict.fromkeys([*roots, *above])
     choices = [(prim, *each) for prim in choosing for each in _unselected(prim)]
     if not choices:
         return [stage], []
@@ -107,12 +108,6 @@ def _content(stage: Usd.Stage) -> str:
             codes = attribute.GetTimeSamples()
             parts += [codes, [np.array(attribute.Get(code)) for code in codes]]
     return content_digest(parts)
-
-
-def _above(prim: Usd.Prim) -> Iterator[Usd.Prim]:
-    """Yield the prims above one, from the nearest on."""
-    while (prim := prim.GetParent()) and not prim.IsPseudoRoot():
-        yield prim
 
 
 def _skeletons(stage: Usd.Stage) -> set[Sdf.Path]:

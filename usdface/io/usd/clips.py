@@ -38,6 +38,7 @@ from usdface.io.usd.rigid_animation import (
 from usdface.io.usd.shared_shapes import ShapeNames, separate_shapes
 from usdface.io.usd.skel_bindings import spaces_of_meshes, staged_skeletons
 from usdface.io.usd.skeletons import StagedSkeleton
+from usdface.io.usd.stage import stage_name
 from usdface.io.usd.vertex_cache import VertexCache, add_cache_shapes, find_vertex_caches
 from usdface.rigs import Rig
 from usdface.takes import WeightsTake
@@ -46,7 +47,6 @@ __all__ = ["animated_rig", "clips_of_stage"]
 
 _POSED = 1e-5  # of a matrix: SkelAnimations hold float32, and scales of 16 bits near 1
 _OWN_NAMES: ShapeNames = {}
-_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 
 
 def animated_rig(
@@ -180,7 +180,7 @@ def _clip(stage: Usd.Stage, scene: _Scene) -> tuple[Clip | None, list[Finding]]:
     found: list[Finding] = []
     if len(codes) and clock.start not in (0.0, 1.0):
         message = "time 0 is time code {frame_number:g} of the stage"
-        where = stage.GetRootLayer().GetDisplayName() or "the stage"
+        where = stage_name(stage)
         found.append(finding("FRAMES_RENUMBERED", where, message, clock.start))
     for bound, skeleton in jointed:
         joints, new_findings = joints_of(bound, skeleton, to_si(metrics), clock)

@@ -14,10 +14,10 @@ from usdface.io.usd.value_arrays import matrices, vec3f_array
 from usdface.rigs import Skeleton
 from usdface.takes import WeightsTake
 
-__all__ = ["CLIPS", "clock_of", "time_codes", "write_clips"]
+__all__ = ["clock_of", "time_codes", "write_clips"]
 
 _UNKNOWN = 60.0  # frames per second
-CLIPS = "animation"  # the variant set
+_CLIPS = "animation"  # the variant set
 _SAME_TIME = 5e-7  # [s]: 4 roundings of float32 at one second
 
 
@@ -83,7 +83,7 @@ def write_clips(
         _bind(root, skel, made)
         return
     scope = UsdGeom.Scope.Define(stage, root.GetPath().AppendChild("Animations")).GetPath()
-    variants = root.GetPrim().GetVariantSets().AddVariantSet(CLIPS)
+    variants = root.GetPrim().GetVariantSets().AddVariantSet(_CLIPS)
     names = prim_names(clip.name for clip in clips)
     for name, clip in zip(names, clips, strict=True):
         made = _write_clip(stage, f"{scope}/{name}", skeleton, shapes, clip, still, rate)

@@ -11,6 +11,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.fingerprint import sign
 from usdface.io.usd.head_motion import HEAD_OP
+from usdface.io.usd.layer_samples import write_samples, write_value
 from usdface.io.usd.metrics import Metrics, metrics_of, new_layer
 from usdface.io.usd.save_layers import save_layer
 from usdface.io.usd.stage import Stage
@@ -74,7 +75,7 @@ def write_deliverable(
     layer.defaultPrim = prim.name
     times = (frames * (metrics.time_codes_per_second / rate)).tolist()
     with Sdf.ChangeBlock():
-        _write_weights(layer, prim, query, frames.tolist(), times)
+        _write_weights(prim, query, frames.tolist(), times)
         _write_joints(layer, prim, query, frames.tolist(), times)
     for moved in stage.Traverse():
         if moved.HasAttribute(HEAD_OP):
@@ -115,18 +116,15 @@ def _frames(
 
 
 def _write_weights(
-    layer: Sdf.Layer,
     prim: Sdf.PrimSpec,
     query: UsdSkel.AnimQuery,
     frames: Sequence[float],
     times: Sequence[float],
 ) -> None:
-    names, kinds = query.GetBlendShapeOrder(), Sdf.ValueTypeNames
-    order = Sdf.AttributeSpec(prim, "blendShapes", kinds.TokenArray, Sdf.VariabilityUniform)
-    order.default = Vt.TokenArray(list(names))
-    values = Sdf.AttributeSpec(prim, "blendShapeWeights", kinds.FloatArray)
-    for frame, time in zip(frames, times, strict=True):
-        layer.SetTimeSample(values.path, frame, query.ComputeBlendShapeWeights(time))
+    names, kinds = Vt.TokenArray(list(query.GetBlendShapeOrder())), Sdf.ValueTypeNames
+    write_value(prim, "blendShapes", kinds.TokenArray, names)
+    weights = map(query.ComputeBlendShapeWeights, times)
+    write_samples(prim, "blendShapeWeights", kinds.FloatArray, frames, weights)
 
 
 def _write_joints(
@@ -139,8 +137,7 @@ def _write_joints(
     names, kinds = query.GetJointOrder(), Sdf.ValueTypeNames
     if not names:
         return
-    order = Sdf.AttributeSpec(prim, "joints", kinds.TokenArray, Sdf.VariabilityUniform)
-    order.default = Vt.TokenArray(list(names))
+    write_value(prim, "joints", kinds.TokenArray, Vt.TokenArray(list(names)))
     parts = [
         Sdf.AttributeSpec(prim, name, kind)
         for name, kind in (

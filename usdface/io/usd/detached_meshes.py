@@ -64,7 +64,7 @@ def _carried(mesh: Mesh, staged: StagedShot) -> BoolArray:
 
 
 def _box(points: FloatArray) -> FloatArray:
-    """Return the corners (2, 3) of the box of a face and of what lies close to it."""
+    """Return the corners (2, 3) of the box of a face and of meshes that lie close to it."""
     low, high = points.min(axis=0), points.max(axis=0)
     margin = np.full(3, _MARGIN * float((high - low).max()))
     above = margin * (1, 0, 1)  # not below: there are collars, which stay

@@ -1,4 +1,4 @@
-"""What glTF's cameras and lights lack of those of a USD stage."""
+"""Features of a USD stage's cameras and lights that glTF lacks."""
 
 from collections.abc import Iterator
 

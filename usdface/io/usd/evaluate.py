@@ -15,6 +15,7 @@ from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
 from usdface.io.usd.evaluated_skin import UsdSkin, normal_matrix
 from usdface.io.usd.metrics import metrics_of, to_si
+from usdface.io.usd.prim_walks import lineage
 from usdface.io.usd.rendered_meshes import (
     outside_meshes,
     placed_meshes,
@@ -141,10 +142,10 @@ class UsdMesh:
     def _moves(self) -> bool:
         """Whether anything but blend shapes may move the mesh."""
         mesh, bound = self._mesh, self._bound
-        prims = [mesh.GetPrim(), *_ancestors(mesh.GetPrim())]
+        prims = [*lineage(mesh.GetPrim())]
         joints = False
         if bound is not None:
-            prims += [bound.prim, *_ancestors(bound.prim)]
+            prims += lineage(bound.prim)
             animation = bound.skeleton.GetAnimQuery()
             joints = (
                 bool(animation)
@@ -237,13 +238,6 @@ def evaluate_usd(stage: Usd.Stage, purposes: Collection[str] = ()) -> tuple[UsdM
     return tuple(meshes)
 
 
-def _ancestors(prim: Usd.Prim) -> list[Usd.Prim]:
-    above = []
-    while (prim := prim.GetParent()) and not prim.IsPseudoRoot():
-        above.append(prim)
-    return above
-
-
 def stage_keys(stage: Usd.Stage) -> tuple[str, FloatArray, FloatArray]:
     """Return the name of the SkelAnimation that plays, its time codes (F,), and times (F,) [s].
 
@@ -269,7 +263,7 @@ def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
     name, keys = "", set[float]()
     for root in placed_roots(stage.GetPseudoRoot()):
         cache.Populate(UsdSkel.Root(root), _ALL)
-        for prim in (*_ancestors(root), *Usd.PrimRange(root, _ALL)):
+        for prim in (*lineage(root.GetParent()), *Usd.PrimRange(root, _ALL)):
             keys |= _own_keys(prim)
         for binding in cache.ComputeSkelBindings(UsdSkel.Root(root), _ALL):
             query = cache.GetSkelQuery(binding.GetSkeleton()).GetAnimQuery()
@@ -279,7 +273,7 @@ def _keys(stage: Usd.Stage) -> tuple[str, set[float]]:
                 keys |= {*query.GetBlendShapeWeightTimeSamples()}
                 keys |= {*query.GetJointTransformTimeSamples()}
     for prim in outside_meshes(stage):
-        for part in (prim, *_ancestors(prim)):
+        for part in lineage(prim):
             keys |= _own_keys(part)
     return name, keys
 

@@ -19,7 +19,7 @@ _LAYERS = ("closure.usdc", "express.usdc", "solve.usdc")
 
 
 def kind_of_usd(path: Path, within: Path | None = None) -> tuple[str, str]:
-    """Return what usdface wrote a file as, and whether it was edited since, where that shows.
+    """Return the kind of output that usdface wrote, and whether it was edited since, if that shows.
 
     The file counts as it is on the disk; changes of a layer that is open here are edits, too.
     `within` is a file that is composed of it, if one is known.

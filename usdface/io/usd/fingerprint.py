@@ -4,13 +4,13 @@ It is ``customLayerData["usdface"]["fingerprint"]``, a digest of all else in the
 """
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from pxr import Sdf
 
-from usdface.io.usd.conversion_metadata import KEY
+from usdface.io.usd.conversion_metadata import KEY, read_layer_metadata, write_layer_metadata
 from usdface.io.usd.held_layers import hold_specs
 
 __all__ = ["is_signed", "is_unedited", "sign"]
@@ -26,9 +26,8 @@ def sign(layer: Sdf.Layer, *, take: bool = False) -> None:
     Of a `take` the samples are digested one after the other: as text they take as much memory as
     the layer, and four times as long.
     """
-    data = dict(layer.customLayerData)
     made = _BY_SAMPLES + _digest_of_take(layer) if take else _digest(layer)
-    layer.customLayerData = {**data, KEY: {**data.get(KEY, {}), _FINGERPRINT: made}}
+    write_layer_metadata(layer, _FINGERPRINT, made)
 
 
 def is_signed(layer: Sdf.Layer) -> bool:
@@ -45,8 +44,7 @@ def is_unedited(layer: Sdf.Layer) -> bool:
 
 
 def _found(layer: Sdf.Layer) -> object:
-    mine = layer.customLayerData.get(KEY)
-    return mine.get(_FINGERPRINT) if isinstance(mine, Mapping) else None
+    return read_layer_metadata(layer).get(_FINGERPRINT)
 
 
 def _digest(layer: Sdf.Layer) -> str:
@@ -78,7 +76,7 @@ def _is_no_sample(_: object, field: str, *__: object) -> bool:
 
 
 def _parts(samples: list[Any]) -> Iterator[Any]:
-    """Yield what distinguishes samples: lengths and numbers of arrays, as they lie in memory."""
+    """Yield the parts that distinguish samples: lengths and numbers of arrays, as in memory."""
     try:
         views = [memoryview(sample) for sample in samples]
     except TypeError:  # numbers, text or blocks, whose own text has an address

@@ -1,11 +1,10 @@
 """The generation of a result, in its layers (`usdface.io.generation`)."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from pxr import Sdf
 
-from usdface.io.usd.conversion_metadata import KEY
+from usdface.io.usd.conversion_metadata import read_layer_metadata, write_layer_metadata
 from usdface.io.usd.stage import Stage
 
 __all__ = ["generation_of_stage", "layer_generation", "mark_generation", "stage_generations"]
@@ -15,8 +14,7 @@ _ID = "generation"
 
 def mark_generation(layer: Sdf.Layer, generation: str) -> None:
     """Author the generation of a layer that is about to be written."""
-    data = dict(layer.customLayerData)
-    layer.customLayerData = {**data, KEY: {**data.get(KEY, {}), _ID: generation}}
+    write_layer_metadata(layer, _ID, generation)
 
 
 def stage_generations(stage: Stage) -> dict[Path, str]:
@@ -33,5 +31,4 @@ def generation_of_stage(stage: Stage, path: Path) -> dict[str, str]:
 
 def layer_generation(layer: Sdf.Layer) -> str:
     """Return the generation of a layer; "" where it has none."""
-    mine = layer.customLayerData.get(KEY)
-    return str(mine.get(_ID, "")) if isinstance(mine, Mapping) else ""
+    return str(read_layer_metadata(layer).get(_ID, ""))

@@ -10,6 +10,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.geometry.rigid_fit import Pose
+from usdface.io.usd.layer_samples import write_samples, write_value
 from usdface.io.usd.value_arrays import matrices
 from usdface.retarget.head_joint import face_joint
 from usdface.retarget.joint_motion import JointMotion, joint_track, matrices_of
@@ -148,11 +149,9 @@ def _author_root(
     """Author the motion after the SkelRoot's own transform ops, which place the character."""
     root = Sdf.CreatePrimInLayer(layer, path)
     local = carrier.to_rig @ matrices_of(motion) @ np.linalg.inv(carrier.to_rig)
-    _write_samples(layer, root, HEAD_OP, Sdf.ValueTypeNames.Matrix4d, codes, matrices(local))
-    order = root.attributes.get("xformOpOrder") or Sdf.AttributeSpec(
-        root, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, Sdf.VariabilityUniform
-    )
-    order.default = Vt.TokenArray([*carrier.ops, HEAD_OP])
+    write_samples(root, HEAD_OP, Sdf.ValueTypeNames.Matrix4d, codes, matrices(local))
+    order = Vt.TokenArray([*carrier.ops, HEAD_OP])
+    write_value(root, "xformOpOrder", Sdf.ValueTypeNames.TokenArray, order)
 
 
 def _author_joints(
@@ -171,11 +170,8 @@ def _author_joints(
     names, others = _authored_joints(stage, path, stage_codes)
     names = tuple(dict.fromkeys((*names, *own)))
     columns = [names.index(name) for name in own]
-    anim, kinds = Sdf.CreatePrimInLayer(layer, path), Sdf.ValueTypeNames
-    order = anim.attributes.get("joints") or Sdf.AttributeSpec(
-        anim, "joints", kinds.TokenArray, Sdf.VariabilityUniform
-    )
-    order.default = Vt.TokenArray(names)
+    anim = Sdf.CreatePrimInLayer(layer, path)
+    write_value(anim, "joints", Sdf.ValueTypeNames.TokenArray, Vt.TokenArray(names))
     for (name, kind, array), authored, parts in zip(
         _COMPONENTS, zip(*others, strict=True), zip(*tracks, strict=True), strict=True
     ):
@@ -184,7 +180,7 @@ def _author_joints(
         before = np.array([np.array(part) for part in authored])
         rows[:, : before.shape[1]] = before
         rows[:, columns] = values
-        _write_samples(layer, anim, name, kind, codes, map(array.FromNumpy, rows))
+        write_samples(anim, name, kind, codes, map(array.FromNumpy, rows))
 
 
 def _local(carrier: HeadCarrier, moved: JointMotion) -> FloatArray:
@@ -215,18 +211,3 @@ def _authored_joints(
     if any(part is None or len(part[0]) != len(names) for part in components):
         return (), no_components
     return names, components
-
-
-def _write_samples(
-    layer: Sdf.Layer,
-    prim: Sdf.PrimSpec,
-    name: str,
-    kind: Sdf.ValueTypeName,
-    codes: list[float],
-    values: object,
-) -> None:
-    if name not in prim.attributes:
-        Sdf.AttributeSpec(prim, name, kind, Sdf.VariabilityVarying)
-    path = prim.path.AppendProperty(name)
-    for code, value in zip(codes, values, strict=True):  # type: ignore[call-overload]
-        layer.SetTimeSample(path, code, value)

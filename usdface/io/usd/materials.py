@@ -15,6 +15,7 @@ from usdface.findings import Finding, finding
 from usdface.io.usd.conversion_metadata import read_metadata
 from usdface.io.usd.extras import read_extras
 from usdface.io.usd.preview_surface import Surface
+from usdface.io.usd.stage import stage_name
 from usdface.io.usd.textures import scale_of, value_of
 from usdface.materials import AlphaMode, Material, Texture
 from usdface.rigs import MaterialSubset, MaterialVariant, Mesh
@@ -25,7 +26,7 @@ _GREY, _BLACK = (0.18, 0.18, 0.18), (0.0, 0.0, 0.0)  # fallbacks of the schema
 
 
 def read_mesh_materials(
-    stage: Usd.Stage, meshes: tuple[Mesh, ...], asset_root: Path | None = None
+    stage: Usd.Stage, meshes: tuple[Mesh, ...], asset_root: Path | None
 ) -> tuple[tuple[Mesh, ...], tuple[Material, ...], list[Finding]]:
     """Read the materials that `meshes` name by prim path, and name them by their own names.
 
@@ -68,7 +69,7 @@ def report_unbound_materials(stage: Usd.Stage, meshes: Iterable[Mesh]) -> list[F
     paths = (str(p.GetPath()) for p in stage.Traverse() if p.IsA(UsdShade.Material))
     if not (names := [path for path in paths if path not in bound]):
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     return [finding("CHANNEL_IGNORED", where, "materials that no mesh shows: {channels}", names)]
 
 

@@ -40,7 +40,7 @@ def write_materials(
     scope: str,
     materials: tuple[Material, ...],
     target: Path,
-    read: Iterable[Path] = (),
+    read: Iterable[Path],
 ) -> tuple[dict[str, UsdShade.Material], list[Finding]]:
     """Define `materials` below the prim path `scope`; return them by original name.
 
@@ -121,7 +121,7 @@ def _surface_values(material: Material, shown: str) -> dict[str, tuple[Sdf.Value
 
 
 def _write_approximations(prim: Usd.Prim, material: Material, found: list[Finding]) -> None:
-    """Keep what the shader cannot show as metadata, and report it."""
+    """Keep properties that the shader cannot show as metadata, and report them."""
     path = str(prim.GetPath())
     if material.unlit:
         write_metadata(prim, "unlit", True)

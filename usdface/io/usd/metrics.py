@@ -11,10 +11,10 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import to_metres
 from usdface.io.usd.held_layers import hold_layers
+from usdface.takes import frame_step
 
 __all__ = [
     "Metrics",
-    "author_metrics",
     "codes_of",
     "metrics_of",
     "missing_metrics",
@@ -48,7 +48,7 @@ def new_stage(metrics: Metrics, default_prim: str = "") -> Usd.Stage:
     """Make an empty stage in memory whose root layer carries all of `metrics`."""
     stage = Usd.Stage.CreateInMemory()
     hold_layers(stage)
-    author_metrics(stage, metrics)
+    _author_metrics(stage, metrics)
     if default_prim:
         stage.SetDefaultPrim(UsdGeom.Xform.Define(stage, f"/{default_prim}").GetPrim())
     return stage
@@ -65,7 +65,7 @@ def new_layer(metrics: Metrics) -> Sdf.Layer:
     return layer
 
 
-def author_metrics(stage: Usd.Stage, metrics: Metrics) -> None:
+def _author_metrics(stage: Usd.Stage, metrics: Metrics) -> None:
     """Author units, up axis, clock and range on the stage's root layer."""
     UsdGeom.SetStageMetersPerUnit(stage, metrics.meters_per_unit)
     UsdGeom.SetStageUpAxis(stage, metrics.up_axis)
@@ -153,4 +153,4 @@ def codes_of(times: ArrayLike, rate: float) -> FloatArray:
 
 def rate_of(times: FloatArray) -> float:
     """Return a clock [Hz] for samples at `times` (F,) [s] that have no nominal rate."""
-    return float(1.0 / np.median(np.diff(times))) if len(times) > 1 else _FALLBACK_RATE
+    return 1.0 / frame_step(times) if len(times) > 1 else _FALLBACK_RATE

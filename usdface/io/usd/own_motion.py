@@ -17,7 +17,7 @@ from usdface.io.usd.world_transforms import world_transform
 from usdface.schemas import tokens
 from usdface.shot.shot import ShotResult
 
-__all__ = ["moving_joints", "own_joints", "report_replaced", "report_unmoved"]
+__all__ = ["own_joints", "report_replaced", "report_unmoved"]
 
 _MOVED = 1e-4  # of a component of a matrix: float32, and scales of 16 bits near 1, stay below
 
@@ -30,7 +30,7 @@ def report_replaced(staged: StagedShot, result: ShotResult) -> list[Finding]:
     joints = carrier.skeleton.joints
     head = (joints[carrier.joint],) if result.head_motion is not None else ()
     replaced = {*head, *(joints[each.joint] for each in result.eye_motions)}
-    own = [j for j in moving_joints(staged) if j in replaced]
+    own = [j for j in _moving_joints(staged) if j in replaced]
     found = []
     for joint in own:
         keep = "; `process --no-head` keeps it" if joint in head else ""
@@ -39,7 +39,7 @@ def report_replaced(staged: StagedShot, result: ShotResult) -> list[Finding]:
     return found
 
 
-def moving_joints(staged: StagedShot) -> tuple[str, ...]:
+def _moving_joints(staged: StagedShot) -> tuple[str, ...]:
     """Return the joints that the animation of a shot moves between the frames of the take.
 
     Not by the result of an earlier run.
@@ -101,7 +101,7 @@ def report_unmoved(staged: StagedShot, kept: Collection[str]) -> list[Finding]:
     """
     found = []
     message = "own motion of joint {joint} is left out; `usdface export` of the result keeps it"
-    for joint in moving_joints(staged):
+    for joint in _moving_joints(staged):
         if joint not in kept:
             found.append(finding("ANIMATION_DROPPED", staged.prims.animation, message, joint))
     skeletons, moving = skinned_by(staged.stage), dict[Sdf.Path, None]()

@@ -12,11 +12,9 @@ from pxr import Sdf, Usd, UsdShade
 from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
 from usdface.io.usd.textures import read_texture, scale_of, value_of
-from usdface.materials import Texture
+from usdface.materials import Colour, Texture
 
-__all__ = ["Colour", "Source", "Surface"]
-
-Colour = tuple[float, float, float]
+__all__ = ["Source", "Surface"]
 
 
 @dataclass(frozen=True, slots=True)

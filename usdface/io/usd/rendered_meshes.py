@@ -6,6 +6,7 @@ from pxr import Usd, UsdGeom, UsdMedia, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
+from usdface.io.usd.prim_walks import lineage, prims_without
 
 __all__ = [
     "outside_meshes",
@@ -72,42 +73,24 @@ def placed_roots(top: Usd.Prim) -> list[Usd.Prim]:
 
 def placed_meshes(root: Usd.Prim) -> list[Usd.Prim]:
     """Return the meshes under a SkelRoot without prototypes of instancers."""
-    found = []
-    prims = iter(Usd.PrimRange(root, _ALL))
-    for prim in prims:
-        if prim.IsA(UsdGeom.PointInstancer):
-            prims.PruneChildren()
-        elif prim.IsA(UsdGeom.Mesh):
-            found.append(prim)
-    return found
+    return [p for p in prims_without(root, UsdGeom.PointInstancer) if p.IsA(UsdGeom.Mesh)]
 
 
 def _is_prototype(prim: Usd.Prim) -> bool:
-    while prim and not prim.IsA(UsdGeom.PointInstancer):
-        prim = prim.GetParent()
-    return bool(prim)
+    return any(each.IsA(UsdGeom.PointInstancer) for each in lineage(prim))
 
 
 def outside_meshes(stage: Usd.Stage) -> list[Usd.Prim]:
     """Return the meshes outside of every SkelRoot, which no blend shape and no joint moves."""
-    found = []
-    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
-    for prim in prims:
-        if prim.IsA(UsdSkel.Root) or prim.IsA(UsdGeom.PointInstancer):
-            prims.PruneChildren()  # prototypes of instancers are not shown where they stand
-        elif prim.IsA(UsdGeom.Mesh):
-            found.append(prim)
-    return found
+    # Prototypes of instancers are not shown where they stand.
+    shown = prims_without(stage.GetPseudoRoot(), UsdSkel.Root, UsdGeom.PointInstancer)
+    return [prim for prim in shown if prim.IsA(UsdGeom.Mesh)]
 
 
 def visibility_changes(prim: Usd.Prim) -> bool:
     """Return whether a prim, or one above it, may be shown at some times only."""
-    while prim and not prim.IsPseudoRoot():
-        imageable = UsdGeom.Imageable(prim)
-        if imageable and changes(imageable.GetVisibilityAttr()):
-            return True
-        prim = prim.GetParent()
-    return False
+    imageables = (UsdGeom.Imageable(each) for each in lineage(prim))
+    return any(each and changes(each.GetVisibilityAttr()) for each in imageables)
 
 
 def report_unconverted(stage: Usd.Stage) -> list[Finding]:

@@ -88,14 +88,14 @@ def write_setup(
         _author_curves(prim, setup.curves)
     if setup.peaks:
         author(prim, tokens.PEAKS, _NAMES.IntArray, Vt.IntArray(setup.peaks))
-    for name, (field, kind) in _MAP.items():
-        author(prim, name, kind, getattr(setup.map, field))
-    for name, (field, kind) in _SOLVE.items():
-        author(prim, name, kind, getattr(setup.solve, field))
-    for name, (field, kind) in _CLEAN.items():
-        author(prim, name, kind, getattr(setup.clean, field))
-    for name, (field, kind) in _CLOSURE.items():
-        author(prim, name, kind, getattr(setup.closure, field))
+    for table, options in (
+        (_MAP, setup.map),
+        (_SOLVE, setup.solve),
+        (_CLEAN, setup.clean),
+        (_CLOSURE, setup.closure),
+    ):
+        for name, (field, kind) in table.items():
+            author(prim, name, kind, getattr(options, field))
     for part, factor in setup.exaggeration.items():
         prim.CreateAttribute(EXAGGERATION[part], _NAMES.Float, False).Set(factor)
     if setup.calibration is not None:

@@ -188,7 +188,7 @@ def _skinned_meshes(
 def _with_scene(
     rig: Rig, stage: Usd.Stage, top: Usd.Prim, si: FloatArray
 ) -> tuple[Rig, list[Finding]]:
-    """Return the rig with what stands around it: cameras, lights, groups, data of others."""
+    """Return the rig with its surroundings: cameras, lights, groups, data of others."""
     cameras, lights, findings = read_scene(stage, si)
     extras, new_findings = read_extras(top)
     findings += new_findings

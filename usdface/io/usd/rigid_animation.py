@@ -12,6 +12,7 @@ from usdface.io.prim_names import prim_names
 from usdface.io.transforms import along
 from usdface.io.usd.metrics import metrics_of, to_si
 from usdface.io.usd.motion_keys import motion_keys
+from usdface.io.usd.prim_walks import lineage
 from usdface.io.usd.skel_bindings import skinned_by
 from usdface.io.usd.skeletons import StagedSkeleton
 from usdface.io.usd.world_transforms import transform_codes
@@ -57,11 +58,10 @@ class RigidMotion:
 def transform_time_codes(prim: Usd.Prim) -> dict[Sdf.Path, list[float]]:
     """Return the time codes of the keys of the transforms of a prim and its ancestors."""
     found = {}
-    while prim and not prim.IsPseudoRoot():
-        xform = UsdGeom.Xformable(prim)
+    for each in lineage(prim):
+        xform = UsdGeom.Xformable(each)
         if xform and xform.TransformMightBeTimeVarying():
-            found[prim.GetPath()] = transform_codes(xform)
-        prim = prim.GetParent()
+            found[each.GetPath()] = transform_codes(xform)
     return found
 
 
@@ -124,7 +124,7 @@ def prefixes(
 
 
 def add_rigid_joints(
-    rig: Rig, motions: Sequence[RigidMotion], skeletons: Sequence[StagedSkeleton] = ()
+    rig: Rig, motions: Sequence[RigidMotion], skeletons: Sequence[StagedSkeleton]
 ) -> Rig:
     """Return the rig with a joint at the origin for each rigid motion."""
     if not motions:

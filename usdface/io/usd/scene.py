@@ -23,11 +23,11 @@ from usdface.io.transforms import rigid
 from usdface.io.usd.conversion_metadata import CONTENT_NAME, read_metadata, write_metadata
 from usdface.io.usd.dropped_scene_features import report_dropped_features
 from usdface.io.usd.extras import read_extras, write_extras
+from usdface.io.usd.prim_walks import prims_without
 from usdface.scene import Camera, Light
 
 __all__ = ["read_scene", "write_scene"]
 
-_ALL = Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate)
 _START = Usd.TimeCode.EarliestTime()
 _FAR = 1e6  # USD's own default; it has no infinity
 _APERTURE = 15.2908  # USD's default height of the film
@@ -49,11 +49,8 @@ def read_scene(
     lights: list[Light] = []
     found: list[Finding] = []
     xforms = UsdGeom.XformCache(_START)
-    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
-    for prim in prims:
-        if prim.IsA(UsdGeom.PointInstancer):
-            prims.PruneChildren()  # prototypes are not shown where they stand
-            continue
+    # Prototypes of instancers are not shown where they stand.
+    for prim in prims_without(stage.GetPseudoRoot(), UsdGeom.PointInstancer):
         shines = prim.HasAPI(UsdLux.LightAPI)
         if not prim.IsA(UsdGeom.Camera) and not shines:
             continue

@@ -85,9 +85,7 @@ def write_shot(
     return [path, *(place for place, _ in new)], findings
 
 
-def author_shot(
-    stage: Usd.Stage, scope: str, shot: Shot, take: str = "", start_code: float = 0.0
-) -> None:
+def author_shot(stage: Usd.Stage, scope: str, shot: Shot, take: str, start_code: float) -> None:
     """Author the setup of a shot on the edit target of the stage that its rig is on.
 
     Parameters

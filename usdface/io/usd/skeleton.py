@@ -15,7 +15,7 @@ _START = Usd.TimeCode.EarliestTime()
 
 
 def read_skeleton(
-    prim: UsdSkel.Skeleton, to_rig: FloatArray, moved: bool = False
+    prim: UsdSkel.Skeleton, to_rig: FloatArray, moved: bool
 ) -> tuple[Skeleton | None, list[Finding]]:
     """Return the skeleton with its joints in rig space; None where it moves nothing.
 

@@ -1,4 +1,4 @@
-"""Stages and layers opened, with what is wrong with them as one clear line."""
+"""Stages and layers opened; their faults are one clear line."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -14,7 +14,15 @@ from usdface.io.usd.sandbox import try_to_open
 from usdface.io.usd_names import unusable_part
 from usdface.plain_text import plain
 
-__all__ = ["Stage", "check_clocks", "default_prim", "is_usd", "open_layer", "open_stage"]
+__all__ = [
+    "Stage",
+    "check_clocks",
+    "default_prim",
+    "is_usd",
+    "open_layer",
+    "open_stage",
+    "stage_name",
+]
 
 # For those above io who pass a stage on without looking into it.
 Stage = Usd.Stage
@@ -87,6 +95,11 @@ def check_clocks(stage: Usd.Stage) -> None:
             raise InputError(
                 f"{where}: {name} is {clock:g}; expected a positive number", "SETTING_WRONG"
             )
+
+
+def stage_name(stage: Usd.Stage) -> str:
+    """Return the name of a stage in findings: that of its root layer."""
+    return stage.GetRootLayer().GetDisplayName() or "the stage"
 
 
 def is_usd(path: Path) -> bool:

@@ -1,4 +1,4 @@
-"""Opinions of stronger layers, which hide what is authored below them.
+"""Opinions of stronger layers, which hide those authored below them.
 
 USD takes the strongest opinion on an attribute whole: a single value hides all samples below it.
 """

@@ -104,7 +104,7 @@ def _read_markers(prim: Usd.Prim, frames: IntArray | None) -> tuple[MarkerTake, 
 def _world(prim: Usd.Prim, codes: FloatArray) -> FloatArray:
     """Return where a prim stands in the world at time codes (F,): (F, 4, 4), or (1, 4, 4) if still.
 
-    Programs author what stands still as one sample, too, which has no value without a time.
+    Programs author a still transform as one sample, too, which has no value without a time.
     """
     moments = codes if moves_in_world(prim) else codes[:1]
     return np.stack([world_transform(prim, code) for code in moments.tolist()])

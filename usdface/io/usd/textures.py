@@ -42,7 +42,7 @@ def scale_of(shader: UsdShade.Shader) -> tuple[float, ...]:
 
 
 def read_texture(
-    shader: UsdShade.Shader, found: list[Finding], asset_root: Path | None = None
+    shader: UsdShade.Shader, found: list[Finding], asset_root: Path | None
 ) -> Texture | None:
     """Return the image and placement of a UsdUVTexture; None, with a finding, for no image.
 
@@ -93,7 +93,7 @@ def read_texture(
 
 
 def _changing_inputs(shader: UsdShade.Shader) -> list[str]:
-    """Return the inputs of a texture, and of what moves it on the mesh, that change."""
+    """Return the inputs of a texture, and of its transforms on the mesh, that change."""
     parts, mover = [shader], _upstream(shader, "st")
     if mover is not None and mover.GetShaderId() == "UsdTransform2d":
         parts.append(mover)

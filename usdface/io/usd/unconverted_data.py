@@ -7,6 +7,8 @@ from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdMedia, UsdShade, UsdSkel
 from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
 from usdface.io.usd.extras import USER_PROPERTIES, read_extras
+from usdface.io.usd.prim_walks import prims_without
+from usdface.io.usd.stage import stage_name
 from usdface.io.usd.variant_stages import stage_with_variant
 
 __all__ = [
@@ -62,7 +64,7 @@ def report_unconverted_data(stage: Usd.Stage, kept: Collection[str], top: str) -
     ]
     if not lost:
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = "custom attributes and metadata that usdface does not keep: {channels}"
     return [finding("CHANNEL_IGNORED", where, message, lost)]
 
@@ -121,7 +123,7 @@ def report_unconverted_variants(
     ]
     if not lost:
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = "only the selected variant is converted of {variants}"
     return [finding("FEATURE_DROPPED", where, message, lost, feature="variants")]
 
@@ -186,11 +188,9 @@ def report_unbound_skeletons(stage: Usd.Stage, bound: Collection[Usd.Prim]) -> l
     """Return FEATURE_DROPPED for skeletons with joints that bind no mesh."""
     read = {skeleton.GetPath() for skeleton in bound}
     found = []
-    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
-    for prim in prims:
-        if prim.IsA(UsdGeom.PointInstancer):
-            prims.PruneChildren()  # prototypes are not shown where they stand
-        elif prim.IsA(UsdSkel.Skeleton) and prim.GetPath() not in read:
+    # Prototypes of instancers are not shown where they stand.
+    for prim in prims_without(stage.GetPseudoRoot(), UsdGeom.PointInstancer):
+        if prim.IsA(UsdSkel.Skeleton) and prim.GetPath() not in read:
             joints = list(map(str, UsdSkel.Skeleton(prim).GetJointsAttr().Get() or ()))
             message = "the skeleton is left out, as it is bound to no mesh: {names}"
             where = str(prim.GetPath())
@@ -214,24 +214,21 @@ def report_lost_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]
     empty, others = [], []
     roots = [prim.GetPath() for prim in stage.Traverse(_ALL) if prim.IsA(UsdSkel.Root)]
     above = {path for root in roots for path in root.GetPrefixes()}
-    prims = iter(Usd.PrimRange(stage.GetPseudoRoot(), _ALL))
-    for prim in prims:
+    # Prototypes of instancers are not shown where they stand.
+    for prim in prims_without(stage.GetPseudoRoot(), UsdGeom.PointInstancer):
         path = prim.GetPath()
-        if prim.IsA(UsdGeom.PointInstancer):
-            prims.PruneChildren()  # prototypes are not shown where they stand
-        elif prim.GetTypeName() != "Xform" or str(path) in kept:
+        if prim.GetTypeName() != "Xform" or str(path) in kept:
             continue
-        elif _is_empty(prim):
+        if _is_empty(prim):
             empty.append(str(path))
         elif path not in above and _holds_others(prim):
             others.append(str(path))
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
     messages = {
         "{node_count} Xforms that carry nothing are left out: {nodes}": empty,
         "of {node_count} Xforms only the contents are kept: {nodes}": others,
     }
     return [
-        finding("NODES_DROPPED", where, message, len(paths), paths)
+        finding("NODES_DROPPED", stage_name(stage), message, len(paths), paths)
         for message, paths in messages.items()
         if paths
     ]

@@ -25,7 +25,7 @@ __all__ = ["report_unconverted_scene"]
 def report_unconverted_scene(
     stage: Usd.Stage, meshes: Sequence[Mesh], top: Usd.Prim | None
 ) -> list[Finding]:
-    """Return findings on what a stage has beside the meshes of its rig.
+    """Return findings on the contents of a stage beside the meshes of its rig.
 
     Parameters
     ----------

@@ -24,7 +24,7 @@ _TYPES = (".png", ".jpg", ".jpeg", ".exr", ".avif", ".m4a", ".mp3", ".wav")
 
 
 def localise(
-    flat: Sdf.Layer, stage: Usd.Stage, asset_root: Path | None = None
+    flat: Sdf.Layer, stage: Usd.Stage, asset_root: Path | None
 ) -> tuple[dict[str, bytes], list[Finding]]:
     """Let a flattened layer name the files of its package, and return these by name.
 

@@ -4,6 +4,7 @@ import numpy as np
 from pxr import Usd, UsdGeom
 
 from usdface.arrays import FloatArray
+from usdface.io.usd.prim_walks import lineage
 
 __all__ = ["moves_in_world", "transform_codes", "world_transform"]
 
@@ -15,11 +16,8 @@ def world_transform(prim: Usd.Prim, code: float) -> FloatArray:
 
 def moves_in_world(prim: Usd.Prim) -> bool:
     """Return whether the transform of a prim, or of one above it, may vary over time."""
-    while prim and not prim.IsPseudoRoot():
-        if prim.IsA(UsdGeom.Xformable) and UsdGeom.Xformable(prim).TransformMightBeTimeVarying():
-            return True
-        prim = prim.GetParent()
-    return False
+    xforms = (UsdGeom.Xformable(each) for each in lineage(prim))
+    return any(xform and xform.TransformMightBeTimeVarying() for xform in xforms)
 
 
 def transform_codes(xform: UsdGeom.Xformable) -> list[float]:

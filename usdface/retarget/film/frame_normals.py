@@ -12,13 +12,8 @@ from scipy.linalg.lapack import dpbtrs
 from usdface.arrays import FloatArray
 from usdface.retarget.solver.backend import on_all_cores
 from usdface.retarget.solver.bounds import Bounds
-from usdface.retarget.solver.temporal_solve import (
-    RELAXATION,
-    Iterate,
-    joined_limits,
-    obeying,
-    shared_system,
-)
+from usdface.retarget.solver.shared_system import joined_limits, shared_system
+from usdface.retarget.solver.temporal_solve import RELAXATION, Iterate, obeying
 from usdface.retarget.take_pieces import pieces
 
 __all__ = ["solve_by_frame"]

@@ -95,6 +95,7 @@ def start_pose(points: FloatArray, image: FloatArray, camera: PinholeCamera) -> 
         In head space.
     image : (F, M, 2) float64 [px]
         NaN where occluded; at least two are visible in each frame.
+    camera : PinholeCamera
     """
     size, centre, middle = fit_scale_and_translation(points[:, :2], image)  # px per metre, px, m
     distance = camera.focal_length / size

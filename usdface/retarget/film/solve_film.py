@@ -113,7 +113,17 @@ def solve_film(
             look, pose, rest = aligned_head(look, pose, rest, film.face, deviation)
             deep = rest[:, 2]
             pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
-        head = FilmedHead(film.take.names, camera, pose, rest, moved, look, beside, facing, errors)
+        head = FilmedHead(
+            markers=film.take.names,
+            camera=camera,
+            pose=pose,
+            rest=rest,
+            moved=moved,
+            rest_pose=look,
+            beside=beside,
+            facing=facing,
+            errors=errors,
+        )
         left = rms((film.image - camera.image(pose.to_take(rest + moved))) / errors[:, None])
         still = head.still(filmed.take).positions
         if done > 1 and rms(still - before) < _SETTLED * left / head.metre:

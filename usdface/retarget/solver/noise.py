@@ -111,12 +111,12 @@ class ResidualSpace:
     frames : (K,) int64
         Frames that are used.
     occluded : OccludedDirections
-        What is occluded in these frames.
+        The occluded directions in these frames.
     lags : tuple of int
         Frames after which errors are independent (`independent_lags`).
     windows : dict of int to _Windows
-        What is occluded in third differences, as far as noise has been measured: rounds measure
-        that of the same frames again.
+        The occluded directions in third differences, by lag, as far as noise has been measured:
+        rounds measure that of the same frames again.
     """
 
     basis: FloatArray
@@ -234,7 +234,7 @@ class ResidualSpace:
         return float(np.sqrt(np.quantile(variances, share, method="weibull") / THIRD_DIFFERENCE))
 
     def _windows_of(self, lag: int) -> "_Windows":
-        """Return what third differences of frames that are a `lag` show."""
+        """Return the third differences of frames that are a `lag` apart."""
         if lag not in self.windows:
             four = np.lib.stride_tricks.sliding_window_view(self.seen, 3 * lag + 1, axis=0)
             seen: BoolArray = np.asarray(four[..., ::lag].all(axis=-1))
@@ -270,7 +270,7 @@ class ResidualSpace:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Windows:
-    """Third differences that are used: the first frame of each (K,), and what is occluded."""
+    """Third differences that are used: the first frame (K,) and the occluded directions of each."""
 
     frames: IntArray
     occluded: OccludedDirections

@@ -98,7 +98,7 @@ def _kept(spans: Iterable[_Span]) -> list[_Span] | None:
 
 
 def _span(columns: FloatArray) -> _Span:
-    """Return the span of the columns (R, H): what is explained anyway adds nothing to it.
+    """Return the span of the columns (R, H): explained directions add nothing to it.
 
     It is that of the left singular vectors of values above `NOTHING`. Where no value is near that,
     normal equations find it in a third of the time.

@@ -92,7 +92,7 @@ class PlayerMesh:
         At rest, the vertices that faces use; one that primitives with other attributes share
         is there once for each. Normals are None where there are none, or where a target moves
         points but not normals: players differ then.
-    moves, turns : ShownTargets
+    moves, turns : PlayerTargets
         Morph targets of points and normals.
     weights : Sampled
     inbetweens : tuple of (int, int, float)
@@ -138,7 +138,7 @@ class PlayerMesh:
         return self._in_blocks(times, lambda block: self._turned(normals, block))
 
     def steps_at(self, times: FloatArray) -> StoredSteps | None:
-        """Return the rounding of what is stored as whole numbers, at `times` (F,) [s]."""
+        """Return the rounding of values that are stored as whole numbers, at `times` (F,) [s]."""
         if self.halves is None:
             return None
         stretch = np.broadcast_to(self.space.stretch(times), (len(times), 2))

@@ -7,22 +7,20 @@ Source: glTF 2.0 specification, sections 3.5 (node transforms), 3.6.2 (accessors
 targets), 3.7.3 (skins), 3.11 (animations), appendix C (interpolation).
 """
 
-import json
 import struct
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray
-from usdface.certificate.stored_steps import HalfSteps
+from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.gltf.reference_player.deformed_mesh import PlayerMesh, Sampled
 from usdface.io.gltf.reference_player.gltf_file import PlayerFile
-from usdface.io.gltf.reference_player.morph_targets import PlayerTargets, Target
-from usdface.io.gltf.reference_player.node_motion import PlayerNodes, Space
+from usdface.io.gltf.reference_player.node_motion import PlayerNodes
+from usdface.io.gltf.reference_player.still_meshes import StillMesh, read_mesh
 
 __all__ = ["PlayerClip", "evaluate_clips"]
 
@@ -32,7 +30,6 @@ _BROKEN = (
     struct.error,
 )
 _TRANSFORMS = ("translation", "rotation", "scale")
-_Space = Callable[[PlayerNodes], Space]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -78,7 +75,9 @@ class _Scene(PlayerFile):
         self._expand(nodes)
         parents = self._parents(nodes)
         still = PlayerNodes(nodes, parents, {})
-        meshes = [(n, self._mesh(n, still)) for n in parents if nodes[n].get("mesh") is not None]
+        meshes = [
+            (n, read_mesh(self, n, still)) for n in parents if nodes[n].get("mesh") is not None
+        ]
         meshes = [(node, part) for node, part in meshes if len(part.mesh.points)]
         clips = []
         for number, animation in enumerate(self.json.get("animations", [])):
@@ -161,7 +160,7 @@ class _Scene(PlayerFile):
         name: str,
         curves: dict[tuple[int, str], Sampled],
         still: PlayerNodes,
-        meshes: list[tuple[int, "_Part"]],
+        meshes: list[tuple[int, StillMesh]],
     ) -> PlayerClip:
         transforms = {place: c for place, c in curves.items() if place[1] in _TRANSFORMS}
         moving = PlayerNodes(still.nodes, still.parents, transforms)
@@ -180,149 +179,6 @@ class _Scene(PlayerFile):
         times = np.unique(np.concatenate([np.zeros(0), *(curve.times for curve in used)]))
         cubic = any(curve.interpolation == "CUBICSPLINE" for curve in used)
         return PlayerClip(name, tuple(shown), times, cubic, self.decoded)
-
-    def _mesh(self, node: int, still: PlayerNodes) -> "_Part":
-        n = self.json["nodes"][node]
-        mesh = self.json["meshes"][n["mesh"]]
-        parts = [p for p in mesh["primitives"] if p.get("mode", 4) in (4, 5, 6)]
-        # Primitives that share their vertices are one; only used vertices are shown.
-        blocks: dict[str, tuple[dict[str, Any], list[IntArray]]] = {}
-        for part in parts:
-            key = json.dumps([part["attributes"], part.get("targets", [])], sort_keys=True)
-            used = self.json["accessors"][part["attributes"]["POSITION"]]["count"]
-            corners = (
-                self.accessor(part["indices"])[:, 0].astype(np.int64)
-                if "indices" in part
-                else np.arange(used)
-            )
-            blocks.setdefault(key, (part, []))[1].append(corners)
-        read = [self._block(p, np.unique(np.concatenate(c))) for p, c in blocks.values()]
-        count = max((len(b["moves"].targets) for b in read), default=0)
-        extras = mesh.get("extras") or {}
-        names = (extras.get("usdface") or {}).get("names") or self._target_names(n, mesh)
-        targets = tuple(str(names[k]) if k < len(names) else f"target_{k}" for k in range(count))
-        rest = n.get("weights") or mesh.get("weights") or [0.0] * count
-        points = np.concatenate([np.zeros((0, 3)), *(b["points"] for b in read)])
-        normals = None
-        if all(b["normals"] is not None for b in read):
-            normals = np.concatenate([np.zeros((0, 3)), *(b["normals"] for b in read)])
-        nodes, space = self._placed(node, read)
-        shown = PlayerMesh(
-            n.get("name") or mesh.get("name") or "Mesh",
-            targets,
-            points,
-            normals,
-            PlayerTargets.side_by_side([b["moves"] for b in read], count),
-            PlayerTargets.side_by_side([b["turns"] for b in read], count),
-            Sampled(np.zeros(1), np.array([rest], np.float64).reshape(1, count)),
-            _inbetweens(mesh.get("extras"), targets),
-            space(still),
-            self._half_steps([b["part"] for b in read], count),
-        )
-        return _Part(shown, nodes, space)
-
-    def _target_names(self, node: dict[str, Any], mesh: dict[str, Any]) -> list[Any]:
-        """Return the names of a mesh's targets: by it, its primitives, its node, its accessors."""
-        primitives = mesh["primitives"]
-        for holder in (mesh, *primitives, node):
-            if names := (holder.get("extras") or {}).get("targetNames"):
-                return list(names)
-        targets = primitives[0].get("targets", []) if primitives else []
-        held = [self.json["accessors"][t["POSITION"]] for t in targets if "POSITION" in t]
-        names = [accessor.get("name") or "" for accessor in held]
-        return names if all(names) and len({*names}) == len(targets) else []
-
-    def _block(self, part: dict[str, Any], used: IntArray) -> dict[str, Any]:
-        at = part["attributes"]
-        points = self.accessor(at["POSITION"])[used].astype(np.float64)
-
-        def target(stored: dict[str, Any], attribute: str) -> Target:
-            if attribute not in stored:
-                return Target.of(np.zeros((0, 3), np.float32))
-            return Target.of(self.accessor(stored[attribute])[used].astype(np.float32))
-
-        def targets(attribute: str) -> PlayerTargets:
-            stored = part.get("targets", [])
-            return PlayerTargets(len(used), tuple(target(one, attribute) for one in stored))
-
-        lit = "NORMAL" in at and all("NORMAL" in t for t in part.get("targets", []))
-        return {
-            "points": points,
-            "normals": self.accessor(at["NORMAL"])[used].astype(float) if lit else None,
-            "moves": targets("POSITION"),
-            "turns": targets("NORMAL"),
-            "part": part,
-            "at": at,
-            "used": used,
-        }
-
-    def _half_steps(self, parts: list[dict[str, Any]], count: int) -> HalfSteps | None:
-        """Return the half-steps of a mesh with `count` targets; None where all are floats."""
-
-        def largest(attribute: str, stored: list[dict[str, Any]]) -> float:
-            given = (part[attribute] for part in stored if attribute in part)
-            return max(map(self.half_step, given), default=0.0)
-
-        whole = [part["attributes"] for part in parts]
-        targets = [
-            [part["targets"][k] for part in parts if k < len(part.get("targets", []))]
-            for k in range(count)
-        ]
-        halves = HalfSteps(
-            largest("POSITION", whole),
-            largest("NORMAL", whole),
-            np.array([largest("POSITION", stored) for stored in targets]),
-            np.array([largest("NORMAL", stored) for stored in targets]),
-        )
-        return halves if halves.any else None
-
-    def _placed(self, node: int, read: list[dict[str, Any]]) -> tuple[tuple[int, ...], _Space]:
-        """Return the nodes that place a mesh, and how."""
-        n = self.json["nodes"][node]
-        if "skin" not in n or not all("JOINTS_0" in b["at"] for b in read):
-            return (node,), lambda nodes: nodes.of_node(node)
-        skin = self.json["skins"][n["skin"]]
-        from scipy.sparse import csr_array  # only skins need it
-
-        joints = tuple(skin["joints"])
-        inverse = np.tile(np.eye(4), (len(joints), 1, 1))
-        if "inverseBindMatrices" in skin:
-            stored = self.accessor(skin["inverseBindMatrices"]).astype(np.float64)
-            inverse = stored.reshape(-1, 4, 4).swapaxes(1, 2)[: len(joints)]  # columns come first
-        rows, columns, values = [], [], []
-        start = 0
-        for block in read:
-            own = np.arange(start, start + len(block["used"]))
-            start += len(block["used"])
-            number = 0
-            while f"JOINTS_{number}" in block["at"]:
-                influences = self.accessor(block["at"][f"JOINTS_{number}"])[block["used"]]
-                weights = self.accessor(block["at"][f"WEIGHTS_{number}"])[block["used"]]
-                rows.append(np.repeat(own, influences.shape[1]))
-                columns.append(influences.ravel().astype(np.int64))
-                values.append(weights.ravel().astype(np.float64))
-                number += 1
-        held = np.concatenate(values).clip(min=0), (np.concatenate(rows), np.concatenate(columns))
-        weights = csr_array(held, shape=(start, len(joints)))
-        # As programs do on loading; vertices without influences go to the first joint.
-        total = np.bincount(held[1][0], held[0], start)
-        if not total.all():
-            alone, first = np.unique(held[1][0], return_index=True)
-            lost = first[total[alone] == 0]
-            places = (held[1][0][lost], held[1][1][lost])
-            weights = weights + csr_array((np.ones(len(lost)), places), shape=weights.shape)
-            total = np.where(total == 0, 1.0, total)
-        weights = weights.multiply(1 / total[:, None]).tocsr()
-        return joints, lambda nodes: nodes.of_skin(joints, inverse, weights)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Part:
-    """A mesh that stands still, the nodes that would move it, and its space when nodes move."""
-
-    mesh: PlayerMesh
-    nodes: tuple[int, ...]
-    space: _Space
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -353,11 +209,3 @@ def _chain(node: int, parents: Mapping[int, int]) -> list[int]:
         chain.append(node)
         node = parents[node]
     return chain
-
-
-def _inbetweens(extras: Any, targets: tuple[str, ...]) -> tuple[tuple[int, int, float], ...]:
-    notes = ((extras or {}).get("usdface") or {}).get("inbetweens") or []
-    return tuple(
-        (targets.index(note["target"]), targets.index(note["shape"]), float(note["weight"]))
-        for note in notes
-    )
