@@ -6,8 +6,8 @@ PLUGIN_CONFLICT. Nothing is skipped silently: an entry point that cannot be used
 finding if another one reads the file, else an error.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -103,12 +103,15 @@ class FormatTable(Generic[F]):
         For messages: "take files", "read".
     built_in : tuple of FileFormat
         Of usdface itself; at most one fits any file.
+    remedies : mapping of str to str
+        What to do with files that are none of these, by their suffix, for messages.
     """
 
     kind: type[F]
     group: str
     purpose: tuple[str, str]
     built_in: tuple[F, ...]
+    remedies: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def summary(self) -> str:
@@ -155,6 +158,8 @@ class FormatTable(Generic[F]):
             if len(families) > _SHOWN:
                 expected += " (`usdface formats` lists them)"
         message = f"{path}: {kind} are not {verb}; expected {expected}"
+        if remedy := "" if path.is_dir() else self.remedies.get(path.suffix.lower()):
+            message += f"; {remedy}"
         failed = [f"{f.where} {f.message}" for f in findings if f.code == "PLUGIN_FAILED"]
         if failed:
             raise PluginError(f"{message}; {'; '.join(failed)}")
