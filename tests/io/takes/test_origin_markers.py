@@ -85,3 +85,9 @@ def test_one_that_passes_the_origin_is_kept() -> None:
     assert not lone_origins(positions).any()
     assert not lone_origins(take((0, 1.6, 0))).any()  # it has no other places
     assert not lone_origins(np.zeros((5, 20, 3))).any()
+
+
+def test_three_markers_do_not_show_where_the_face_is() -> None:
+    positions = take((0, 1.6, 0))[:, 5:8]
+    positions[3, 1] = 0
+    assert not lone_origins(positions).any()

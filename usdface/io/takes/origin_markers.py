@@ -59,6 +59,8 @@ def lone_origins(positions: FloatArray) -> BoolArray:
     if not len(some):
         return np.zeros(zero.shape, bool)
     ever = np.flatnonzero(known.any(axis=0))
+    if len(ever) <= _FEWEST:
+        return np.zeros(zero.shape, bool)
     places = np.nanmedian(np.where(known[:, ever, None], positions[:, ever], np.nan), axis=0)
     own = places[np.searchsorted(ever, some)]
     away = np.linalg.norm(own, axis=1) > _AWAY * np.linalg.norm(np.ptp(places, axis=0))
