@@ -66,6 +66,15 @@ def test_a_file_for_another_command_is_sent_there(
         table.find(take_file(tmp_path, name))
 
 
+def test_of_a_folder_the_files_that_would_be_read_are_named(tmp_path: Path) -> None:
+    for name in ("b.C3D", "a.trc", "notes.md"):
+        take_file(tmp_path, name)
+    with pytest.raises(
+        InputError, match=r"not read; expected .*; name a file in it: a\.trc, b\.C3D$"
+    ):
+        TAKE_READERS.find(tmp_path)
+
+
 def test_no_entry_point_is_looked_up_for_files_that_usdface_reads(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -25,6 +25,7 @@ F = TypeVar("F", bound=FileFormat)
 _ERRORS = UsdFaceError.__module__
 _MISTAKES = (Exception, SystemExit)  # of code that is not ours
 _SHOWN = 4  # formats that an error names; a line of all that takes may have is not read
+_SHOWN_FILES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,12 +159,20 @@ class FormatTable(Generic[F]):
             if len(families) > _SHOWN:
                 expected += " (`usdface formats` lists them)"
         message = f"{path}: {kind} are not {verb}; expected {expected}"
-        if remedy := "" if path.is_dir() else self.remedies.get(path.suffix.lower()):
+        if remedy := self._remedy(path):
             message += f"; {remedy}"
         failed = [f"{f.where} {f.message}" for f in findings if f.code == "PLUGIN_FAILED"]
         if failed:
             raise PluginError(f"{message}; {'; '.join(failed)}")
         raise InputError(message, "FILE_KIND_UNKNOWN")
+
+    def _remedy(self, path: Path) -> str:
+        """Return what to do with a file or folder that no format fits; "" if nothing is known."""
+        if not path.is_dir():
+            return self.remedies.get(path.suffix.lower(), "")
+        suffixes = suffixes_of(self.built_in)
+        names = sorted(each.name for each in path.iterdir() if each.suffix.lower() in suffixes)
+        return f"name a file in it: {listed(names, _SHOWN_FILES)}" if names else ""
 
     def of_other_packages(self) -> tuple[list[Registered[F]], list[Finding]]:
         """Return the formats that other packages add, without suffixes that usdface has itself."""
