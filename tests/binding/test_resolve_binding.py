@@ -136,6 +136,21 @@ def test_swapped_labels_are_put_right_before_frames_and_places_are_looked_for(
     assert found["markers"] == right["markers"] and found["neutral"] == right["neutral"]
 
 
+@pytest.mark.slow
+def test_a_marker_that_is_far_off_for_a_while_moves_neither_frames_nor_places(
+    folder: Path, world: World
+) -> None:
+    right, _ = written(folder)
+    away = world.take.positions.copy()
+    away[len(away) // 2 : 3 * len(away) // 5, 1] += (0.6, 0.4, 0.0)
+    write_take(replace(world.take, positions=away), folder / "take.usda")
+    found, _ = written(folder)
+    assert found["neutral"] == right["neutral"]
+    assert [each["point"] for each in found["markers"].values()] == [
+        each["point"] for each in right["markers"].values()
+    ]
+
+
 def test_weights_of_the_neutral_reach_the_shot(folder: Path, world: World) -> None:
     weights = {world.rig.meshes[0].shape_names[0]: 0.125}
     neutral = {"start": 0, "end": 3, "weights": weights}

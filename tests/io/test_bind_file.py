@@ -153,7 +153,7 @@ def test_files_that_are_no_binding_are_refused(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r"bad\.json"):
             read_bind(tmp_path / "bad.json")
     (tmp_path / "bad.json").write_bytes(b"\xff\xfe\x00")
-    with pytest.raises(InputError, match=r"bad\.json"):
+    with pytest.raises(InputError, match=r"bad\.json is no text; expected JSON"):
         read_bind(tmp_path / "bad.json")
     assert json.loads(bind_json(SETUPS[0]))["mesh"] == "/Asset/Face/Head"
 

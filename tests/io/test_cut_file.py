@@ -45,10 +45,13 @@ def test_nonsense_is_no_timecode(text: str) -> None:
         timecode_seconds(text, 24.0, "take")
 
 
-def test_the_clips_of_an_edl_have_name_reel_and_range(tmp_path: Path) -> None:
+@pytest.mark.parametrize("hour", ["00", "01"])
+def test_the_clips_of_an_edl_have_name_reel_and_range(hour: str, tmp_path: Path) -> None:
+    """Whatever the hour at which its record begins, as a programme's at one."""
     pytest.importorskip("opentimelineio", reason="cuts need usdface[otio]")
+    text = EDL.replace(" 00:00:", f" {hour}:00:")
     # With the byte order mark of some editors.
-    (tmp_path / "reel.edl").write_text(EDL, encoding="utf-8-sig")
+    (tmp_path / "reel.edl").write_text(text, encoding="utf-8-sig")
     events, findings = read_cut(tmp_path / "reel.edl")
     assert [(e.name, e.media, e.start, e.frames, e.rate) for e in events] == [
         ("sq010_0010", ("A010",), 3602.0, 48, 24.0),

@@ -47,6 +47,34 @@ def test_the_table_of_usdface_loads_and_names_every_suffix(table: FormatTable) -
         assert all(suffix in table.summary for suffix in each.suffixes)
 
 
+@pytest.mark.parametrize(
+    ("table", "name", "remedy"),
+    [
+        (RIG_READERS, "face.obj", "name the folder"),
+        (RIG_READERS, "face.FBX", "export the character as glTF or USD"),
+        (RIG_READERS, "take.c3d", "`usdface take` reads a recording"),
+        (TAKE_READERS, "head.glb", "`usdface rig` reads a character"),
+    ],
+)
+def test_a_file_for_another_command_is_sent_there(
+    tmp_path: Path,
+    table: FormatTable,  # type: ignore[type-arg]
+    name: str,
+    remedy: str,
+) -> None:
+    with pytest.raises(InputError, match=f"are not read; expected .*; {remedy}"):
+        table.find(take_file(tmp_path, name))
+
+
+def test_of_a_folder_the_files_that_would_be_read_are_named(tmp_path: Path) -> None:
+    for name in ("b.C3D", "a.trc", "notes.md"):
+        take_file(tmp_path, name)
+    with pytest.raises(
+        InputError, match=r"not read; expected .*; name a file in it: a\.trc, b\.C3D$"
+    ):
+        TAKE_READERS.find(tmp_path)
+
+
 def test_no_entry_point_is_looked_up_for_files_that_usdface_reads(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

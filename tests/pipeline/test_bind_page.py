@@ -38,6 +38,19 @@ def test_a_shot_shows_its_own_binding(done: Done, tmp_path: Path) -> None:
     assert data["nose_tip"] == "nose" and data["neutral"] == [0, data["document"]["neutral"]["end"]]
 
 
+def test_a_binding_that_was_written_for_the_rig_begins_the_page_of_its_shot(
+    done: Done, tmp_path: Path
+) -> None:
+    """Its mesh is a path of the rig, which has another in the shot."""
+    bind = json.loads((done.folder / "bind.json").read_text())
+    bind["markers"]["chin"] = {"point": 3}
+    (tmp_path / "made.json").write_text(json.dumps(bind | {"mesh": "/Asset/Face/head"}))
+    make_bind_page(done.folder / "shot.usda", tmp_path / "a.html", bind=tmp_path / "made.json")
+    data = data_of(tmp_path / "a.html")
+    assert {row["name"]: row["point"] for row in data["markers"]}["chin"] == 3
+    assert data["document"]["mesh"] == "head"
+
+
 def test_a_take_that_nothing_can_be_proposed_for_is_placed_by_hand(tmp_path: Path) -> None:
     world = make_world(head_moves=False)
     still = np.repeat(world.take.positions[:1], len(world.take.times), axis=0)

@@ -28,6 +28,8 @@ def test_weights_recorded_by_a_phone_play_by_name(
     run("take", folder / "phone.csv", "-o", folder / "take.usda")
     shot = shoot(folder)
     assert "EXPRESS_SKIPPED" in codes_in(report(tmp_path, "process", shot))
+    assert main(["process", str(shot), "--gains", "joy=0.5"]) == 0
+    assert "the gains of emotions change nothing" in capfd.readouterr().out
     assert main(["fuzzy", "explain", str(shot)]) == 1
     error = capfd.readouterr().err
     assert "`usdface shot` designs one where markers are bound" in error

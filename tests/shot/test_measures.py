@@ -81,6 +81,17 @@ def test_a_head_that_is_not_taken_out_is_no_motion_of_the_face(shot: Shot) -> No
     assert verdict_on(replace(shot, setup=setup)).level == "not_usable"
 
 
+def test_one_marker_on_a_wrong_vertex_is_named(shot: Shot) -> None:
+    """It hardly raises the misfit of all, and the solve of the others is as good."""
+    binding = shot.setup.binding
+    lip, nose = (binding.markers.index(name) for name in ("lip_upper", "nose_tip"))
+    vertices = binding.points.copy()
+    vertices[lip] = vertices[nose]
+    verdict = verdict_on(with_vertices(shot, vertices))
+    assert codes(verdict) == ["PLACE_WRONG"]
+    assert verdict.reasons[0].measured.where == ("lip_upper",)
+
+
 @pytest.mark.slow
 def test_exchanged_places_are_not_usable_and_named(shot: Shot) -> None:
     binding = shot.setup.binding

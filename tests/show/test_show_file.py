@@ -113,8 +113,11 @@ def test_shots_that_are_there_are_found_by_pattern(tmp_path: Path) -> None:
         ("shots = 3", "expected a list"),
         ("shotz = []", "did you mean shots"),
         ("[[shots]]\ntake = 'a'", "has no rig"),
-        ("[[shots]]\nrig = 'a'\nname = 'x'", "has no take"),
-        ("[[shots]]\ntake = 'a'\nrig = 'b'\ncharacter = 'mia'", "no character 'mia'"),
+        ("[[shots]]\nrig = 'a'\nname = 'x'", r"shot 1 \(x\) has no take"),
+        (
+            "[[shots]]\ntake = 'a'\nrig = 'b'\ncharacter = 'mia'",
+            r"'mia'; add a table \[characters\.mia\]",
+        ),
         ("[[shots]]\ntake = 'a'\nrig = 'b'\ngian = 1", "did you mean gain"),
         ("[[shots]]\ntake = 'a'\nrig = 'b'\nname = '../x'", "cannot be the name"),
         ("[[shots]]\ntake = 'a'\nrig = 'b'\nneutral = [1.5, 2]", "frame index"),
@@ -128,7 +131,7 @@ def test_shots_that_are_there_are_found_by_pattern(tmp_path: Path) -> None:
         ("files = ['*']\nprocess = {express = 1}", "true or false"),
         ("files = ['*']\nprocess = {deliver = {start = 9, end = 1}}", "ends at 1"),
         ("files = ['*']\nprocess = {deliver = {start = 1.5}}", "expected a number"),
-        ("files = ['*']\nprocess = {deliver = {first = 1}}", "unknown key"),
+        ("files = ['*']\nprocess = {deliver = {first = 1}}", "known: start, end, handles, rate"),
         ("files = ['*']\nprocess = {exaggeration = {nose = 2}}", "nose"),
         ("files = ['*']\nprocess = {exaggeration = 1.2}", "exaggeration is 1.2; expected a table"),
         (

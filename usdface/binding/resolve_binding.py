@@ -185,12 +185,15 @@ def _of_weights(
 
 
 def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
-    """Return the take with labels corrected, or an image's without jumps, as the solve has it."""
+    """Return the take with labels corrected and without jumps, as the solve has it.
+
+    Of a film labels are as its dots were followed.
+    """
     film, clean = take.dimension == 2, setup.clean
     only = CleanOptions(
         blinks=film and clean.blinks,
         swaps=not film and clean.swaps,
-        spikes=film and clean.spikes,
+        spikes=clean.spikes,
         gaps=False,
     )
     cleaned, _ = clean_take(take, take.names, only, moving=setup.head != "stabilised")

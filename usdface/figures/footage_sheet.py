@@ -1,17 +1,25 @@
 """Contact sheet of tracked footage: every n-th image with its labelled dots."""
 
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import numpy as np
 
+from usdface.arrays import FloatArray
+from usdface.figures.labels import label_places, text_size
 from usdface.figures.picture import save_figure
 from usdface.io.images.footage import Footage
 
 __all__ = ["write_footage_sheet"]
 
 # Images on a sheet, in a row, and the width of each [inch].
-_IMAGES, _COLUMNS, _WIDTH = 12, 4, 3.6
+_IMAGES, _COLUMNS, _WIDTH = 12, 4, 4.8
+_FONT, _DOT = 5.5, 5.0  # of the names, and diameter of a dot that they do not cover [points]
+_POINTS = 72.0  # in an inch
+_DRAWN = 0.88  # of the width of an image: the bar of the colours and margins take the rest
+_MOST = 14  # occluded markers that are named
+_LINE = 88  # characters of what stands below an image
 _ROOM = 0.12  # around the dots, as a share of their extent
 _COLOURS = "RdYlGn"  # confidence 0 to 1
 
@@ -69,12 +77,9 @@ def _draw_dots(axis: Any, footage: Footage, frame: int) -> None:
 
     tracks = footage.tracks
     colours = colormaps[_COLOURS]
-    occluded = []
-    for number, name in enumerate(tracks.names):
+    seen = np.flatnonzero(np.isfinite(tracks.places[frame]).all(axis=1)).tolist()
+    for number in seen:
         x, y = tracks.places[frame, number].tolist()
-        if np.isnan(x):
-            occluded.append(name)
-            continue
         long, short, angle = tracks.ellipses[frame, number].tolist()
         colour = colours(tracks.confidence[frame, number])
         axis.add_patch(
@@ -88,14 +93,35 @@ def _draw_dots(axis: Any, footage: Footage, frame: int) -> None:
                 linewidth=1.3,
             )
         )
-        label = name.removeprefix("dot_")
-        axis.annotate(label, (x, y), (4, 4), textcoords="offset points", fontsize=6, color=colour)
-    text = (
-        f"occluded: {', '.join(occluded[:6])}{' ...' if len(occluded) > 6 else ''}"
-        if occluded
-        else ""
-    )
+    _name_dots(axis, tracks.places[frame, seen], [tracks.names[n] for n in seen])
+    occluded = [name for number, name in enumerate(tracks.names) if number not in seen]
+    more = f" and {len(occluded) - _MOST} more" if len(occluded) > _MOST else ""
+    text = f"occluded: {', '.join(occluded[:_MOST])}{more}" if occluded else ""
     axis.set_title(
         f"frame {frame}" + (" (reference)" if frame == tracks.reference else ""), fontsize=9
     )
-    axis.set_xlabel(text, fontsize=7)
+    axis.set_xlabel("\n".join(wrap(text, _LINE)), fontsize=7)
+
+
+def _name_dots(axis: Any, places: FloatArray, names: list[str]) -> None:
+    """Write the names beside their dots, without overlaps, with a line to those farther off."""
+    from matplotlib.patheffects import withStroke
+
+    if not names:
+        return
+    left, right = axis.get_xlim()
+    scale = _POINTS * _DRAWN * _WIDTH / abs(right - left)
+    labels = [name.removeprefix("dot_") for name in names]
+    beside = label_places(scale * places, text_size(labels, _FONT), _DOT) / scale
+    for label, dot, place in zip(labels, places, beside, strict=True):
+        axis.annotate(
+            label,
+            dot,
+            place,
+            ha="center",
+            va="center",
+            fontsize=_FONT,
+            color="black",
+            path_effects=[withStroke(linewidth=1.2, foreground="white")],
+            arrowprops={"arrowstyle": "-", "color": "white", "linewidth": 0.5, "shrinkB": 3.0},
+        )

@@ -116,6 +116,11 @@ def read_bind(path: Path) -> tuple[RetargetSetup, list[Finding]]:
         raise InputError(
             f"cannot read the binding {path}: {error.strerror}", "FILE_UNREADABLE"
         ) from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"the binding {path} is no text; expected JSON, as --write-bind writes it",
+            "FILE_UNREADABLE",
+        ) from error
     except (ValueError, RecursionError) as error:
         raise InputError(
             f"the binding {path} is no JSON that can be read: {error}", "FILE_UNREADABLE"

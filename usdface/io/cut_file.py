@@ -108,7 +108,8 @@ def _clips(
             json.loads(text)  # the library's own parser takes less for JSON
             timeline = otio.adapters.read_from_string(text, "otio_json")
         # Their tracks are the timeline's, and gone with it.
-        clips = [(c, list(_ignored(c))) for c in timeline.find_clips() if _is_video(c)]
+        found = filter(_is_video, timeline.find_clips())
+        clips = [(clip, list(_ignored(clip, nested=not edl))) for clip in found]
     except Exception as error:  # adapters raise anything
         where = f" at {counted:g} frames a second (--cut-rate)" if edl else ""
         raise InputError(
@@ -119,12 +120,15 @@ def _clips(
     return clips, [finding("RATE_ASSUMED", str(path), "taken as {rate_hz:g} Hz", counted)]
 
 
-def _ignored(clip: Any) -> Iterator[str]:
-    """Yield the effects of a cut on a clip, beside the choice of its range."""
+def _ignored(clip: Any, nested: bool) -> Iterator[str]:
+    """Yield the effects of a cut on a clip, beside the choice of its range.
+
+    A list of edits is not `nested`: the library trims its track by the record timecodes.
+    """
     above = list(_above(clip))
     if any(part.effects for part in (clip, *above)):
         yield "speed changes and effects of the cut are left out: the range is of the take"
-    if any(part.source_range is not None for part in above):
+    if nested and any(part.source_range is not None for part in above):
         yield "it is trimmed by what it is nested in; its whole range is taken"
     if not all(part.enabled for part in (clip, *above)):
         yield "it is switched off in the cut; it has a shot nevertheless"

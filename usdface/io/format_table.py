@@ -6,8 +6,8 @@ PLUGIN_CONFLICT. Nothing is skipped silently: an entry point that cannot be used
 finding if another one reads the file, else an error.
 """
 
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, Generic, TypeVar
@@ -25,6 +25,7 @@ F = TypeVar("F", bound=FileFormat)
 _ERRORS = UsdFaceError.__module__
 _MISTAKES = (Exception, SystemExit)  # of code that is not ours
 _SHOWN = 4  # formats that an error names; a line of all that takes may have is not read
+_SHOWN_FILES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,12 +104,15 @@ class FormatTable(Generic[F]):
         For messages: "take files", "read".
     built_in : tuple of FileFormat
         Of usdface itself; at most one fits any file.
+    remedies : mapping of str to str
+        What to do with files that are none of these, by their suffix, for messages.
     """
 
     kind: type[F]
     group: str
     purpose: tuple[str, str]
     built_in: tuple[F, ...]
+    remedies: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def summary(self) -> str:
@@ -155,10 +159,20 @@ class FormatTable(Generic[F]):
             if len(families) > _SHOWN:
                 expected += " (`usdface formats` lists them)"
         message = f"{path}: {kind} are not {verb}; expected {expected}"
+        if remedy := self._remedy(path):
+            message += f"; {remedy}"
         failed = [f"{f.where} {f.message}" for f in findings if f.code == "PLUGIN_FAILED"]
         if failed:
             raise PluginError(f"{message}; {'; '.join(failed)}")
         raise InputError(message, "FILE_KIND_UNKNOWN")
+
+    def _remedy(self, path: Path) -> str:
+        """Return what to do with a file or folder that no format fits; "" if nothing is known."""
+        if not path.is_dir():
+            return self.remedies.get(path.suffix.lower(), "")
+        suffixes = suffixes_of(self.built_in)
+        names = sorted(each.name for each in path.iterdir() if each.suffix.lower() in suffixes)
+        return f"name a file in it: {listed(names, _SHOWN_FILES)}" if names else ""
 
     def of_other_packages(self) -> tuple[list[Registered[F]], list[Finding]]:
         """Return the formats that other packages add, without suffixes that usdface has itself."""

@@ -106,6 +106,7 @@ def make_bind_page(
         rig, recorded, setup, findings = _read(path, Path(take) if take else None)
         if bind:
             setup, new_findings = read_bind(Path(bind))
+            setup = _on_shot(rig, setup)
             findings += new_findings
     with progress.step("bind"):
         mesh, setup, new_findings = _bound(rig, recorded, setup, binding, str(bind or ""))
@@ -138,6 +139,16 @@ def _mesh_name(rig: Rig, mesh: Mesh) -> str:
     """Return a mesh's name, which rig and shot share; its path where another has that name."""
     alike = [each for each in rig.meshes if each.name == mesh.name]
     return mesh.name if len(alike) == 1 else mesh.path
+
+
+def _on_shot(rig: Rig, setup: RetargetSetup) -> RetargetSetup:
+    """Return a setup that names its mesh as the shot does, where it has its path in the rig."""
+    mesh = setup.binding.mesh
+    name = mesh.rpartition("/")[2]
+    if mesh == name or any(each.path == mesh for each in rig.meshes):
+        return setup
+    alike = sum(each.name == name for each in rig.meshes)
+    return replace(setup, binding=replace(setup.binding, mesh=name)) if alike == 1 else setup
 
 
 def _read(

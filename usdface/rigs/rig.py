@@ -88,7 +88,9 @@ class Rig:
         if not found:
             known = ", ".join(m.path or m.name for m in self.meshes)
             raise InputError(
-                f"the rig {self.name!r} has no mesh {name!r}; it has {known}", "MESH_UNKNOWN"
+                f"the rig {self.name!r} has no mesh {name!r}, as the binding names it; it has "
+                f'{known}; correct "mesh" of the binding, or give one that was made for this rig',
+                "MESH_UNKNOWN",
             )
         if not found[0].shapes:
             raise InputError(

@@ -14,6 +14,9 @@ __all__ = [
     "BIND_MARKERS",
     "BIND_MESH",
     "BIND_POINTS",
+    "BIND_UNSURE_CONFIDENCE",
+    "BIND_UNSURE_MARKERS",
+    "BIND_UNSURE_POINTS",
     "BLEND_TIME",
     "BLINK",
     "BROWS_EXAGGERATION",
@@ -195,6 +198,9 @@ BIND_MESH: Final = "usdface:bind:mesh"
 BIND_MARKERS: Final = "usdface:bind:markers"
 BIND_POINTS: Final = "usdface:bind:points"
 BIND_CONFIDENCE: Final = "usdface:bind:confidence"
+BIND_UNSURE_MARKERS: Final = "usdface:bind:unsure:markers"
+BIND_UNSURE_POINTS: Final = "usdface:bind:unsure:points"
+BIND_UNSURE_CONFIDENCE: Final = "usdface:bind:unsure:confidence"
 HEAD_MODE: Final = "usdface:head:mode"
 HEAD_APPLY: Final = "usdface:head:apply"
 HEAD_JOINT: Final = "usdface:head:joint"

@@ -83,7 +83,10 @@ def correct_solved(result: ShotResult, run: RetargetRun) -> ShotResult:
     face = shot.face
     findings: list[Finding] = []
     if options.express and (shot.system is None or not shot.expressions):
-        findings.append(finding("EXPRESS_SKIPPED", "", missing="system"))
+        gained = shot.gains is not None and shot.gains.emotions
+        unused = ", and the gains of emotions change nothing" if gained else ""
+        message = f"the shot has no fuzzy system; no express layer is written{unused}"
+        findings.append(finding("EXPRESS_SKIPPED", "", message, missing="system"))
     elif options.express:
         with progress.step("express"):
             expressed = _express(face, result, trace=options.trace)

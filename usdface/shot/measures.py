@@ -21,6 +21,7 @@ from usdface.shot.performance_measures import (
 )
 from usdface.shot.shot import ShotResult
 from usdface.takes import MarkerTake, WeightsTake, visible
+from usdface.verdict.criteria import CRITERIA
 from usdface.verdict.judge import Measured
 
 __all__ = ["shot_measures"]
@@ -36,6 +37,10 @@ _VALUES = 2**23
 # hand: above the forehead of AnimFace's Eyebrows (8 to 10.5 mm; its brows move by 8 to 16.5, of
 # which a rig makes a part), below the motion of a head that is left in the take (18 mm).
 _FARTHEST = 0.012
+# One marker lies far more beside its vertex than the others: by more than this times their median.
+# Set by hand: at most 2.8 on takes bound well where a marker lies 5 mm or more beside its vertex.
+_ALONE = 3.0
+_MISFIT = next(each.look_at for each in CRITERIA if each.code == "PLACES_MISFIT")
 # A shape rests open by this percentile of its weight: it is above that in nine tenths of the take.
 _OPEN = 10.0
 
@@ -159,10 +164,14 @@ def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Meas
     except SolveError:  # all markers at one place
         return {}
     off = float(np.sqrt((beside**2).mean()))
+    misfit = _share(off, rms_radius(at))
+    worst = Measured(np.nan)
+    # Beyond its own limit the misfit of all names the marker.
+    if misfit < _MISFIT and beside.max() > _ALONE * float(np.median(beside)):
+        worst = _worst("markers", solution.markers, 1000.0 * beside / size)
     return {
-        "PLACES_MISFIT": Measured(
-            _share(off, rms_radius(at)), "markers", _most(solution.markers, beside)
-        ),
+        "PLACE_WRONG": worst,
+        "PLACES_MISFIT": Measured(misfit, "markers", _most(solution.markers, beside)),
         "SIDES_MIRRORED": Measured(_share(off, float(np.sqrt((mirrored**2).mean())))),
         "RIG_SIZE": _unusual(size),
         "TAKE_SIZE": _unusual(size / scale if scale else np.nan),

@@ -30,8 +30,8 @@ def places(index: str, count: int, option: str, things: str) -> range:
     start, end = map(int, words)
     if not start <= end < count:
         raise InputError(
-            f"{option} {index}: expected places from 0 to {count - 1}, as there are {count} "
-            f"{things}",
+            f"{option} {index}: expected N or N-M from 0 to {count - 1}, as the number of {things} "
+            f"is {count}",
             "SETTING_WRONG",
         )
     return range(start, end + 1)

@@ -90,7 +90,9 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
     ]
     for number, entry in enumerate(as_list(document.get("shots", []), f"{path}: shots")):
         where = f"{path}: shot {number + 1}"
-        check_keys(as_table(entry, where), _SHOT, where)
+        if isinstance(as_table(entry, where).get("name"), str):
+            where += f" ({entry['name']:.80})"
+        check_keys(entry, _SHOT, where)
         plans += _shots(entry, document, common, base, folder, where)
     (name, count), *_ = Counter(plan.name for plan in plans).most_common(1) or [("", 0)]
     if count > 1:
@@ -146,10 +148,8 @@ def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) 
     if not name:
         return {}
     if name not in tables:
-        raise InputError(
-            f"{where}: there is no {kind[:-1]} {name!r}{did_you_mean(name, tables)}",
-            "SETTING_WRONG",
-        )
+        near = did_you_mean(name, tables) or f"; add a table [{kind}.{name}], which may be empty"
+        raise InputError(f"{where}: there is no {kind[:-1]} {name!r}{near}", "SETTING_WRONG")
     table = dict(as_table(tables[name], f"{kind}.{name}"))
     check_keys(table, (*_SETUP, "layer"), f"{where}: {kind}.{name}")
     if "layer" in table:

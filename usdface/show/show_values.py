@@ -12,9 +12,8 @@ def check_keys(table: Mapping[str, Any], known: tuple[str, ...], where: str) -> 
     """Refuse a table with keys that are not known."""
     for key in table:
         if key not in known:
-            raise InputError(
-                f"{where}: unknown key {key!r}{did_you_mean(key, known)}", "SCHEMA_BROKEN"
-            )
+            near = did_you_mean(key, known) or f"; known: {', '.join(known)}"
+            raise InputError(f"{where}: unknown key {key!r}{near}", "SCHEMA_BROKEN")
 
 
 def as_table(value: object, where: str) -> dict[str, Any]:

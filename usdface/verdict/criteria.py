@@ -58,6 +58,14 @@ CRITERIA: tuple[Criterion, ...] = (
         f"check the binding: {_BINDING}",
     ),
     Criterion(
+        "PLACE_WRONG",
+        18.0,
+        np.inf,
+        "at rest one marker lies {value} mm beside its vertex, far more than the others: {where}",
+        f"check its vertex and its label: {_BINDING}",
+        unit="mm",
+    ),
+    Criterion(
         "MOTION_UNEXPLAINED",
         0.3,
         0.7,

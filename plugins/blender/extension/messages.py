@@ -10,6 +10,7 @@ from bpy.types import Context, Operator
 REMEDIES = {
     "BINDING_UNSURE": "drag these markers to their places on the face",
     "PLACES_MISFIT": "look at the markers on the face and drag those that are off",
+    "PLACE_WRONG": "drag this marker to its place on the face, or correct its name",
     "PLACES_BESIDE": "drag the markers to where they sit on the performer",
     "MOTION_UNEXPLAINED": "check the places of these markers; the character may lack shape keys",
     "MOTION_BEYOND_SHAPES": "add or enlarge shape keys there; the rest of the face follows",

@@ -176,6 +176,7 @@ def test_frame_numbers_with_gaps_need_a_rate_and_keep_the_gaps(read):
     ("text", "says"),
     [
         ("a,b\n1,2\n", "no table of markers"),
+        ("time,jawOpen\n0,0.5\n", "columns Timecode .* and BlendShapeCount before them"),
         ("time,A_x,A_y,A_z\n", "no frames"),
         ("time,marker,x,y\n", "no frames"),
         ("marker,x,y,z\nA,1,2,3\n", "needs a column 'frame' or 'time'"),

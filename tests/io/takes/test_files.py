@@ -95,7 +95,8 @@ def test_what_is_no_take_is_refused(tmp_path):
     with pytest.raises(InputError, match=r"'\.fbx' are not read; expected C3D \(\.c3d\)") as caught:
         read_take(tmp_path / "a.fbx")
     # Not all 27 formats with 45 suffixes.
-    assert str(caught.value).endswith(" more (`usdface formats` lists them)")
+    told = " more (`usdface formats` lists them); export its markers as C3D, TRC or BVH"
+    assert str(caught.value).endswith(told)
     with pytest.raises(InputError, match="no such file"):
         read_take(tmp_path / "a.c3d")
 

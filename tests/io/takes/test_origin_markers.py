@@ -1,7 +1,14 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from usdface.io.takes.origin_markers import origin_markers, shared_origins
+from usdface.io.takes.origin_markers import (
+    find_unseen,
+    lone_origins,
+    origin_markers,
+    shared_origins,
+)
 
 RNG = np.random.default_rng(2)
 FACE = 0.05 * RNG.normal(size=(20, 3))
@@ -54,3 +61,33 @@ def test_of_several_at_one_place_none_was_seen() -> None:
     positions[10, 9] = np.nan
     assert not shared_origins(positions)[10].any()
     assert not shared_origins(np.zeros((5, 20, 3))).any()
+
+
+@pytest.mark.parametrize("unit", [1.0, 1000.0])
+def test_one_that_is_elsewhere_otherwise_was_not_seen_there(unit: float) -> None:
+    positions = take((0, 0.3, 0), unit)
+    positions[:, 4] = unit * (FACE[4] + (0, 0.3, 0))
+    positions[3, 4] = positions[8:20, 5] = 0  # alone in their frames
+    positions[30:, 6] = np.nan
+    expected = np.zeros((50, 20), bool)
+    expected[3, 4] = expected[8:20, 5] = True
+    np.testing.assert_array_equal(lone_origins(positions), expected)
+    unseen, found = find_unseen(Path("face.trc"), [f"m{m}" for m in range(20)], positions)
+    np.testing.assert_array_equal(unseen, expected)
+    assert [(each.code, each.values["place_count"]) for each in found] == [("MARKER_SPIKE", 13)]
+
+
+def test_one_that_passes_the_origin_is_kept() -> None:
+    """As a nose that is held there, written in whole millimetres."""
+    positions = np.round(take(tuple(-FACE[4]), 1000.0))
+    positions[:, 4] = np.round(RNG.normal(size=(50, 3)))
+    positions[7, 4] = 0
+    assert not lone_origins(positions).any()
+    assert not lone_origins(take((0, 1.6, 0))).any()  # it has no other places
+    assert not lone_origins(np.zeros((5, 20, 3))).any()
+
+
+def test_three_markers_do_not_show_where_the_face_is() -> None:
+    positions = take((0, 1.6, 0))[:, 5:8]
+    positions[3, 1] = 0
+    assert not lone_origins(positions).any()

@@ -41,7 +41,12 @@ SETUPS = [
         ),
         clean=CleanOptions(swaps=False),
     ),
-    RetargetSetup(Binding(("a",), np.array([1]), "/Head"), head="stabilised", neutral=None),
+    RetargetSetup(
+        Binding(("a",), np.array([1]), "/Head"),
+        head="stabilised",
+        neutral=None,
+        unsure=Binding(("b",), np.array([7]), "/Head", np.array([0.25])),
+    ),
 ]
 
 
@@ -74,6 +79,8 @@ def test_a_setup_survives_usd(setup: RetargetSetup) -> None:
         assert back.binding.confidence is None
     else:
         np.testing.assert_array_equal(back.binding.confidence, setup.binding.confidence)
+    assert back.unsure.markers == setup.unsure.markers
+    np.testing.assert_array_equal(back.unsure.points, setup.unsure.points)
     for name in (
         "peaks",
         "head",

@@ -151,7 +151,8 @@ def _parse(data: bytes) -> tuple[GLTF2, tuple[Any, ...], tuple[UserData, ...]]:
         raise InputError("the file is neither GLB nor UTF-8 text", "FILE_UNREADABLE") from error
     except json.JSONDecodeError as error:
         raise InputError(
-            f"not glTF, or its JSON is malformed: {error}", "FILE_UNREADABLE"
+            f"not glTF, or its JSON is malformed: {error}; export it again as .glb or .gltf",
+            "FILE_UNREADABLE",
         ) from error
     except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(

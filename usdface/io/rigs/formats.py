@@ -61,4 +61,10 @@ RIG_READERS = FormatTable(
             read=lazy_function("usdface.io.rigs.makehuman", "read_makehuman"),
         ),
     ),
+    remedies={
+        **dict.fromkeys((".obj", ".ply"), "name the folder: a file is the neutral face or a shape"),
+        ".target": "name the folder of the targets, with base.obj beside or above them",
+        **dict.fromkeys((".c3d", ".trc", ".bvh", ".csv"), "`usdface take` reads a recording"),
+        **dict.fromkeys((".fbx", ".blend", ".ma", ".mb"), "export the character as glTF or USD"),
+    },
 )

@@ -6,6 +6,7 @@ axis. Without z the positions are pixels of an image, y down.
 """
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -134,6 +135,17 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     return _raw(path, labels, positions, times, columns), ignored
 
 
+def _of_weights(header: Sequence[str]) -> str:
+    """Return what to do with a table of blend shape weights; "" for any other."""
+    known = {name.lower() for name in ("jawOpen", "eyeBlinkLeft", "eyeBlink_L", "mouthSmileLeft")}
+    if known.isdisjoint(name.lower() for name in header):
+        return ""
+    return (
+        "; weights of blend shapes are read with the columns Timecode (HH:MM:SS:FF) and "
+        "BlendShapeCount before them, as Live Link Face writes them"
+    )
+
+
 def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake, list[str]]:
     clocks = [c for c in (_column(columns, _FRAME), _column(columns, _TIME)) if c is not None]
     places: dict[str, dict[str, int]] = {}
@@ -153,7 +165,7 @@ def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     if not places:
         raise InputError(
             f"{path} is no table of markers: expected columns frame or time, marker, x, y, z, "
-            f"or time, A_x, A_y, A_z; found {listed(rows[0][1], 5)[:200]}",
+            f"or time, A_x, A_y, A_z; found {listed(rows[0][1], 5)[:200]}{_of_weights(rows[0][1])}",
             "COLUMNS_WRONG",
         )
     wanted = "xyz" if any("z" in axes for axes in places.values()) else "xy"

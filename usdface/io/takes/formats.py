@@ -171,4 +171,9 @@ TAKE_READERS = FormatTable(
             read=lazy_function("usdface.io.images.footage", "read_image_take"),
         ),
     ),
+    remedies={
+        **dict.fromkeys((".glb", ".gltf", ".vrm"), "`usdface rig` reads a character"),
+        **dict.fromkeys((".obj", ".ply"), "`usdface rig` reads a character, a folder of them"),
+        ".fbx": "export its markers as C3D, TRC or BVH",
+    },
 )

@@ -5,7 +5,8 @@ x and y run from 0 to 1 of the image's width and height, from the top left corne
 * JSON: a list of frames, or an object that has one as ``frames``. A frame is a list of landmarks,
   or an object that has one as ``landmarks``, ``face_landmarks`` or ``faceLandmarks``, and perhaps
   ``frame`` and ``timestamp_ms``. A landmark is ``{"x", "y", "z"}`` or ``[x, y, z]``. Of several
-  faces the first is read. The object may have ``width``, ``height`` and ``fps``.
+  faces the first is read. The object may have ``width``, ``height`` and ``fps``. Frames without
+  landmarks may have blend shapes (`usdface.io.takes.mediapipe_shapes`).
 * CSV, a row for each landmark: ``frame, landmark, x, y`` (``landmark_id``, ``landmark_index``);
   or a row for each frame: ``x_0, y_0, ...``, ``0_x, 0_y, ...`` or ``landmark_0_x, ...``.
 """
@@ -19,15 +20,16 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.findings import Finding
+from usdface.findings import Finding, finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
 from usdface.io.takes.json_text import number, read_json
+from usdface.io.takes.mediapipe_shapes import SHAPES, read_scores, scores_take
 from usdface.io.takes.raw_take import DEFAULTS, check_size
 from usdface.io.takes.text_table import Row, read_numbers
 from usdface.io.takes.track_text import TrackTable
 from usdface.io.takes.wide_tracks import read_table, samples_of_columns
 from usdface.options import TakeOptions
-from usdface.takes import MarkerTake
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["read_mediapipe"]
 
@@ -40,8 +42,12 @@ _WIDE = re.compile(r"(?:(?:landmark|lm|point)?_?(\d{1,4})[_.]([xy])|([xy])_?(\d{
 _MOST = 10_000  # landmarks of a face; MediaPipe's has 478
 
 
-def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
-    """Read the landmarks of one face; a frame without landmarks is occluded.
+def read_mediapipe(
+    path: Path, options: TakeOptions = DEFAULTS
+) -> tuple[MarkerTake | WeightsTake, list[Finding]]:
+    """Read the landmarks of one face, or its blend shapes where no frame has landmarks.
+
+    A frame without landmarks is occluded.
 
     Raises
     ------
@@ -53,6 +59,8 @@ def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
     if path.suffix.lower() == ".json":
         document = read_json(path)
         frames = _frames(path, document)
+        if not any(map(_face, frames)) and any(scores := [read_scores(each) for each in frames]):
+            return _of_scores(path, document, frames, scores, options)
         table, times = _of_frames(path, frames)
         unread = _unread_of_frames(frames)
         if times is None and any(_has_time(frame) for frame in frames):
@@ -62,7 +70,7 @@ def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
             sides = (document.get(f"{p}{s}") for s in ("width", "height") for p in ("", "image_"))
             found = [side for side in map(number, sides) if side > 0]
             width, height = found[:2] if len(found) == 2 else (0.0, 0.0)
-            rate = float(np.nan_to_num(number(document.get("fps")), posinf=0.0, neginf=0.0))
+            rate = _rate(document)
     else:
         rows = read_table(path)
         table, times = _of_rows(path, rows), None
@@ -81,6 +89,33 @@ def read_mediapipe(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerT
         ignored=["z", *unread],
     )
     return finish_tracks(tracks, options)
+
+
+def _of_scores(
+    path: Path,
+    document: Any,
+    frames: Sequence[Any],
+    scores: Sequence[Mapping[str, float]],
+    options: TakeOptions,
+) -> tuple[WeightsTake, list[Finding]]:
+    """Return the take of the blend shapes, and what else frames have."""
+    seconds = np.array([_time(frame) for frame in frames])
+    take, findings = scores_take(path, scores, seconds, _rate(document), options.rate)
+    unread = [name for name in _unread_of_frames(frames) if name not in SHAPES]
+    if unread:
+        findings.append(finding("CHANNEL_IGNORED", str(path), "not read: {channels}", unread))
+    return take, findings
+
+
+def _rate(document: Any) -> float:
+    """Return the frame rate that a document names [Hz]; 0 = none."""
+    named = document.get("fps") if isinstance(document, dict) else None
+    return float(np.nan_to_num(number(named), posinf=0.0, neginf=0.0))
+
+
+def _time(frame: Any) -> float:
+    """Return the time of a frame [s]; NaN = none."""
+    return number(frame.get("timestamp_ms") if isinstance(frame, dict) else None) / 1000
 
 
 def _frames(path: Path, document: Any) -> list[Any]:
@@ -103,7 +138,7 @@ def _of_frames(path: Path, frames: Sequence[Any]) -> tuple[TrackTable, FloatArra
     count = max(map(len, faces), default=0)
     if not count:
         raise InputError(
-            f"{path}: no frame has landmarks; "
+            f"{path}: no frame has landmarks or blend shapes; "
             "expected a face in one frame at least: is it in the picture?",
             "TAKE_EMPTY",
         )
@@ -116,7 +151,7 @@ def _of_frames(path: Path, frames: Sequence[Any]) -> tuple[TrackTable, FloatArra
         known = frame if isinstance(frame, dict) else {}
         named = [number(known[key]) for key in _FRAME if key in known]
         numbers[index, :, 0] = named[0] if named else index
-        seconds[index] = number(known.get("timestamp_ms")) / 1000
+        seconds[index] = _time(frame)
         if face:
             numbers[index, : len(face), 1:] = [_place(landmark) for landmark in face]
     table = TrackTable(

@@ -8,10 +8,13 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 
-__all__ = ["find_unseen", "origin_markers", "shared_origins"]
+__all__ = ["find_unseen", "lone_origins", "origin_markers", "shared_origins"]
 
 _FEWEST = 3  # other markers, which show where the face is
 _APART = 0.5  # of the extent of the others: the middle of a face is nearer to all of its markers
+_AWAY = (
+    0.1  # of the extent of all: 2 cm on a face, where a marker held near the origin stays within
+)
 
 
 def find_unseen(
@@ -19,11 +22,11 @@ def find_unseen(
 ) -> tuple[BoolArray, list[Finding]]:
     """Return the entries (F, M) of a file at 0, 0, 0 that are no places, and MARKER_SPIKE."""
     found = []
-    unseen = shared_origins(positions)
+    unseen = shared_origins(positions) | lone_origins(positions)
     if unseen.any():
         message = (
-            "{place_count} places at 0, 0, 0, where several markers cannot be at once, are taken "
-            "as occluded"
+            "{place_count} places at 0, 0, 0, where several markers cannot be at once nor one jump "
+            "to, are taken as occluded"
         )
         found.append(finding("MARKER_SPIKE", str(path), message, unseen.sum()))
     lost = origin_markers(np.where(unseen[..., None], np.nan, positions))
@@ -43,6 +46,26 @@ def shared_origins(positions: FloatArray) -> BoolArray:
     if (zero | np.isnan(positions).any(axis=2)).all():
         return np.zeros(zero.shape, bool)
     return np.asarray(zero & (zero.sum(axis=1, keepdims=True) > 1))
+
+
+def lone_origins(positions: FloatArray) -> BoolArray:
+    """Return the entries (F, M) at exactly 0, 0, 0 of markers that are elsewhere otherwise.
+
+    A marker whose other places lie about the origin, in a take that is held near it, passes it.
+    """
+    zero: BoolArray = np.all(positions == 0, axis=2)
+    known = ~zero & np.all(np.isfinite(positions), axis=2)
+    some = np.flatnonzero(zero.any(axis=0) & known.any(axis=0))
+    if not len(some):
+        return np.zeros(zero.shape, bool)
+    ever = np.flatnonzero(known.any(axis=0))
+    if len(ever) <= _FEWEST:
+        return np.zeros(zero.shape, bool)
+    places = np.nanmedian(np.where(known[:, ever, None], positions[:, ever], np.nan), axis=0)
+    own = places[np.searchsorted(ever, some)]
+    away = np.linalg.norm(own, axis=1) > _AWAY * np.linalg.norm(np.ptp(places, axis=0))
+    zero[:, np.setdiff1d(np.arange(zero.shape[1]), some[away])] = False
+    return zero
 
 
 def origin_markers(positions: FloatArray) -> BoolArray:

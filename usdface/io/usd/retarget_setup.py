@@ -10,6 +10,7 @@ from usdface.errors import InputError
 from usdface.io.usd.attributes import author, strings_of, value_of, value_or
 from usdface.io.usd.face_layout import EXAGGERATION
 from usdface.io.usd.performer_face import author_performer_face, read_performer_face
+from usdface.io.usd.unsure_places import read_unsure, write_unsure
 from usdface.options import CleanOptions, ClosureOptions, MapOptions, SolveOptions, solve_settings
 from usdface.schemas import tokens
 from usdface.setup.binding import Binding
@@ -62,6 +63,7 @@ def write_setup(
     if setup.binding.confidence is not None:
         sure = Vt.FloatArray(setup.binding.confidence.tolist())
         author(prim, tokens.BIND_CONFIDENCE, _NAMES.FloatArray, sure)
+    write_unsure(prim, setup.unsure)
     author(prim, tokens.HEAD_MODE, _NAMES.Token, setup.head)
     author(prim, tokens.HEAD_MARKERS, _NAMES.TokenArray, Vt.TokenArray(setup.head_markers))
     author(prim, tokens.HEAD_APPLY, _NAMES.Bool, setup.move_head)
@@ -193,8 +195,11 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
     head = _choice(prim, tokens.HEAD_MODE, ("solve", "markers", "stabilised"))
     neutral = _choice(prim, tokens.NEUTRAL_MODE, ("frames", "rig"))
     try:
+        binding = Binding(
+            markers, points, str(mesh[0]) if mesh else "", sure if sure.size else None
+        )
         return RetargetSetup(
-            Binding(markers, points, str(mesh[0]) if mesh else "", sure if sure.size else None),
+            binding,
             head=head,
             head_markers=strings_of(prim, tokens.HEAD_MARKERS),
             move_head=_switch(prim, tokens.HEAD_APPLY, True),
@@ -213,6 +218,7 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
             clean=CleanOptions(**_fields(prim, _CLEAN)),
             closure=ClosureOptions(**_fields(prim, _CLOSURE)),
             calibration=_read_calibration(prim),
+            unsure=read_unsure(prim, binding),
             origin=_read_origin(prim),
         )
     except InputError as error:
