@@ -1,7 +1,7 @@
 """Weights from the image of one camera before which the head turns.
 
     python -m benchmarks.one_camera [--frames N] [--part end]
-        [--beside | --unnamed | --neutrals | --tracks]
+        [--persons | --beside | --unnamed | --neutrals | --tracks]
 
 Recorded curves on the ICT face with 68 landmarks (without the real data: of the example head),
 seen through a perspective camera half a metre away with noise of 0.35 px. Columns: the head removed
@@ -9,6 +9,9 @@ to first order, as a distant camera would show it; poses in space with the focal
 with it unknown; the angle by which the found motion of the head is off (RMS). `--part end` has
 other curves, another performer, another lens farther away; docs/measurements.md says how often it
 has been scored.
+
+`--persons` films the performers of `benchmarks.performers`, whose blend shapes move in other
+directions: 1 to 4, at the end 5 to 8; focal length given, mean of four.
 
 `--beside` binds markers 2.4 to 5.6 mm from their places. Columns: the markers held on those
 vertices, their places found, and known.
@@ -32,6 +35,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from benchmarks.performers.shown_neutral import NEUTRALS, shown_weights
+from benchmarks.performers.worlds import BUILT_WITH, JUDGED_ON, ROWS, Performance, perform
 from benchmarks.solve.faces import Face, bent, example, has_real_data, ict
 from usdface.arrays import FloatArray, IntArray
 from usdface.binding.bound_neutral import bound_neutral
@@ -57,15 +61,27 @@ FAULTS = {"no fault": 0, "two jump": 2, "four drift": 4, "four tremble": 4}
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """Curves from a frame on, the seed of another performer, a camera: lens [px], distance [m]."""
+    """Curves from a frame on, a camera's lens [px] and distance [m], other performers.
+
+    Attributes
+    ----------
+    seed : int
+        Of the one who is the character, bent.
+    persons : tuple of int
+        Those of `benchmarks.performers`.
+    """
 
     start: int
     seed: int
     focal_length: float
     distance: float
+    persons: tuple[int, ...]
 
 
-PARTS = {"built with": Part(0, 3, 1500.0, 0.5), "end": Part(2015, 7, 1100.0, 0.7)}
+PARTS = {
+    "built with": Part(0, 3, 1500.0, 0.5, BUILT_WITH),
+    "end": Part(2015, 7, 1100.0, 0.7, JUDGED_ON),
+}
 
 
 def main() -> None:
@@ -73,6 +89,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("--frames", type=int, default=600)
     parser.add_argument("--part", choices=PARTS, default="built with")
+    parser.add_argument("--persons", action="store_true")
     parser.add_argument("--beside", action="store_true")
     parser.add_argument("--unnamed", action="store_true")
     parser.add_argument("--neutrals", action="store_true")
@@ -81,6 +98,8 @@ def main() -> None:
     part = PARTS[parsed.part]
     face = ict(DATA) if has_real_data(DATA) else example()
     face = replace(face, curves=face.curves[part.start :][: parsed.frames])
+    if parsed.persons:
+        return persons(face, part)
     if parsed.beside:
         return beside(face, part)
     if parsed.unnamed:
@@ -99,6 +118,21 @@ def main() -> None:
             flat = first_order(face, take)
             row = f"{who} | {head_of(angle)} | {flat:.3f} | {given:.3f} | {found:.3f}"
             print(f"| {row} | {turned:.2f} |")
+
+
+def persons(face: Face, part: Part) -> None:
+    """Print the errors of films of other people, whose blend shapes are their own."""
+    print("| head | error | of each |")
+    print("|---|---|---|")
+    curves = slice(part.start, part.start + len(face.curves))
+    people = [perform(DATA, number, ROWS[0], part=curves) for number in part.persons]
+    for angle in ANGLES:
+        errors = []
+        for person in people:
+            take, motion = film(face, person, angle, part)
+            errors.append(error(face, replace(take, focal_length=part.focal_length), motion)[0])
+        each = ", ".join(f"{one:.3f}" for one in errors)
+        print(f"| {head_of(angle)} | {np.mean(errors):.4f} | {each} |", flush=True)
 
 
 def beside(face: Face, part: Part) -> None:
@@ -224,7 +258,7 @@ def played(face: Face, rest: int, shown: FloatArray | float = 0.0) -> FloatArray
 
 def film(
     face: Face,
-    performer: Face,
+    performer: Face | Performance,
     angle: float,
     part: Part,
     rest: int = 0,
