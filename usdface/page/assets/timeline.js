@@ -82,12 +82,18 @@ export class Timeline {
     const high = Math.min(this.player.count - 1, Math.round(at + (last - at) * factor));
     this.view = high - low < 10 ? this.view : [low, high];
     if (low === 0 && high === this.player.count - 1) this.view = null;
-    this.redraw();
+    this.zoomed();
   }
 
   showAll() {
     this.view = null;
+    this.zoomed();
+  }
+
+  /** Redraw, also the curves, which show the same frames. */
+  zoomed() {
     this.redraw();
+    this.player.changed();
   }
 
   refresh() {
@@ -120,7 +126,8 @@ export class Timeline {
       context.fillStyle = "#2a2f38";
       context.fillRect(x(frame), RULER - 5, 1, height);
       context.fillStyle = "#8b93a1";
-      context.fillText(String(frame), x(frame) + 3, 8);
+      const text = String(frame);
+      if (x(frame) + 3 + context.measureText(text).width < width) context.fillText(text, x(frame) + 3, 8);
     }
     const [from, to] = this.player.range;
     if (from > 0 || to < this.player.count - 1) {
