@@ -153,3 +153,11 @@ def test_markers_behind_the_head_are_not_shown(bind: Page) -> None:
     assert len(bind.run(shown)) == bind.run("usdface.places.count") - 1, "one has no place"
     bind.run(f"usdface.stage.fit({2 * SIDE})")
     assert bind.run(shown) == ["bridge"], "the selected one is still to be found"
+
+
+def test_a_long_name_ends_inside_the_stage(bind: Page) -> None:
+    bind.run("usdface.select(usdface.page.markers.findIndex(({ name }) => name === 'bridge'))")
+    bind.run("usdface.page.markers[usdface.selected].name = 'brow_'.repeat(60)")
+    bind.run("usdface.stage.draw()")
+    ends = bind.run("usdface.labels.map((label) => label.getBoundingClientRect().right)")
+    assert max(ends) <= bind.run("usdface.stage.place.getBoundingClientRect().right")

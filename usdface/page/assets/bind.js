@@ -303,7 +303,7 @@ class Bind {
     const { context, width, height } = fitted(this.canvas);
     if (width < 2) return;
     const range = [0, this.player.count - 1], { x } = axis(range, width);
-    const values = this.page.motion_mm.values, most = Math.max(1, values.reduce((a, b) => Math.max(a, b), 0));
+    const values = this.page.motion_mm.values, most = Math.max(1, values.reduce((a, b) => (b > a ? b : a), 0));
     context.fillStyle = "#1c2026";
     context.fillRect(0, 0, width, height);
     if (this.neutral) {

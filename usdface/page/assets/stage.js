@@ -181,7 +181,10 @@ export class Stage {
     label.hidden = !at;
     if (!at) return;
     label.textContent = text;
-    label.style.transform = `translate(${(at.x + 10).toFixed(1)}px, ${(at.y - 9).toFixed(1)}px)`;
+    // On the other side of the marker where it would be cut.
+    const cut = at.x + 10 + label.offsetWidth > this.place.clientWidth;
+    const x = cut ? at.x - 10 - label.offsetWidth : at.x + 10;
+    label.style.transform = `translate(${x.toFixed(1)}px, ${(at.y - 9).toFixed(1)}px)`;
   }
 
   /** Where a pointer is on the canvas, -1 to 1. */

@@ -109,7 +109,8 @@ class View {
       setMatrix(head, carried);
     }
     if (this.mode === "change") this.largest = this.heat.change(poses.raw, poses.corrected, this.scale());
-    else if (this.on.heat && this.page.features) this.heat.residual(this.page.features, frame, this.most);
+    else if (this.on.heat && this.page.features)
+      this.note.textContent = this.heat.residual(this.page.features, frame, this.most) ? "" : "all markers are occluded";
     if (this.mode === "change") this.note.textContent = `largest ${this.largest.toFixed(1)} mm`;
   }
 
