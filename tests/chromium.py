@@ -71,13 +71,7 @@ class Browser:
         page = Page(self, session)
         for domain in ("Page", "Runtime", "Network", "Log"):
             page.call(f"{domain}.enable")
-        page.call(
-            "Emulation.setDeviceMetricsOverride",
-            width=size[0],
-            height=size[1],
-            deviceScaleFactor=1,
-            mobile=False,
-        )
+        page.resize(*size)
         page.call("Page.navigate", url=path.resolve().as_uri() + fragment)
         state = page.wait("document.body?.dataset.ready")
         assert state == "true", page.problems()
@@ -147,9 +141,26 @@ class Page:
         send("mouseReleased", end, 0)
 
     def key(self, key: str) -> None:
-        text = key if len(key) == 1 else ""
-        self.call("Input.dispatchKeyEvent", type="keyDown", key=key, text=text)
-        self.call("Input.dispatchKeyEvent", type="keyUp", key=key)
+        """Press a key; Enter and the space bar also press a button that has the focus."""
+        text = {"Enter": "\r"}.get(key, key if len(key) == 1 else "")
+        code = {"Enter": 13, " ": 32}.get(key, 0)
+        for kind, typed in (("keyDown", text), ("keyUp", "")):
+            self.call(
+                "Input.dispatchKeyEvent",
+                type=kind,
+                key=key,
+                text=typed,
+                windowsVirtualKeyCode=code,
+            )
+
+    def resize(self, width: int, height: int) -> None:
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
 
     def requests(self) -> list[str]:
         """Every address that the page asked for."""

@@ -82,6 +82,8 @@ def test_occluded_markers_do_not_count_for_the_motion() -> None:
     positions[3, 1] = np.nan
     positions[3, 0, 1] = 0.02
     np.testing.assert_allclose(motion_curve(positions, (0, 1)), [0, 0, 0.01 / 2**0.5, 0.02])
+    positions[3] = np.nan
+    assert np.isnan(motion_curve(positions, (0, 1))[3]), "a frame without markers is no rest"
 
 
 def test_a_vertex_has_its_image_on_the_other_side() -> None:

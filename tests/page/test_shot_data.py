@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from processed import Done
 from pxr import Usd
 
 from usdface.closure.lid_apertures import lid_apertures_of
+from usdface.face.regions import regions_of
 from usdface.io.usd.played_shot import read_played_shot
 from usdface.page.clip_data import TICKS_PER_SECOND
 from usdface.page.rule_data import rule_data
@@ -28,6 +31,18 @@ def test_times_weights_and_residuals_are_those_of_the_shot(played: PlayedShot) -
     assert data["face"]["mesh"] == [m.path for m in played.rig.meshes].index(played.shot.mesh.path)
     assert len(data["regions"]) == len(data["deviations"]) == len(shapes)
     assert {"brows", "eyes", "mouth"} <= set(data["regions"])
+
+
+def test_where_no_marker_is_seen_there_is_no_residual(played: PlayedShot) -> None:
+    distances, residual = played.distances.copy(), played.residual.copy()
+    distances[3], residual[3] = np.nan, 0.0
+    regions = regions_of(played.shot.face.mesh, played.shot.face.vertices_of(played.markers))
+    mouth = np.array(regions) == "mouth"
+    distances[5, mouth] = np.nan
+    changed = replace(played, distances=distances, residual=residual)
+    data = shot_data(changed, played.rig.shape_names, played.rig.meshes)["residual"]
+    assert np.flatnonzero(np.isnan(data["all_mm"].values)).tolist() == [3]
+    assert np.flatnonzero(np.isnan(data["regions_mm"]["mouth"].values)).tolist() == [3, 5]
 
 
 def test_gaps_are_those_of_the_lids(played: PlayedShot) -> None:

@@ -99,14 +99,19 @@ def _stabilised(take: MarkerTake) -> MarkerTake:
 
 
 def motion_curve(positions: FloatArray, neutral: tuple[int, int]) -> FloatArray:
-    """Return the RMS displacement of the markers from the neutral frames: (F,) [m]."""
+    """Return the RMS displacement of the markers from the neutral frames: (F,) [m].
+
+    It is NaN in frames that show no marker, which are no rest.
+    """
     seen = ~np.isnan(positions[..., 0])
     rest = np.where(seen[..., None], positions, 0.0)[neutral[0] : neutral[1] + 1].sum(axis=0)
     count = seen[neutral[0] : neutral[1] + 1].sum(axis=0)
     rest = rest / np.maximum(count, 1)[:, None]
     usable = seen & (count > 0)
     squares = np.where(usable, ((positions - rest) ** 2).sum(axis=2), 0.0)
-    return np.asarray(np.sqrt(squares.sum(axis=1) / np.maximum(usable.sum(axis=1), 1)))
+    counted = usable.sum(axis=1)
+    motion = np.sqrt(squares.sum(axis=1) / np.maximum(counted, 1))
+    return np.where(counted > 0, motion, np.nan)
 
 
 def _partners(neutral: FloatArray, face: BoundFace) -> list[int]:

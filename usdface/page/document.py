@@ -36,6 +36,7 @@ MODULES = (
     "places",
     "player",
     "rules",
+    "skin",
     "sliders",
     "stage",
     "timeline",

@@ -10,7 +10,7 @@ from usdface.closure.lip_contact import lip_apertures_of
 from usdface.face.bound_face import BoundFace
 from usdface.face.face_points import face_points
 from usdface.face.lip_lid_contacts import LipLidContacts
-from usdface.face.regions import shape_regions
+from usdface.face.regions import regions_of, shape_regions
 from usdface.face.residual_heat import heat_of_markers
 from usdface.page.clip_data import joint_motion, sampled_weights, ticks
 from usdface.page.packed_data import Quantized
@@ -61,7 +61,7 @@ def shot_data(
         },
         "performer": _performer(played, face),
         "features": _features(played, face),
-        "residual": _residual(played),
+        "residual": _residual(played, face),
         "emotions": _curves(played.emotions),
         "closures": _curves(played.closures),
         "rules": rule_data(played),
@@ -126,13 +126,24 @@ def _features(played: PlayedShot, face: BoundFace) -> dict[str, Any] | None:
     }
 
 
-def _residual(played: PlayedShot) -> dict[str, Any] | None:
+def _residual(played: PlayedShot, face: BoundFace) -> dict[str, Any] | None:
     if not len(played.residual):
         return None
+    distances = played.distances
+    regions = np.array(regions_of(face.mesh, face.vertices_of(played.markers)))
     return {
-        "all_mm": Quantized(1000.0 * played.residual),
-        "regions_mm": {name: Quantized(1000.0 * c) for name, c in played.regions.items()},
+        "all_mm": _seen(played.residual, distances),
+        "regions_mm": {
+            name: _seen(curve, distances[:, regions == name])
+            for name, curve in played.regions.items()
+        },
     }
+
+
+def _seen(residual: FloatArray, distances: FloatArray) -> Quantized:
+    """Return a residual [mm], NaN where its markers are all occluded: the layers have 0 there."""
+    unseen = np.isnan(distances).all(axis=1) if distances.size else np.zeros(len(residual), bool)
+    return Quantized(np.where(unseen, np.nan, 1000.0 * residual))
 
 
 def _curves(curves: Any) -> dict[str, Quantized]:

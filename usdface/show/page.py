@@ -24,6 +24,11 @@ td.n { text-align: right; font-variant-numeric: tabular-nums; }
 tr.failed td, tr.not_usable td:nth-child(2) { color: #c22; font-weight: 600; }
 tr.look_at td:nth-child(2) { color: #a60; font-weight: 600; }
 tr.good td:nth-child(2) { color: #283; }
+@media (prefers-color-scheme: dark) {
+  tr.failed td, tr.not_usable td:nth-child(2) { color: #f77; }
+  tr.look_at td:nth-child(2) { color: #db5; }
+  tr.good td:nth-child(2) { color: #7c8; }
+}
 """
 _HEADS = (
     *("shot", "verdict", "frames", "residual mean [mm]", "worst [mm]", "occluded [%]"),

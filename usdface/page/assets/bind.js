@@ -1,13 +1,14 @@
 // The page to place markers on: look at the proposed places, move them, save bind.json.
 
-import { BufferAttribute, BufferGeometry, Group, Mesh, MeshBasicMaterial, Raycaster, Vector2, Vector3 } from "three";
+import { Group } from "three";
 import { axis, curve } from "usdface/chart";
 import { Character } from "usdface/character";
 import { readData } from "usdface/data";
-import { element, fitted, mouseKeepsNoFocus } from "usdface/dom";
+import { element, fitted, isForControl, mouseKeepsNoFocus } from "usdface/dom";
 import { Markers } from "usdface/markers";
-import { Places, bindDocument } from "usdface/places";
+import { Places, SURE, bindDocument } from "usdface/places";
 import { Player, timecodeAt } from "usdface/player";
+import { Skin } from "usdface/skin";
 import { Stage } from "usdface/stage";
 
 const MOVED = 4; // pixels after which a press is a drag
@@ -18,21 +19,18 @@ class Bind {
   constructor(page) {
     this.page = page;
     this.player = new Player();
-    this.places = new Places(page.markers, page.partners, page.mirror.values);
-    this.neutral = page.neutral;
-    this.noseTip = page.nose_tip;
+    this.places = new Places(page.markers, page.partners, page.mirror.values, { neutral: page.neutral, noseTip: page.nose_tip });
     this.character = new Character(page.character, () => this.stage?.ask());
     this.part = this.character.parts[page.mesh];
     this.figure = this.character.copy();
     this.stage = new Stage(document.getElementById("stage"), this.character.faceBox());
-    this.skin = skinOf(this.part);
-    this.figure.group.add(this.skin);
+    this.skin = new Skin(this.part);
+    this.figure.group.add(this.skin.mesh);
     this.markers = new Markers(page.markers.length, COLOURS.sure, 9);
     this.figure.group.add(this.markers.points);
     this.performer = new Markers(page.markers.length, "#9fb4cc", 7);
     this.performerGroup = new Group();
     this.performerGroup.add(this.performer.points);
-    this.ray = new Raycaster();
     this.labels = [0, 1].map(() => element("span", { class: "label" }));
     this.stage.place.append(...this.labels);
     this.stage.before.push(() => this.pose());
@@ -46,17 +44,24 @@ class Bind {
     if (this.neutral) this.player.seek(this.neutral[0]);
     mouseKeepsNoFocus();
     addEventListener("keydown", (event) => this.key(event));
-    addEventListener("beforeunload", (event) => this.places.changed && !this.saved && event.preventDefault());
+    addEventListener("beforeunload", (event) => this.places.undoable && !this.saved && event.preventDefault());
     this.select(this.places.order()[0] ?? 0);
+  }
+
+  get neutral() {
+    return this.places.neutral;
   }
 
   // -- the stage -----------------------------------------------------------------------------
 
   pose() {
     const { places, part } = this, positions = new Float32Array(3 * places.count).fill(NaN);
+    this.stage.scene.updateMatrixWorld();
+    const from = this.skin.mesh.worldToLocal(this.stage.camera.position.clone());
     for (let i = 0; i < places.count; i++) {
       const point = places.shown(i);
-      if (point >= 0) positions.set(part.points.subarray(3 * point, 3 * point + 3), 3 * i);
+      // Markers shine through hair, but those behind the head would be taken for others.
+      if (point >= 0 && (i === this.selected || !this.skin.turnedAway(point, from))) positions.set(part.points.subarray(3 * point, 3 * point + 3), 3 * i);
     }
     this.markers.place(positions);
     this.performer.move(this.page.positions, this.player.frame);
@@ -68,7 +73,6 @@ class Bind {
       this.performer.grow(i, selected ? 12 : 7);
     }
     const shown = this.hovered ?? this.selected;
-    this.stage.scene.updateMatrixWorld();
     [this.markers, this.performer].forEach((markers, i) =>
       this.stage.label(this.labels[i], markers, shown, this.page.markers[shown]?.name));
   }
@@ -119,6 +123,7 @@ class Bind {
 
   release(event) {
     const { pressed } = this;
+    if (pressed?.moved && pressed.movable && !this.places.end()) this.refresh();
     this.pressed = null;
     this.stage.controls.enabled = true;
     if (!pressed || pressed.moved || pressed.held !== undefined) return;
@@ -136,17 +141,7 @@ class Bind {
 
   /** The vertex of the face under the pointer, -1 off it. */
   vertexAt(event) {
-    const { x, y } = this.stage.pointer(event);
-    this.ray.setFromCamera(new Vector2(x, y), this.stage.camera);
-    const [hit] = this.ray.intersectObject(this.skin);
-    if (!hit) return -1;
-    const at = hit.point.sub(this.figure.group.position), corner = new Vector3();
-    let best = -1, least = Infinity;
-    for (const vertex of [hit.face.a, hit.face.b, hit.face.c]) {
-      const away = corner.fromArray(this.part.points, 3 * vertex).distanceTo(at);
-      if (away < least) [best, least] = [vertex, away];
-    }
-    return best;
+    return this.skin.vertexAt(this.stage.pointer(event), this.stage.camera);
   }
 
   // -- the panel -----------------------------------------------------------------------------
@@ -169,7 +164,7 @@ class Bind {
     this.undoButton = button("undo", "z", () => this.undo());
     const list = element("div", { class: "places", role: "listbox", "aria-label": "markers" }, this.places.order().map((index) => this.rows[index].node));
     const body = element("section", { class: "tab" }, [
-      element("div", { class: "tools" }, [
+      element("div", { class: "tools kept" }, [
         element("button", { class: "save", type: "button", text: "save bind.json", title: "for usdface shot --bind (s)", on: { click: () => this.save() } }),
         this.undoButton,
       ]),
@@ -182,6 +177,7 @@ class Bind {
         button("right → left", "the performer's right side decides", () => this.change((places) => places.mirrorAll((point) => this.part.points[3 * point] <= this.middle))),
       ]),
       element("h2", { text: "markers" }),
+      confidenceKey(),
       list,
       ...(this.page.findings.length ? [element("h2", { text: "findings" })] : []),
       ...this.page.findings.map(({ code, severity, message, where }) => element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [where, message].filter(Boolean).join(": ") })])),
@@ -199,10 +195,12 @@ class Bind {
       node.setAttribute("aria-selected", index === this.selected);
       dot.style.background = COLOURS[kind];
       state.textContent = places.describe(index);
-      nose.textContent = this.page.markers[index].name === this.noseTip ? "nose tip" : "";
+      nose.textContent = this.page.markers[index].name === places.noseTip ? "nose tip" : "";
     });
     this.count.textContent = `${counts.bound} placed, ${counts.unsure} unsure, ${counts.out} left out. Unsure ones are not used until they are moved or accepted.`;
     this.undoButton.disabled = !places.undoable;
+    const { by, point } = places.now[this.selected] ?? {}, [accept, , mirror, reset] = this.tools;
+    [accept.disabled, mirror.disabled, reset.disabled] = [!(point >= 0), !places.hasPartner(this.selected), by === "proposal"];
     const frames = this.neutral ? `neutral frames ${this.neutral[0]} to ${this.neutral[1]}` : "neutral: the rig's own";
     this.neutralNote.textContent = frames;
     this.stage.ask();
@@ -211,7 +209,10 @@ class Bind {
 
   select(index) {
     this.selected = index;
-    this.rows[index].node.scrollIntoView({ block: "nearest" });
+    const { node } = this.rows[index];
+    node.scrollIntoView({ block: "nearest" });
+    // A keyboard that has gone into the list goes along.
+    if (document.activeElement?.matches(".place")) node.focus({ preventScroll: true });
     this.refresh();
   }
 
@@ -223,7 +224,7 @@ class Bind {
   change(edit) {
     this.places.begin();
     edit(this.places);
-    this.edited();
+    if (this.places.end()) this.edited();
   }
 
   accept() {
@@ -240,8 +241,7 @@ class Bind {
   }
 
   setNose() {
-    this.noseTip = this.page.markers[this.selected].name;
-    this.edited();
+    this.change((places) => (places.noseTip = this.page.markers[this.selected].name));
   }
 
   undo() {
@@ -276,8 +276,8 @@ class Bind {
 
   setNeutral(end) {
     const { frame } = this.player, [first, last] = this.neutral ?? [frame, frame];
-    this.neutral = end === 2 ? null : end === 0 ? [frame, Math.max(frame, last)] : [Math.min(first, frame), frame];
-    this.edited();
+    const neutral = end === 2 ? null : end === 0 ? [frame, Math.max(frame, last)] : [Math.min(first, frame), frame];
+    this.change((places) => (places.neutral = neutral));
   }
 
   timeline() {
@@ -303,7 +303,7 @@ class Bind {
     const { context, width, height } = fitted(this.canvas);
     if (width < 2) return;
     const range = [0, this.player.count - 1], { x } = axis(range, width);
-    const values = this.page.motion_mm.values, most = Math.max(1, values.reduce((a, b) => Math.max(a, b), 0));
+    const values = this.page.motion_mm.values, most = Math.max(1, values.reduce((a, b) => (b > a ? b : a), 0));
     context.fillStyle = "#1c2026";
     context.fillRect(0, 0, width, height);
     if (this.neutral) {
@@ -324,7 +324,9 @@ class Bind {
   }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT)$/.test(event.target.tagName)) return;
+    // Enter on the selected marker of the list accepts it, as elsewhere.
+    const ours = event.target.matches?.(".place[aria-selected='true']") || !isForControl(event);
+    if (event.ctrlKey || event.metaKey || event.altKey || !ours) return;
     const keys = {
       " ": () => this.player.toggle(), ArrowLeft: () => this.player.step(event.shiftKey ? -10 : -1), ArrowRight: () => this.player.step(event.shiftKey ? 10 : 1),
       Enter: () => this.accept(), Delete: () => this.leaveOut(), Backspace: () => this.leaveOut(),
@@ -342,7 +344,7 @@ class Bind {
 
   /** The binding file, as text. */
   document() {
-    return bindDocument(this.page.document, this.places, { neutral: this.neutral, noseTip: this.noseTip, given: this.page.neutral });
+    return bindDocument(this.page.document, this.places, this.page.neutral);
   }
 
   save() {
@@ -353,12 +355,15 @@ class Bind {
   }
 }
 
-/** The bare surface of a mesh, for the pointer to meet; it is not drawn. */
-function skinOf(part) {
-  const geometry = new BufferGeometry();
-  geometry.setIndex(new BufferAttribute(Uint32Array.from(part.triangles), 1));
-  geometry.setAttribute("position", new BufferAttribute(part.points, 3));
-  return new Mesh(geometry, new MeshBasicMaterial({ visible: false }));
+/** What the numbers and the colours of the markers mean. */
+function confidenceKey() {
+  const words = { sure: `${SURE} or more`, middling: "less", unsure: "unsure", hand: "by hand", out: "left out" };
+  const entries = Object.entries(words).map(([kind, text]) => {
+    const dot = element("i");
+    dot.style.background = COLOURS[kind];
+    return element("span", {}, [dot, text]);
+  });
+  return element("p", { class: "note key" }, ["Confidence: how probably a place is within 10 mm of the true one.", ...entries]);
 }
 
 try {

@@ -33,7 +33,9 @@ export function curve(context, values, { stride = 1, offset = 0, range, width, s
   context.lineWidth = line;
   context.lineJoin = "round";
   context.beginPath();
-  for (const x of forward) {
+  const apart = width / Math.max(range[1] - range[0], 1) + 1.5; // of two frames
+  for (const [i, x] of forward.entries()) {
+    if (i && x - forward[i - 1] > apart) context.moveTo(x + 0.5, scale(high[x]));
     context.lineTo(x + 0.5, scale(high[x]));
     if (high[x] !== low[x]) context.lineTo(x + 0.5, scale(low[x]));
   }

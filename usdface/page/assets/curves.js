@@ -80,13 +80,13 @@ class RowList {
     for (const node of this.rows.keys()) this.observer.observe(node);
   }
 
-  redraw() {
-    for (const each of this.seen) each.redraw();
-    this.show(this.player.frame);
-  }
-
   show(frame) {
-    for (const each of this.seen) each.show(frame);
+    const range = this.range().join(), zoomed = range !== this.drawnFor;
+    this.drawnFor = range;
+    for (const each of this.seen) {
+      if (zoomed) each.redraw();
+      each.show(frame);
+    }
   }
 }
 

@@ -24,9 +24,15 @@ export function fitted(canvas) {
   return { context, width, height };
 }
 
+/** Whether a key is for the control that the keyboard is on, and not for the page. */
+export function isForControl({ key, target }) {
+  if (/^(INPUT|SELECT)$/.test(target.tagName)) return true;
+  return /^(BUTTON|SUMMARY)$/.test(target.tagName) && (key === "Enter" || key === " ");
+}
+
 /** Let go of what the mouse has used, so that keys are those of the page again. */
 export function mouseKeepsNoFocus() {
-  document.addEventListener("click", (event) => event.detail > 0 && event.target.closest("button")?.blur());
+  document.addEventListener("click", (event) => event.detail > 0 && event.target.closest("button, summary")?.blur());
   document.addEventListener("change", (event) => event.target.matches("input[type=range], select") && event.target.blur());
 }
 

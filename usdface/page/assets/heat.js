@@ -52,7 +52,8 @@ export class Heat {
     }
   }
 
-  /** Colour by the residuals of a frame [mm], each spread to the vertices near its marker. */
+  /** Colour by the residuals of a frame [mm], each spread to the vertices near its marker; return
+   *  whether a marker is seen. */
   residual({ nearest, shares, residual_mm }, frame, most) {
     const own = row(residual_mm, frame), width = nearest.width;
     for (let vertex = 0; vertex < nearest.shape[0]; vertex++) {
@@ -64,6 +65,7 @@ export class Heat {
       this.paint(vertex, RESIDUAL, value / most);
     }
     this.painted();
+    return own.some((residual) => !Number.isNaN(residual));
   }
 
   /** Colour by the distance of vertices between two sets of weights; return the largest [mm]. */

@@ -1,14 +1,17 @@
 // The places of the markers while they are edited, and the binding file that they become.
 
-const SURE = 0.8; // confidence from which a proposed place is shown as sure
+export const SURE = 0.8; // confidence from which a proposed place is shown as sure
 
 export class Places {
-  /** `markers` as proposed: [{ name, point, confidence, state }]; partners and mirror as indices. */
-  constructor(markers, partners, mirror) {
+  /** `markers` as proposed: [{ name, point, confidence, state }]; partners and mirror as indices;
+   *  neutral frames as [first, last]. */
+  constructor(markers, partners, mirror, { neutral = null, noseTip = "" } = {}) {
     this.markers = markers;
     this.partners = partners;
     this.mirror = mirror;
     this.now = markers.map(({ point, state }) => ({ point, state, by: "proposal" }));
+    this.neutral = neutral;
+    this.noseTip = noseTip;
     this.past = [];
   }
 
@@ -16,22 +19,29 @@ export class Places {
     return this.markers.length;
   }
 
-  get changed() {
-    return this.now.some(({ by }) => by !== "proposal");
-  }
-
   get undoable() {
     return this.past.length > 0;
   }
 
-  /** Remember the places, before one or more of them change. */
+  /** Remember everything that is edited, before some of it changes. */
   begin() {
-    this.past.push(this.now.map((place) => ({ ...place })));
+    this.past.push(this.snapshot());
     if (this.past.length > 200) this.past.shift();
   }
 
+  /** Forget what `begin` remembered if nothing has changed since; return whether something has. */
+  end() {
+    if (JSON.stringify(this.past.at(-1)) !== JSON.stringify(this.snapshot())) return true;
+    this.past.pop();
+    return false;
+  }
+
   undo() {
-    if (this.past.length) this.now = this.past.pop();
+    if (this.past.length) Object.assign(this, this.past.pop());
+  }
+
+  snapshot() {
+    return { now: this.now.map((place) => ({ ...place })), neutral: this.neutral, noseTip: this.noseTip };
   }
 
   /** Bind a marker to a vertex. */
@@ -53,12 +63,15 @@ export class Places {
     this.now[index] = { point, state, by: "proposal" };
   }
 
+  /** Whether a marker has a partner that is placed. */
+  hasPartner(index) {
+    const partner = this.partners[index];
+    return partner >= 0 && partner !== index && this.shown(partner) >= 0;
+  }
+
   /** Bind a marker opposite its partner; nothing changes without one. */
   fromPartner(index) {
-    const partner = this.partners[index];
-    if (partner < 0 || partner === index) return;
-    const { point, state } = this.now[partner];
-    if (point >= 0 && state !== "out") this.put(index, this.mirror[point]);
+    if (this.hasPartner(index)) this.put(index, this.mirror[this.now[this.partners[index]].point]);
   }
 
   /** Place the partners of all markers whose vertex is on a side: `decides(vertex)`. */
@@ -112,7 +125,8 @@ export class Places {
 }
 
 /** The text of the binding file: that of the proposal with the places as they are now. */
-export function bindDocument(document, places, { neutral, noseTip, given }) {
+export function bindDocument(document, places, given) {
+  const { neutral, noseTip } = places;
   const markers = Object.create(null), unsure = Object.create(null);
   places.markers.forEach(({ name }, index) => {
     const { point, state } = places.now[index], confidence = places.confidence(index);

@@ -52,10 +52,11 @@ export class Rules {
   condition(number) {
     const { marker, variable, axis, term, input } = this.data.conditions[number];
     const fill = element("i"), degree = element("b"), length = element("span", { class: "mm" });
-    const line = element("div", { class: "condition", title: variable }, [
+    const text = `${marker || variable} ${axis} ${term.replaceAll("_", " ")}`;
+    const line = element("div", { class: "condition", title: text }, [
       element("span", { class: "bar" }, [fill]),
       degree,
-      element("span", { class: "name", text: `${marker || variable} ${axis} ${term.replaceAll("_", " ")}` }),
+      element("span", { class: "name", text }),
       length,
     ]);
     return { line, fill, degree, length, number, input };

@@ -29,7 +29,10 @@ export class Stage {
     this.scene.add(this.camera, ...this.lights());
     this.controls = new OrbitControls(this.camera, this.renderer.domElement);
     this.controls.enableDamping = false;
-    this.controls.addEventListener("change", () => this.ask());
+    this.controls.addEventListener("change", () => {
+      this.turned = true;
+      this.ask();
+    });
     this.columns = [];
     this.before = [];
     this.frames = 0;
@@ -65,11 +68,10 @@ export class Stage {
     }
     const width = APART * Math.max(this.size.x, 0.6 * this.size.y);
     this.columns = columns.map(({ group, label }, i) => {
-      group.position.set((i - (columns.length - 1) / 2) * width, 0, 0);
       this.scene.add(group);
       const tag = element("span", { class: "tag", text: label });
       this.place.append(tag);
-      return { group, tag };
+      return { group, tag, away: (i - (columns.length - 1) / 2) * width };
     });
     this.breadth = this.size.x + (columns.length - 1) * width;
     if (this.fittedFor !== columns.length) this.fit();
@@ -97,6 +99,7 @@ export class Stage {
     this.camera.updateProjectionMatrix();
     this.controls.target.copy(this.centre);
     this.controls.update();
+    this.turned = false;
     this.ask();
   }
 
@@ -105,7 +108,7 @@ export class Stage {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    if (!this.touched) this.fit();
+    if (!this.turned) this.fit();
     this.ask();
   }
 
@@ -120,10 +123,18 @@ export class Stage {
   }
 
   draw() {
+    this.arrange();
     for (const call of this.before) call();
     this.renderer.render(this.scene, this.camera);
     this.placeTags();
     this.frames++;
+  }
+
+  /** Stand the columns beside each other as the camera sees them: from the side, too. */
+  arrange() {
+    this.camera.updateMatrixWorld();
+    const right = new Vector3().setFromMatrixColumn(this.camera.matrixWorld, 0);
+    for (const { group, away } of this.columns) group.position.copy(right).multiplyScalar(away);
   }
 
   /** Put the names of the columns below them. */
@@ -170,7 +181,10 @@ export class Stage {
     label.hidden = !at;
     if (!at) return;
     label.textContent = text;
-    label.style.transform = `translate(${(at.x + 10).toFixed(1)}px, ${(at.y - 9).toFixed(1)}px)`;
+    // On the other side of the marker where it would be cut.
+    const cut = at.x + 10 + label.offsetWidth > this.place.clientWidth;
+    const x = cut ? at.x - 10 - label.offsetWidth : at.x + 10;
+    label.style.transform = `translate(${x.toFixed(1)}px, ${(at.y - 9).toFixed(1)}px)`;
   }
 
   /** Where a pointer is on the canvas, -1 to 1. */

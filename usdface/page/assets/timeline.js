@@ -82,12 +82,18 @@ export class Timeline {
     const high = Math.min(this.player.count - 1, Math.round(at + (last - at) * factor));
     this.view = high - low < 10 ? this.view : [low, high];
     if (low === 0 && high === this.player.count - 1) this.view = null;
-    this.redraw();
+    this.zoomed();
   }
 
   showAll() {
     this.view = null;
+    this.zoomed();
+  }
+
+  /** Redraw, also the curves, which show the same frames. */
+  zoomed() {
     this.redraw();
+    this.player.changed();
   }
 
   refresh() {
@@ -120,7 +126,8 @@ export class Timeline {
       context.fillStyle = "#2a2f38";
       context.fillRect(x(frame), RULER - 5, 1, height);
       context.fillStyle = "#8b93a1";
-      context.fillText(String(frame), x(frame) + 3, 8);
+      const text = String(frame);
+      if (x(frame) + 3 + context.measureText(text).width < width) context.fillText(text, x(frame) + 3, 8);
     }
     const [from, to] = this.player.range;
     if (from > 0 || to < this.player.count - 1) {
@@ -139,14 +146,14 @@ export class Timeline {
   }
 
   drawRibbon(context, values, top, width) {
-    const [, high] = columns(values, 1, 0, this.range, width);
+    const [, high] = columns(values, 1, 0, this.range, width), { frame } = axis(this.range, width);
     context.fillStyle = "#23272e";
     context.fillRect(0, top, width, ROW);
-    let before = NaN;
     for (let x = 0; x < width; x++) {
-      if (!Number.isNaN(high[x])) before = high[x];
-      if (Number.isNaN(before)) continue;
-      context.fillStyle = css(RAMPS.ribbon, before / this.most);
+      // Between two frames as in the first of them; nothing where no marker was seen.
+      const residual = Number.isNaN(high[x]) ? values[Math.floor(frame(x))] : high[x];
+      if (Number.isNaN(residual)) continue;
+      context.fillStyle = css(RAMPS.ribbon, residual / this.most);
       context.fillRect(x, top, 1, ROW);
     }
   }
@@ -171,7 +178,7 @@ function scaleOf(rows) {
 
 /** The frames of the largest residuals, at least `apart` frames from each other. */
 export function worstFrames(values, apart, count = 6) {
-  const order = Array.from(values.keys()).sort((a, b) => values[b] - values[a]);
+  const order = Array.from(values.keys()).filter((frame) => !Number.isNaN(values[frame])).sort((a, b) => values[b] - values[a]);
   const chosen = [];
   for (const frame of order) {
     if (chosen.length === count) break;

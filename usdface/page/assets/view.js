@@ -4,7 +4,7 @@ import { Group, Matrix4 } from "three";
 import { Character } from "usdface/character";
 import { Curves, Gaps } from "usdface/curves";
 import { readData, row } from "usdface/data";
-import { element, mouseKeepsNoFocus, toggle } from "usdface/dom";
+import { element, isForControl, mouseKeepsNoFocus, toggle } from "usdface/dom";
 import { Footage } from "usdface/footage";
 import { Heat, RAMPS, css } from "usdface/heat";
 import { Markers } from "usdface/markers";
@@ -78,7 +78,7 @@ class View {
   layout() {
     const names = { raw: ["raw"], corrected: ["corrected"], both: ["raw", "corrected"], change: ["corrected"] };
     const labels = this.hasRaw ? { raw: "raw", corrected: this.mode === "change" ? "difference" : "corrected" } : { corrected: "" };
-    const columns = names[this.mode].map((name) => ({ group: this.figures[name].group, label: labels[name] }));
+    const columns = names[this.mode].map((name) => ({ group: this.figures[name].group, label: this.held ? "as the sliders" : labels[name] }));
     if (this.performer && this.on.markers) columns.push({ group: this.performerGroup, label: "performer" });
     this.stage.show(columns);
     for (const { points } of this.features ?? []) points.points.visible = this.on.features;
@@ -109,7 +109,8 @@ class View {
       setMatrix(head, carried);
     }
     if (this.mode === "change") this.largest = this.heat.change(poses.raw, poses.corrected, this.scale());
-    else if (this.on.heat && this.page.features) this.heat.residual(this.page.features, frame, this.most);
+    else if (this.on.heat && this.page.features)
+      this.note.textContent = this.heat.residual(this.page.features, frame, this.most) ? "" : "all markers are occluded";
     if (this.mode === "change") this.note.textContent = `largest ${this.largest.toFixed(1)} mm`;
   }
 
@@ -186,7 +187,7 @@ class View {
     if (page.clips.length) add("curves", (body) => (this.curves = new Curves(body, player, range, page)));
     if (page.gaps?.length) add("gaps", (body) => (this.gaps = new Gaps(body, player, range, page.gaps)));
     add("shapes", (body) => {
-      this.sliders = new Sliders(body, page.character, () => (this.showPanel(), this.stage.ask()));
+      this.sliders = new Sliders(body, page.character, (weights) => this.hold(weights));
       return { show: (frame) => this.sliders.show(row(this.clip.weights[this.mode === "raw" ? "raw" : "corrected"], frame)) };
     });
     if (page.footage) add("footage", (body) => new Footage(body, page.footage, (frame) => player.seek(frame)));
@@ -222,7 +223,11 @@ class View {
     this.playButton = button("play", "space", () => player.toggle());
     this.playButton.className = "play";
     this.frameInput = element("input", { type: "number", min: 0, "aria-label": "frame" });
-    this.frameInput.addEventListener("change", () => player.seek(Number(this.frameInput.value)));
+    this.frameInput.addEventListener("change", () => {
+      player.seek(Number(this.frameInput.value));
+      this.frameInput.value = player.frame;
+    });
+    this.frameInput.addEventListener("keydown", (event) => event.key === "Enter" && this.frameInput.blur());
     this.clock = element("span", { class: "clock" });
     this.speed = element("select", { title: "speed: [ and ]", "aria-label": "speed" }, SPEEDS.map((speed) => element("option", { value: speed, text: `${speed}×` })));
     this.speed.addEventListener("change", () => player.setSpeed(Number(this.speed.value)));
@@ -277,6 +282,16 @@ class View {
     this.layout();
   }
 
+  /** The sliders hold the face still, or leave it to the clip: its name says so on every tab. */
+  hold(weights) {
+    if (this.held !== !!weights) {
+      this.held = !!weights;
+      this.layout();
+    }
+    this.showPanel();
+    this.stage.ask();
+  }
+
   switch(name) {
     this.on[name] = !this.on[name];
     this.layout();
@@ -317,7 +332,7 @@ class View {
   }
 
   key(event) {
-    if (event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT)$/.test(event.target.tagName)) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || isForControl(event)) return;
     const { player } = this, far = event.shiftKey ? 10 : 1;
     const keys = {
       " ": () => player.toggle(), ArrowLeft: () => player.step(-far), ArrowRight: () => player.step(far),
@@ -366,14 +381,14 @@ function quantile(values, share) {
 
 const KEYS = [
   ["space", "play, pause"], ["← →", "one frame; with shift ten"], ["home end", "start, end"], ["1 2 3 4", "raw, corrected, side by side, difference"],
-  ["c", "raw or corrected"], ["h p m", "heat, feature points, performer"], ["w", "next bad frame"], ["l i o x", "loop, its start, its end, all"],
+  ["c", "raw or corrected"], ["h p m", "heat, feature points, performer"], ["w", "next frame with a large residual"], ["l i o x", "loop, its start, its end, all"],
   ["[ ]", "slower, faster"], ["f g", "front, three quarters"],
 ];
 
 function notes(place, page) {
   const facts = Object.entries(page.facts ?? {});
   place.append(
-    element("dl", {}, facts.flatMap(([name, value]) => [element("dt", { text: name }), element("dd", { text: String(value) })])),
+    element("dl", {}, facts.flatMap(([name, value]) => [element("dt", { text: name.replaceAll("_", " ") }), element("dd", { text: String(value) })])),
     ...(page.findings?.length ? [element("h2", { text: "findings" })] : []),
     ...(page.findings ?? []).map(({ code, severity, message, where }) =>
       element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [where, message].filter(Boolean).join(": ") })])),
