@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import numpy as np
 
 from usdface.errors import InputError, did_you_mean
+from usdface.frozen_mapping import FrozenMapping
 from usdface.options import (
     EXAGGERATION_RANGE,
     LARGEST_CURVE_FACTOR,
@@ -127,23 +127,23 @@ class RetargetSetup:
     origin: BindingOrigin | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
-        weights = MappingProxyType(dict(self.neutral_weights))
+        object.__setattr__(self, "roles", FrozenMapping(self.roles))
+        weights = FrozenMapping(self.neutral_weights)
         object.__setattr__(self, "neutral_weights", weights)
         for name, weight in weights.items():
             if not 0 <= weight <= 1:
                 raise InputError(
                     f"the neutral weight of {name!r} is {weight}; expected 0 to 1", "SETTING_WRONG"
                 )
-        curves = {curve: MappingProxyType(dict(own)) for curve, own in self.curves.items()}
-        object.__setattr__(self, "curves", MappingProxyType(curves))
+        curves = {curve: FrozenMapping(own) for curve, own in self.curves.items()}
+        object.__setattr__(self, "curves", FrozenMapping(curves))
         for curve, own in curves.items():
             for name, factor in own.items():
                 check_curve_factor(curve, name, factor)
         pinned = [pin.shape for pin in self.pins]
         if len(set(pinned)) != len(pinned):
             raise InputError("a blend shape is pinned twice; give it one Pin", "NAME_REPEATED")
-        parts = MappingProxyType(dict(self.exaggeration))
+        parts = FrozenMapping(self.exaggeration)
         object.__setattr__(self, "exaggeration", parts)
         for part, factor in parts.items():
             check_exaggeration(part, factor)
