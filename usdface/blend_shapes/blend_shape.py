@@ -5,6 +5,7 @@ from typing import Literal
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 
@@ -43,6 +44,7 @@ class Combination:
     rule: CombinationRule = "product"
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class BlendShape:
     """One sparse blend shape.

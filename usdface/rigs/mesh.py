@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shapes.blend_shape import BlendShape, offsets_at
 from usdface.errors import InputError
@@ -15,6 +16,7 @@ from usdface.scene import Extras
 __all__ = ["Mesh"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Mesh:
     """A polygon mesh with blend shapes, in the rig's space at rest.

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from usdface.arguments import checked
 from usdface.errors import InputError
 from usdface.materials import Material
 from usdface.rigs.face_mesh import face_of, faces_like
@@ -13,6 +14,7 @@ from usdface.scene import Camera, Extras, Group, Light
 __all__ = ["Rig"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Rig:
     """A character: meshes with blend shapes, maybe a skeleton, materials.

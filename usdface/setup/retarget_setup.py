@@ -2,9 +2,11 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import get_args
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.errors import InputError, did_you_mean
 from usdface.frozen_mapping import FrozenMapping
 from usdface.options import (
@@ -32,6 +34,7 @@ __all__ = [
 ]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class RetargetSetup:
     """Everything `retarget` needs to know about a face besides take and rig.
@@ -161,6 +164,11 @@ class RetargetSetup:
             raise InputError(
                 f"the factor on the turns of the eyes is {self.eye_turn}; expected 0 to "
                 f"{EXAGGERATION_RANGE[1]:g}",
+                "SETTING_WRONG",
+            )
+        if self.head not in get_args(HeadMode):
+            raise InputError(
+                f"the head is {self.head!r}; expected {', '.join(get_args(HeadMode))}",
                 "SETTING_WRONG",
             )
         if self.head == "markers" and len(self.head_markers) < 3:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.binding.binding_report import binding_findings
 from usdface.binding.resolve_binding import resolve_binding
 from usdface.blas_threads import one_blas_thread
@@ -27,6 +28,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["assemble_shot"]
 
 
+@checked
 @one_blas_thread()
 @solve_errors()
 def assemble_shot(

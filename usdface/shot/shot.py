@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, frozen
 from usdface.cleanup.repairs import Repair
 from usdface.closure.closure_layer import Closure
@@ -33,6 +34,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["Shot", "ShotResult", "SolvedShot"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Shot:
     """Everything a retarget needs.
@@ -151,6 +153,7 @@ class SolvedShot:
     recorded: str = ""
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class ShotResult:
     """A retargeted shot.
