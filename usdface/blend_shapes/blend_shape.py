@@ -8,6 +8,7 @@ import numpy as np
 from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
+from usdface.short_repr import short_repr
 
 __all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween", "offsets_at"]
 
@@ -71,6 +72,8 @@ class BlendShape:
     >>> shape.offsets.shape
     (2, 3)
     """
+
+    __repr__ = short_repr
 
     name: str
     indices: IntArray

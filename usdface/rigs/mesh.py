@@ -12,6 +12,7 @@ from usdface.rigs.corner_values import CornerValues
 from usdface.rigs.material_subsets import MaterialSubset, MaterialVariant
 from usdface.rigs.skeleton import Skin
 from usdface.scene import Extras
+from usdface.short_repr import short_repr
 
 __all__ = ["Mesh"]
 
@@ -62,6 +63,8 @@ class Mesh:
     >>> usdface.Mesh("face", points, [3], [0, 1, 2], shapes=(smile,)).shape_names
     ('smile',)
     """
+
+    __repr__ = short_repr
 
     name: str
     points: FloatArray

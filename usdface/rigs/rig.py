@@ -10,6 +10,7 @@ from usdface.rigs.face_mesh import face_of, faces_like
 from usdface.rigs.mesh import Mesh
 from usdface.rigs.skeleton import Skeleton
 from usdface.scene import Camera, Extras, Group, Light
+from usdface.short_repr import short_repr
 
 __all__ = ["Rig"]
 
@@ -43,6 +44,8 @@ class Rig:
     >>> rig.mesh("head").shape_names[:2] == rig.shape_names[:2]
     True
     """
+
+    __repr__ = short_repr
 
     name: str
     meshes: tuple[Mesh, ...]

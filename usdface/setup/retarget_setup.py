@@ -23,6 +23,7 @@ from usdface.setup.binding import Binding
 from usdface.setup.binding_origin import BindingOrigin
 from usdface.setup.calibration import Calibration
 from usdface.setup.pin import Pin
+from usdface.short_repr import short_repr
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
@@ -103,6 +104,8 @@ class RetargetSetup:
     >>> usdface.RetargetSetup(binding, neutral=(0, 29), nose_tip="nose").head
     'solve'
     """
+
+    __repr__ = short_repr
 
     binding: Binding
     head: HeadMode = "solve"

@@ -8,6 +8,7 @@ import numpy as np
 from usdface.arguments import checked
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.errors import InputError
+from usdface.short_repr import short_repr
 from usdface.takes.take_axes import check_names, check_rate, check_times
 
 __all__ = ["FARTHEST", "MarkerTake", "visible"]
@@ -72,6 +73,8 @@ class MarkerTake:
     >>> take.visible.tolist(), take.select(("nose",)).shape
     ([[True], [True]], (2, 1, 3))
     """
+
+    __repr__ = short_repr
 
     names: tuple[str, ...]
     times: FloatArray

@@ -7,6 +7,7 @@ import numpy as np
 from usdface.arguments import checked
 from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError, did_you_mean
+from usdface.short_repr import short_repr
 from usdface.takes.take_axes import check_names, check_rate, check_times
 
 __all__ = ["WeightsTake"]
@@ -37,6 +38,8 @@ class WeightsTake:
     >>> take.column("jawOpen").tolist()
     [0.0, 1.0]
     """
+
+    __repr__ = short_repr
 
     names: tuple[str, ...]
     times: FloatArray
