@@ -100,23 +100,29 @@ class Mesh:
             raise InputError(
                 f"mesh {self.name!r}: points must be finite, shape (vertices, 3)", "VALUES_WRONG"
             )
-        if self.face_counts.sum() != len(self.face_indices):
+        corners = len(self.face_indices)
+        for name, expected in (("normals", (count, 3)), ("uvs", (corners, 2))):
+            given = getattr(self, name)
+            if given is not None and given.shape != expected:
+                raise InputError(
+                    f"mesh {self.name!r}: {name} have shape {given.shape}; expected {expected}",
+                    "VALUES_WRONG",
+                )
+        if self.face_counts.sum() != corners:
             raise InputError(
                 f"mesh {self.name!r}: face counts add up to {self.face_counts.sum()}, "
-                f"but there are {len(self.face_indices)} face indices",
+                f"but there are {corners} face indices",
                 "TOPOLOGY_DIFFERS",
             )
-        if len(self.face_indices) and not (
-            self.face_indices.min() >= 0 and self.face_indices.max() < count
-        ):
+        if corners and not (self.face_indices.min() >= 0 and self.face_indices.max() < count):
             raise InputError(
                 f"mesh {self.name!r}: a face index is outside 0 to {count - 1}", "TOPOLOGY_DIFFERS"
             )
-        for given in self.corner_values:
-            if given.values.ndim != 2 or len(given.values) != len(self.face_indices):
+        for corner in self.corner_values:
+            if corner.values.ndim != 2 or len(corner.values) != corners:
                 raise InputError(
-                    f"mesh {self.name!r}: {given.name!r} has {len(given.values)} values for "
-                    f"{len(self.face_indices)} face corners"
+                    f"mesh {self.name!r}: {corner.name!r} has {len(corner.values)} values for "
+                    f"{corners} face corners"
                 )
         names = [shape.name for shape in self.shapes]
         for shape in self.shapes:
