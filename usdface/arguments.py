@@ -22,14 +22,15 @@ TargetT = TypeVar("TargetT", bound=Callable[..., Any])
 
 # What makes a value of each type, for the message.
 _MAKERS = {
-    **{"Rig": "usdface.read_rig(path)", "RetargetSetup": "usdface.read_bind(path)"},
-    **{"MarkerTake": "usdface.read_take(path)", "WeightsTake": "usdface.read_take(path)"},
-    **{"Shot": "usdface.assemble_shot(rig, take)", "ShotResult": "usdface.retarget(shot)"},
-    **{
-        "Calibration": "usdface.calibrate(shot, output).value",
-        "Binding": "usdface.Binding(markers, points)",
-        "Stage": "Usd.Stage.Open(path)",
-    },
+    "Binding": "usdface.Binding(markers, points)",
+    "Calibration": "usdface.calibrate(shot, output).value",
+    "MarkerTake": "usdface.read_take(path)",
+    "RetargetSetup": "usdface.read_bind(path)",
+    "Rig": "usdface.read_rig(path)",
+    "Shot": "usdface.assemble_shot(rig, take)",
+    "ShotResult": "usdface.retarget(shot)",
+    "Stage": "Usd.Stage.Open(path)",
+    "WeightsTake": "usdface.read_take(path)",
 }
 _PLAIN = {str: "text", bool: "True or False", int: "a whole number", float: "a number"}
 _TEXT = (str, bytes)
