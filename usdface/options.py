@@ -11,6 +11,7 @@ from math import isfinite
 from os import PathLike
 from typing import Any, Literal, get_args
 
+from usdface.arguments import checked
 from usdface.errors import InputError, did_you_mean
 
 __all__ = [
@@ -202,6 +203,7 @@ def _check_share(name: str, value: float) -> None:
         raise InputError(f"{name!r} is {value}; expected 0 to 1", "SETTING_WRONG")
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TakeOptions:
     """Options of reading a take, for all that the file itself does not say.
@@ -241,6 +243,7 @@ class TakeOptions:
             _check_choice("up_axis", self.up_axis, UpAxis, "AXIS_UNKNOWN")
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RigOptions:
     """Options of reading a rig, for all that the source does not say.
@@ -267,6 +270,7 @@ class RigOptions:
         _check_choice("up_axis", self.up_axis, UpAxis, "AXIS_UNKNOWN")
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MapOptions:
     """The space map from performer to character.
@@ -297,6 +301,7 @@ class MapOptions:
         _check_number("smoothing", self.smoothing)
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CleanOptions:
     """Steps of the marker clean-up (`usdface.cleanup`) that are done before the solve.
@@ -324,6 +329,7 @@ class CleanOptions:
     gaps: bool = True
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosureOptions:
     """The closure layer (`usdface.closure`), which comes after the correction.
@@ -345,6 +351,7 @@ class ClosureOptions:
     lips: bool = True
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SolveOptions:
     """The blend-shape solve.
@@ -552,6 +559,7 @@ def solve_settings() -> dict[str, Setting]:
     return {name: setting for name, setting in settings.items() if setting.doc}
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CorrectionOptions:
     """Options of the correction: emotions blended over the solved weights.
@@ -587,6 +595,7 @@ class CorrectionOptions:
         _check_share("ease", self.ease)
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FitOptions:
     """Options of fitting a fuzzy system (`usdface.rule_learning.fitting`).
@@ -617,6 +626,7 @@ class FitOptions:
         _check_choice("hold_out", self.hold_out, HoldOut)
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExportOptions:
     """Options of an export.
@@ -659,6 +669,7 @@ class ExportOptions:
             _check_choice("purpose", purpose, Purpose)
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DeliverOptions:
     """The range and the rate of a deliverable, `process(deliver=...)`.
@@ -693,6 +704,7 @@ class DeliverOptions:
             )
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ImportOptions:
     """Options of reading a glTF: `usdface import`.
@@ -708,6 +720,7 @@ class ImportOptions:
     asset_root: str = ""
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BindOptions:
     """The binding of a shot, beyond its binding file.
@@ -728,6 +741,9 @@ class BindOptions:
     peaks: tuple[int, ...] | Literal["auto"] | None = None
 
     def __post_init__(self) -> None:
+        for name in ("neutral", "peaks"):
+            if isinstance(getattr(self, name), str):
+                _check_choice(name, getattr(self, name), Literal["auto"])
         if isinstance(self.neutral, tuple) and not 0 <= self.neutral[0] <= self.neutral[1]:
             raise InputError(
                 f"neutral frames {self.neutral[0]} to {self.neutral[1]}; expected the first and "
@@ -736,6 +752,7 @@ class BindOptions:
             )
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MarkerOptions:
     """Search for the best places for markers.
@@ -760,6 +777,7 @@ class MarkerOptions:
         _check_number("noise", self.noise)
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ViewOptions:
     """A page that shows a face.
@@ -790,6 +808,7 @@ class ViewOptions:
     tracks: str | PathLike[str] | None = None
 
 
+@checked
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProcessOptions:
     """Options of one run, which override the shot's own.

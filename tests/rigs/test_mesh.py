@@ -37,6 +37,8 @@ def test_offsets_at_some_vertices_are_the_dense_ones() -> None:
     ("changes", "message"),
     [
         ({"points": np.full((9, 3), np.nan)}, "finite"),
+        ({"normals": np.zeros((8, 3))}, "normals have shape (8, 3); expected (9, 3)"),
+        ({"uvs": np.zeros((7, 3))}, "uvs have shape (7, 3); expected (7, 2)"),
         ({"points": np.zeros((9, 2))}, "finite, shape"),
         ({"face_counts": [3, 3]}, "add up to 6"),
         ({"face_indices": [0, 1, 2, 3, 4, 5, 9]}, "outside 0 to 8"),

@@ -1,7 +1,10 @@
 """Workers that die or hang fail their task alone."""
 
 import os
+import subprocess
+import sys
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
@@ -54,3 +57,20 @@ def test_workers_end_when_the_caller_stops_listening() -> None:
     outcomes.close()
     with pytest.raises(ProcessLookupError):
         os.kill(worker, 0)
+
+
+@pytest.mark.parametrize("piped", [True, False])
+def test_a_script_without_a_main_guard_is_run_once(piped: bool, tmp_path: Path) -> None:
+    """Also one that is no file, as in a notebook."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "print('begun')\n"
+        "from usdface.show.workers import run_in_workers\n"
+        "tasks = [['a', 'b'], ['c']]\n"
+        "done = run_in_workers('builtins:len', tasks, workers=2, time_limit=60.0)\n"
+        "print(sorted(outcome.value for outcome in done))\n"
+    )
+    command = [sys.executable, *([] if piped else [str(script)])]
+    given = script.read_text() if piped else None
+    ended = subprocess.run(command, input=given, capture_output=True, text=True, check=True)
+    assert (ended.stdout, ended.stderr) == ("begun\n[1, 2]\n", "")

@@ -5,8 +5,10 @@ from typing import Literal
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
+from usdface.short_repr import short_repr
 
 __all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween", "offsets_at"]
 
@@ -43,6 +45,7 @@ class Combination:
     rule: CombinationRule = "product"
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class BlendShape:
     """One sparse blend shape.
@@ -69,6 +72,8 @@ class BlendShape:
     >>> shape.offsets.shape
     (2, 3)
     """
+
+    __repr__ = short_repr
 
     name: str
     indices: IntArray

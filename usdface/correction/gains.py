@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import numpy as np
 
 from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
 from usdface.face.regions import GainRegion
+from usdface.frozen_mapping import FrozenMapping
 from usdface.setup.expression import Expression
 
 __all__ = ["Gains"]
@@ -37,7 +37,7 @@ class Gains:
         object.__setattr__(self, "system", frozen(self.system))
         for name in ("emotions", "regions"):
             curves = {key: frozen(curve) for key, curve in getattr(self, name).items()}
-            object.__setattr__(self, name, MappingProxyType(curves))
+            object.__setattr__(self, name, FrozenMapping(curves))
         for curve in (self.system, *self.emotions.values(), *self.regions.values()):
             if curve.ndim != 1 or not (np.isfinite(curve) & (curve >= 0)).all():
                 raise InputError(f"a gain is {curve.min(initial=np.inf)}; expected 0 or more")

@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from usdface.face.head_size import human_size
 from usdface.face.layout import FaceLayout, find_layout
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.findings import Finding
+from usdface.frozen_mapping import FrozenMapping
 from usdface.options import CONTACT_TOLERANCE
 from usdface.rigs import Mesh
 from usdface.setup.expression import Expression
@@ -54,7 +54,7 @@ class BoundFace:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "vertices", frozen(self.vertices, np.int64))
-        object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
+        object.__setattr__(self, "roles", FrozenMapping(self.roles))
 
     @property
     def shape_names(self) -> tuple[str, ...]:
@@ -64,7 +64,7 @@ class BoundFace:
     @cached_property
     def vertex_of(self) -> Mapping[str, int]:
         """The vertex of each marker."""
-        return MappingProxyType(dict(zip(self.markers, self.vertices.tolist(), strict=True)))
+        return FrozenMapping(dict(zip(self.markers, self.vertices.tolist(), strict=True)))
 
     @cached_property
     def nose(self) -> int:

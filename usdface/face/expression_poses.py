@@ -21,6 +21,7 @@ from usdface.errors import InputError
 from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit, NamingConvention
 from usdface.face.shape_names import shape_key
 from usdface.findings import Finding, finding
+from usdface.frozen_mapping import FrozenMapping
 from usdface.setup.expression import Expression
 
 __all__ = ["EMOTIONS", "NAMED", "ActionPose", "composed_pose", "expressions_for", "units_of"]
@@ -38,7 +39,7 @@ class ActionPose:
     gain: float = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
+        object.__setattr__(self, "units", FrozenMapping(self.units))
         for unit, strength in self.units.items():
             if not 0 <= strength <= 1:
                 raise InputError(

@@ -5,7 +5,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
 
 import numpy as np
 
@@ -16,6 +15,7 @@ from usdface.face.head_size import size_by_eyes
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.mirror import SIDES, Side, sided_shapes
 from usdface.face.regions import GAIN_REGIONS, GainRegion, shape_regions
+from usdface.frozen_mapping import FrozenMapping
 from usdface.options import CONTACT_TOLERANCE
 from usdface.rigs import Mesh
 from usdface.setup.expression import Expression
@@ -54,7 +54,7 @@ class FaceLayout:
     tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "regions", MappingProxyType(dict(self.regions)))
+        object.__setattr__(self, "regions", FrozenMapping(self.regions))
         for name in ("lips", "lids"):
             object.__setattr__(self, name, frozen(getattr(self, name), np.int64))
         _check_once("both sides", (self.left, self.right))

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from scipy.ndimage import median_filter
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
@@ -46,6 +47,7 @@ def sheet_frames(result: ShotResult, count: int) -> dict[int, str]:
     return dict(sorted(found.items()))
 
 
+@checked
 def peak_frames(result: ShotResult) -> dict[int, str]:
     """Return all frames to look at in order, each with its reason.
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 from typing import Any
 
 from usdface.findings.codes import CODES, Action, Severity
 from usdface.findings.values import filled_in, plain_values
+from usdface.frozen_mapping import FrozenMapping
 from usdface.plain_text import plain
 
 __all__ = ["Finding", "finding", "severest", "timed"]
@@ -46,7 +46,7 @@ class Finding:
 
     def __post_init__(self) -> None:
         """Escape and shorten text that came from a file."""
-        object.__setattr__(self, "values", MappingProxyType(plain_values(self.values)))
+        object.__setattr__(self, "values", FrozenMapping(plain_values(self.values)))
         object.__setattr__(self, "where", plain(self.where, _LONGEST_PLACE))
         object.__setattr__(self, "message", plain(self.message, _LONGEST))
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.errors import InputError, PluginError, did_you_mean
 from usdface.findings import Finding, finding
 from usdface.hooks import Hook
@@ -78,6 +79,7 @@ def plugins_of(group: str) -> list[Plugin]:
     return sorted(found, key=lambda plugin: (plugin.entry.name, plugin.name, plugin.entry.value))
 
 
+@checked
 def installed_hooks(skip: Sequence[str] = ()) -> tuple[tuple[Hook, ...], list[Finding]]:
     """Return the hooks of other packages, in the order in which they run.
 

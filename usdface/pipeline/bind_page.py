@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.binding.binding_report import binding_findings
 from usdface.binding.resolve_binding import resolve_binding
 from usdface.binding.resolved_binding import UnsureBindingError
@@ -42,6 +43,7 @@ _NOTHING = RetargetSetup(Binding((), np.zeros(0, dtype=np.int64)))
 _UNPROPOSED = ("MARKERS_TOO_FEW", "TAKE_STILL", "TAKE_KIND_WRONG")
 
 
+@checked
 @one_blas_thread()
 def make_bind_page(
     source: StrPath,

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.hooks import run_hooks
 from usdface.io.atomic import StrPath, write_text
@@ -21,6 +22,7 @@ from usdface.setup.calibration import Calibration
 __all__ = ["calibrate"]
 
 
+@checked
 @one_blas_thread()
 def calibrate(
     shot: StrPath,

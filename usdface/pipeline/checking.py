@@ -6,6 +6,7 @@ from os import PathLike
 from pathlib import Path
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError, UsdFaceError
 from usdface.figures.picture import check_picture
@@ -21,6 +22,7 @@ from usdface.result import Result
 __all__ = ["check"]
 
 
+@checked
 @one_blas_thread()
 def check(
     paths: StrPath | Iterable[StrPath],

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError, did_you_mean
 from usdface.io.atomic import StrPath, write_text
@@ -22,6 +23,7 @@ from usdface.show.show_file import read_show_file
 __all__ = ["conform"]
 
 
+@checked
 @one_blas_thread()
 def conform(
     cut: StrPath,

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.neutral_check import NeutralResponse, neutral_responses
@@ -26,6 +27,7 @@ from usdface.takes.frame_index import check_frame, frame_at
 __all__ = ["check_neutral", "explain"]
 
 
+@checked
 @one_blas_thread()
 def explain(
     shot: StrPath,
@@ -100,6 +102,7 @@ def explain(
     )
 
 
+@checked
 @one_blas_thread()
 def check_neutral(
     shot: StrPath, *, on_progress: OnProgress | None = None

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.rule_check import check_rules
 from usdface.expression_system import ExpressionSystem
@@ -18,6 +19,7 @@ from usdface.rule_design.paper_system import paper_system
 __all__ = ["convert_fuzzy", "write_paper_system"]
 
 
+@checked
 @one_blas_thread()
 def convert_fuzzy(
     source: StrPath,
@@ -61,6 +63,7 @@ def convert_fuzzy(
     return _written(system, output, findings, progress)
 
 
+@checked
 @one_blas_thread()
 def write_paper_system(
     output: StrPath, *, overwrite: bool = False, on_progress: OnProgress | None = None

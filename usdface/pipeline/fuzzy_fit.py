@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
@@ -33,6 +34,7 @@ from usdface.setup.retarget_setup import RetargetSetup
 __all__ = ["fit_fuzzy"]
 
 
+@checked
 @one_blas_thread()
 def fit_fuzzy(
     source: StrPath,

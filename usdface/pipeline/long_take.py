@@ -8,6 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import ERROR_CODES, InputError, SolveError
 from usdface.findings import Finding
@@ -34,6 +35,7 @@ _TIME_LIMIT = 3600.0  # s for a piece: two orders above the measured time
 ValueT = TypeVar("ValueT")
 
 
+@checked
 @one_blas_thread()
 def solve_pieces(
     shot: StrPath,

@@ -4,6 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.binding.marker_places import marker_places
 from usdface.blas_threads import one_blas_thread
 from usdface.face.fitted_setup import fit_setup
@@ -23,6 +24,7 @@ from usdface.setup.binding import Binding
 __all__ = ["make_markers"]
 
 
+@checked
 @one_blas_thread()
 def make_markers(
     rig: StrPath,

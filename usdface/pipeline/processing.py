@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
 __all__ = ["apply", "process"]
 
 
+@checked
 @one_blas_thread()
 def process(
     shot: StrPath,
@@ -166,6 +168,7 @@ def process(
     return replace(reported, written=tuple(written), findings=found, seconds=progress.seconds)
 
 
+@checked
 @one_blas_thread()
 def apply(
     stage: Stage,

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.arguments import checked
 from usdface.findings import Finding
 from usdface.io import bind_file
 from usdface.io.atomic import StrPath
@@ -19,6 +20,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["read_bind", "read_result", "read_rig", "read_take"]
 
 
+@checked
 def read_rig(path: StrPath, *, options: RigOptions = RigOptions()) -> tuple[Rig, list[Finding]]:
     """Read a character: UsdSkel, glTF, a folder of OBJ or PLY meshes, or MakeHuman targets.
 
@@ -50,6 +52,7 @@ def read_rig(path: StrPath, *, options: RigOptions = RigOptions()) -> tuple[Rig,
     return read_rig_file(Path(path), options)
 
 
+@checked
 def read_take(
     path: StrPath, *, options: TakeOptions = TakeOptions()
 ) -> tuple[MarkerTake | WeightsTake, list[Finding]]:
@@ -84,6 +87,7 @@ def read_take(
     return take_files.read_take(Path(path), options)
 
 
+@checked
 def read_bind(path: StrPath) -> tuple[RetargetSetup, list[Finding]]:
     """Read a binding file, JSON: which vertex each marker sits on, neutral frames, nose tip.
 
@@ -111,6 +115,7 @@ def read_bind(path: StrPath) -> tuple[RetargetSetup, list[Finding]]:
     return bind_file.read_bind(Path(path))
 
 
+@checked
 def read_result(path: StrPath) -> tuple[PlayedShot, list[Finding]]:
     """Read a processed shot as its layers hold it: weights, emotions, firing rules, residual.
 

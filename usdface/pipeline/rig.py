@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
 from usdface.face.stray_vertices import report_stray
@@ -19,6 +20,7 @@ from usdface.rigs import Rig
 __all__ = ["make_rig"]
 
 
+@checked
 @one_blas_thread()
 def make_rig(
     source: StrPath,

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
@@ -31,6 +32,7 @@ __all__ = ["export_scene", "import_scene"]
 _USD = (".usd", ".usda", ".usdc", ".usdz")
 
 
+@checked
 @one_blas_thread()
 def export_scene(
     source: StrPath,
@@ -123,6 +125,7 @@ def export_scene(
     return _certified(written, found, summary, progress, certificate, details)
 
 
+@checked
 @one_blas_thread()
 def import_scene(
     source: StrPath,

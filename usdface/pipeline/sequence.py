@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.inputs import check_outputs, files_read
@@ -28,6 +29,7 @@ __all__ = ["check_unread", "plans_of", "process_sequence"]
 TIME_LIMIT = 3600.0  # s for a shot: two orders above the longest take that was measured
 
 
+@checked
 @one_blas_thread()
 def process_sequence(
     sources: StrPath | Sequence[StrPath],

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.expression_system import ExpressionSystem
@@ -32,6 +33,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["set_up"]
 
 
+@checked
 @one_blas_thread()
 def set_up(
     stage: Stage,

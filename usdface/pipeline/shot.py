@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.binding.resolved_binding import UnsureBindingError
 from usdface.blas_threads import one_blas_thread
 from usdface.face.head_size import report_size
@@ -39,6 +40,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["make_shot"]
 
 
+@checked
 @one_blas_thread()
 def make_shot(
     rig: StrPath,

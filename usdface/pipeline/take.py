@@ -5,6 +5,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.figures.picture import check_picture
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 __all__ = ["make_take"]
 
 
+@checked
 @one_blas_thread()
 def make_take(
     source: StrPath | Sequence[StrPath],

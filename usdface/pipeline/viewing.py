@@ -4,6 +4,7 @@ import base64
 from pathlib import Path
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.clips import Clip
 from usdface.errors import InputError
@@ -28,6 +29,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["view"]
 
 
+@checked
 @one_blas_thread()
 def view(
     source: StrPath,

@@ -8,7 +8,6 @@ the weights that limit them.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from types import MappingProxyType
 
 import numpy as np
 
@@ -20,6 +19,7 @@ from usdface.face.known_limits import with_known_limits
 from usdface.face.layout import FaceLayout
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.face.regions import GainRegion, shape_regions
+from usdface.frozen_mapping import FrozenMapping
 from usdface.options import EXAGGERATION_PARTS, SolveLimits, check_exaggeration
 from usdface.retarget.pins import faded_at_pins
 from usdface.rigs import Mesh
@@ -50,7 +50,7 @@ class Exaggeration:
         for part, curve in curves.items():
             for factor in np.unique(curve).tolist():
                 check_exaggeration(part, factor)
-        object.__setattr__(self, "parts", MappingProxyType(curves))
+        object.__setattr__(self, "parts", FrozenMapping(curves))
 
     @classmethod
     def constant(cls, parts: Mapping[str, float]) -> "Exaggeration":

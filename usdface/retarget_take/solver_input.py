@@ -16,6 +16,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.progress import Progress
 from usdface.retarget.film.dot_radii import dot_radii
 from usdface.retarget.solver.backend import compile_kernels
+from usdface.retarget.usable_markers import check_bound_markers
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
@@ -31,6 +32,7 @@ def solver_input(
     progress: Progress | None,
 ) -> tuple[MarkerTake, RetargetSetup, MarkerSurface, list[Finding]]:
     """Return the take as observed, the setup fitted to the mesh, the skin around its markers."""
+    check_bound_markers(setup, take)
     setup, findings = fit_setup(setup, face.mesh, take)
     if cleaned is not None:
         take = _observed(take, cleaned.measured, setup.head_markers)

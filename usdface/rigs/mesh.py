@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.blend_shapes.blend_shape import BlendShape, offsets_at
 from usdface.errors import InputError
@@ -11,10 +12,12 @@ from usdface.rigs.corner_values import CornerValues
 from usdface.rigs.material_subsets import MaterialSubset, MaterialVariant
 from usdface.rigs.skeleton import Skin
 from usdface.scene import Extras
+from usdface.short_repr import short_repr
 
 __all__ = ["Mesh"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Mesh:
     """A polygon mesh with blend shapes, in the rig's space at rest.
@@ -61,6 +64,8 @@ class Mesh:
     ('smile',)
     """
 
+    __repr__ = short_repr
+
     name: str
     points: FloatArray
     face_counts: IntArray
@@ -95,23 +100,29 @@ class Mesh:
             raise InputError(
                 f"mesh {self.name!r}: points must be finite, shape (vertices, 3)", "VALUES_WRONG"
             )
-        if self.face_counts.sum() != len(self.face_indices):
+        corners = len(self.face_indices)
+        for name, expected in (("normals", (count, 3)), ("uvs", (corners, 2))):
+            given = getattr(self, name)
+            if given is not None and given.shape != expected:
+                raise InputError(
+                    f"mesh {self.name!r}: {name} have shape {given.shape}; expected {expected}",
+                    "VALUES_WRONG",
+                )
+        if self.face_counts.sum() != corners:
             raise InputError(
                 f"mesh {self.name!r}: face counts add up to {self.face_counts.sum()}, "
-                f"but there are {len(self.face_indices)} face indices",
+                f"but there are {corners} face indices",
                 "TOPOLOGY_DIFFERS",
             )
-        if len(self.face_indices) and not (
-            self.face_indices.min() >= 0 and self.face_indices.max() < count
-        ):
+        if corners and not (self.face_indices.min() >= 0 and self.face_indices.max() < count):
             raise InputError(
                 f"mesh {self.name!r}: a face index is outside 0 to {count - 1}", "TOPOLOGY_DIFFERS"
             )
-        for given in self.corner_values:
-            if given.values.ndim != 2 or len(given.values) != len(self.face_indices):
+        for corner in self.corner_values:
+            if corner.values.ndim != 2 or len(corner.values) != corners:
                 raise InputError(
-                    f"mesh {self.name!r}: {given.name!r} has {len(given.values)} values for "
-                    f"{len(self.face_indices)} face corners"
+                    f"mesh {self.name!r}: {corner.name!r} has {len(corner.values)} values for "
+                    f"{corners} face corners"
                 )
         names = [shape.name for shape in self.shapes]
         for shape in self.shapes:

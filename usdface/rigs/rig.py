@@ -3,16 +3,19 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
+from usdface.arguments import checked
 from usdface.errors import InputError
 from usdface.materials import Material
 from usdface.rigs.face_mesh import face_of, faces_like
 from usdface.rigs.mesh import Mesh
 from usdface.rigs.skeleton import Skeleton
 from usdface.scene import Camera, Extras, Group, Light
+from usdface.short_repr import short_repr
 
 __all__ = ["Rig"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Rig:
     """A character: meshes with blend shapes, maybe a skeleton, materials.
@@ -41,6 +44,8 @@ class Rig:
     >>> rig.mesh("head").shape_names[:2] == rig.shape_names[:2]
     True
     """
+
+    __repr__ = short_repr
 
     name: str
     meshes: tuple[Mesh, ...]

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 
 __all__ = ["Binding"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Binding:
     """The binding of markers to the rig: `markers[i]` is on vertex `points[i]` of `mesh`.

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
 from usdface.options import AMPLITUDE_RANGE, LARGEST_OFFSET
@@ -12,6 +13,7 @@ from usdface.setup.performer_face import PerformerFace
 __all__ = ["Calibration"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Calibration:
     """The relation of a performer's movements to the character's blend shapes.

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, frozen
 from usdface.errors import InputError
 
 __all__ = ["Expression"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Expression:
     """An expression pose: one key shape of the rig as weights of its blend shapes.

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 
 __all__ = ["PerformerFace"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class PerformerFace:
     """A performer's face, learned from takes; part of a `Calibration`.

@@ -4,12 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
 
 __all__ = ["Pin"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Pin:
     """Weights of one blend shape that are fixed: `weights` (K,) in [0, 1] at `frames` (K,).

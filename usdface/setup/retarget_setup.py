@@ -2,11 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from types import MappingProxyType
+from typing import get_args
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.errors import InputError, did_you_mean
+from usdface.frozen_mapping import FrozenMapping
 from usdface.options import (
     EXAGGERATION_RANGE,
     LARGEST_CURVE_FACTOR,
@@ -21,6 +23,7 @@ from usdface.setup.binding import Binding
 from usdface.setup.binding_origin import BindingOrigin
 from usdface.setup.calibration import Calibration
 from usdface.setup.pin import Pin
+from usdface.short_repr import short_repr
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = [
@@ -32,6 +35,7 @@ __all__ = [
 ]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class RetargetSetup:
     """Everything `retarget` needs to know about a face besides take and rig.
@@ -101,6 +105,8 @@ class RetargetSetup:
     'solve'
     """
 
+    __repr__ = short_repr
+
     binding: Binding
     head: HeadMode = "solve"
     head_markers: tuple[str, ...] = ()
@@ -127,23 +133,23 @@ class RetargetSetup:
     origin: BindingOrigin | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "roles", MappingProxyType(dict(self.roles)))
-        weights = MappingProxyType(dict(self.neutral_weights))
+        object.__setattr__(self, "roles", FrozenMapping(self.roles))
+        weights = FrozenMapping(self.neutral_weights)
         object.__setattr__(self, "neutral_weights", weights)
         for name, weight in weights.items():
             if not 0 <= weight <= 1:
                 raise InputError(
                     f"the neutral weight of {name!r} is {weight}; expected 0 to 1", "SETTING_WRONG"
                 )
-        curves = {curve: MappingProxyType(dict(own)) for curve, own in self.curves.items()}
-        object.__setattr__(self, "curves", MappingProxyType(curves))
+        curves = {curve: FrozenMapping(own) for curve, own in self.curves.items()}
+        object.__setattr__(self, "curves", FrozenMapping(curves))
         for curve, own in curves.items():
             for name, factor in own.items():
                 check_curve_factor(curve, name, factor)
         pinned = [pin.shape for pin in self.pins]
         if len(set(pinned)) != len(pinned):
             raise InputError("a blend shape is pinned twice; give it one Pin", "NAME_REPEATED")
-        parts = MappingProxyType(dict(self.exaggeration))
+        parts = FrozenMapping(self.exaggeration)
         object.__setattr__(self, "exaggeration", parts)
         for part, factor in parts.items():
             check_exaggeration(part, factor)
@@ -161,6 +167,11 @@ class RetargetSetup:
             raise InputError(
                 f"the factor on the turns of the eyes is {self.eye_turn}; expected 0 to "
                 f"{EXAGGERATION_RANGE[1]:g}",
+                "SETTING_WRONG",
+            )
+        if self.head not in get_args(HeadMode):
+            raise InputError(
+                f"the head is {self.head!r}; expected {', '.join(get_args(HeadMode))}",
                 "SETTING_WRONG",
             )
         if self.head == "markers" and len(self.head_markers) < 3:

@@ -1,14 +1,16 @@
 """Assembly of a shot in memory: vertices of the markers, expression poses, a fuzzy system."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
+from usdface.arguments import checked
 from usdface.binding.binding_report import binding_findings
 from usdface.binding.resolve_binding import resolve_binding
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.default_system import assign_roles, design
 from usdface.correction.rule_check import check_rules
+from usdface.errors import InputError, did_you_mean
 from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import bound_face
 from usdface.face.expression_poses import ActionPose, expressions_for
@@ -27,6 +29,7 @@ from usdface.takes import MarkerTake, WeightsTake
 __all__ = ["assemble_shot"]
 
 
+@checked
 @one_blas_thread()
 @solve_errors()
 def assemble_shot(
@@ -117,6 +120,14 @@ def _expression_system(
     overrides: Mapping[str, Any],
 ) -> tuple[ExpressionSystem | None, RetargetSetup, list[Finding]]:
     """Return the given fuzzy system, or one designed for the rig, and the setup with its roles."""
+    settings = [field.name for field in fields(CorrectionOptions)]
+    for name in overrides:
+        if name not in settings:
+            raise InputError(
+                f"there is no setting {name!r} of the correction; expected {', '.join(settings)}"
+                f"{did_you_mean(name, settings)}",
+                "SETTING_WRONG",
+            )
     correction = CorrectionOptions(**overrides)  # raises InputError for illegal values
     if system is None:
         designed, roles, findings = design(bound_face(mesh, setup), expressions, correction)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shapes.combined_weights import with_combinations
@@ -28,6 +29,7 @@ from usdface.takes import MarkerTake
 __all__ = ["check_gains", "correct", "correct_solved", "with_gains"]
 
 
+@checked
 @one_blas_thread()
 @solve_errors()
 def correct(

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.expression_layer import ExpressionTrace, SideTrace
 from usdface.correction.temporal_blend import blend_frames
@@ -249,6 +250,7 @@ class Explanation:
         }
 
 
+@checked
 def explain_result(result: ShotResult) -> Explanation:
     """Return the explanation of a shot that was retargeted with ``ProcessOptions(trace=True)``.
 

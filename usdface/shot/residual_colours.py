@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.face.residual_heat import heat_of_markers
@@ -15,6 +16,7 @@ _RAMP = np.array([[0.3, 0.31, 0.33], [0.75, 0.6, 0.08], [0.85, 0.16, 0.02], [0.7
 _QUANTILE, _LEAST = 0.98, 0.002
 
 
+@checked
 def residual_colours(result: ShotResult, frames: tuple[int, ...]) -> FloatArray:
     """Return the colour of each vertex of the bound mesh: grey = 0, red = 2 mm or more.
 

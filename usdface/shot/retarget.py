@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TypeVar
 
 from usdface.advice import advice
+from usdface.arguments import checked
 from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.face.bound_face import BoundFace
@@ -33,6 +34,7 @@ __all__ = ["express_again", "retarget", "retarget_run", "with_overrides"]
 ValueT = TypeVar("ValueT")
 
 
+@checked
 @one_blas_thread()
 @solve_errors()
 def retarget(

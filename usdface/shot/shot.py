@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, frozen
 from usdface.cleanup.repairs import Repair
 from usdface.closure.closure_layer import Closure
@@ -28,11 +29,13 @@ from usdface.retarget.solution import Solution
 from usdface.rigs import Mesh, Rig
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.short_repr import short_repr
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotResult", "SolvedShot"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class Shot:
     """Everything a retarget needs.
@@ -70,6 +73,8 @@ class Shot:
     >>> usdface.Shot(rig, take, setup).system is None  # no expression layer, see assemble_shot
     True
     """
+
+    __repr__ = short_repr
 
     rig: Rig
     take: MarkerTake | WeightsTake
@@ -141,6 +146,8 @@ class SolvedShot:
         `content_digest` of the take before its clean-up; "" where it was never read as a whole.
     """
 
+    __repr__ = short_repr
+
     take: MarkerTake | WeightsTake
     weights: WeightsTake
     solution: Solution | None
@@ -151,6 +158,7 @@ class SolvedShot:
     recorded: str = ""
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class ShotResult:
     """A retargeted shot.
@@ -189,6 +197,8 @@ class ShotResult:
     >>> result.weights.weights.shape == (len(result.shot.take.times), len(result.weights.names))
     True
     """
+
+    __repr__ = short_repr
 
     shot: Shot
     solved: WeightsTake

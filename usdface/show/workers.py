@@ -7,13 +7,16 @@ failed, the others go on. If the process of the caller dies, its workers end wit
 import multiprocessing
 import os
 import signal
+import sys
+import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from importlib import import_module
 from multiprocessing.connection import Connection, wait
+from types import ModuleType
 from typing import Any
 
 from usdface.errors import UsdFaceError
@@ -21,6 +24,7 @@ from usdface.errors import UsdFaceError
 __all__ = ["Outcome", "cores", "run_in_workers"]
 
 _PATIENCE = 5.0  # s that a worker has to end on request
+_starting = threading.Lock()  # one at a time, as the main module is that of the whole process
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,9 +121,26 @@ def _start(function: str) -> _Worker:
     context = multiprocessing.get_context("spawn")
     ours, theirs = context.Pipe()
     process = context.Process(target=_serve, args=(theirs, function), daemon=True)
-    process.start()
+    with _no_main_module():
+        process.start()
     theirs.close()
     return _Worker(process, ours)
+
+
+@contextmanager
+def _no_main_module() -> Iterator[None]:
+    """Let a worker start without the caller's script, which it needs nothing of.
+
+    Python would run it again in each worker: all of a script without ``if __name__ == "__main__"``,
+    and none can start where the script is no file, as one that is piped to Python.
+    """
+    with _starting:
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            yield
+        finally:
+            sys.modules["__main__"] = main
 
 
 def _next(team: list[_Worker], time_limit: float) -> list[tuple[_Worker, Outcome]]:

@@ -5,9 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.errors import InputError
-from usdface.takes.take_axes import check_names, check_times
+from usdface.short_repr import short_repr
+from usdface.takes.take_axes import check_names, check_rate, check_times
 
 __all__ = ["FARTHEST", "MarkerTake", "visible"]
 
@@ -21,6 +23,7 @@ def visible(positions: FloatArray) -> BoolArray:
     return np.asarray(~np.isnan(positions[..., 0]))
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class MarkerTake:
     """Marker positions over time.
@@ -71,6 +74,8 @@ class MarkerTake:
     ([[True], [True]], (2, 1, 3))
     """
 
+    __repr__ = short_repr
+
     names: tuple[str, ...]
     times: FloatArray
     positions: FloatArray
@@ -101,10 +106,17 @@ class MarkerTake:
             raise InputError("the marker take has no markers; expected at least one", "TAKE_EMPTY")
         check_names(self.names, "marker")
         check_times(self.times, shape[0], "marker take")
+        check_rate(self.rate, "marker take")
         bad = np.isnan(self.positions)
         if np.isinf(self.positions).any() or (bad.any(axis=2) != bad.all(axis=2)).any():
             raise InputError(
                 "marker positions must be finite, or NaN in all components", "VALUES_WRONG"
+            )
+        if not 1e-12 <= self.meters_per_unit < math.inf:
+            raise InputError(
+                f"a unit of the marker take is {self.meters_per_unit} m; expected a positive "
+                "number, such as 0.001",
+                "VALUES_WRONG",
             )
         if not 0.0 <= self.focal_length < math.inf:
             raise InputError(

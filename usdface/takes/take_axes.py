@@ -1,11 +1,13 @@
 """The axes of a take: names of its columns, times of its frames."""
 
+from math import isfinite
+
 import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 
-__all__ = ["check_names", "check_times", "frame_step"]
+__all__ = ["check_names", "check_rate", "check_times", "frame_step"]
 
 
 def frame_step(times: FloatArray) -> float:
@@ -22,6 +24,15 @@ def check_names(names: tuple[str, ...], subject: str) -> None:
                 f"{subject} name {name!r} occurs twice; names must be unique", "NAME_REPEATED"
             )
         seen.add(name)
+
+
+def check_rate(rate: float, subject: str) -> None:
+    """Refuse a frame rate that is none."""
+    if not (isfinite(rate) and rate >= 0.0):
+        raise InputError(
+            f"the rate of the {subject} is {rate}; expected frames per second, 0 where unknown",
+            "VALUES_WRONG",
+        )
 
 
 def check_times(times: FloatArray, count: int, subject: str) -> None:

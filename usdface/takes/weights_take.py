@@ -4,13 +4,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import FloatArray, frozen
-from usdface.errors import InputError
-from usdface.takes.take_axes import check_names, check_times
+from usdface.errors import InputError, did_you_mean
+from usdface.short_repr import short_repr
+from usdface.takes.take_axes import check_names, check_rate, check_times
 
 __all__ = ["WeightsTake"]
 
 
+@checked
 @dataclass(frozen=True, eq=False, slots=True)
 class WeightsTake:
     """Blend shape weights over time; column s belongs to ``names[s]``.
@@ -36,6 +39,8 @@ class WeightsTake:
     [0.0, 1.0]
     """
 
+    __repr__ = short_repr
+
     names: tuple[str, ...]
     times: FloatArray
     weights: FloatArray
@@ -55,6 +60,7 @@ class WeightsTake:
             )
         check_names(self.names, "blend shape")
         check_times(self.times, shape[0], "weights take")
+        check_rate(self.rate, "weights take")
         if not np.isfinite(self.weights).all():
             raise InputError("blend shape weights must be finite", "VALUES_WRONG")
         if self.head is not None:
@@ -67,7 +73,19 @@ class WeightsTake:
                 )
 
     def column(self, name: str) -> FloatArray:
-        """Return the curve of one blend shape: (F,)."""
+        """Return the curve of one blend shape: (F,).
+
+        Raises
+        ------
+        InputError
+            If the take has no such blend shape.
+        """
+        if name not in self.names:
+            raise InputError(
+                f"the take {self.source} has no blend shape {name!r}"
+                f"{did_you_mean(name, self.names)}",
+                "SHAPE_UNKNOWN",
+            )
         return self.weights[:, self.names.index(name)]
 
     def reordered(self, names: tuple[str, ...]) -> "WeightsTake":

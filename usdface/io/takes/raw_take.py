@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from usdface.arguments import checked
 from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
@@ -92,6 +93,7 @@ class RawTake:
     computed: bool = False
 
 
+@checked
 def check_size(path: Path, frame_count: int, marker_count: int) -> None:
     """Refuse positions out of all proportion to their file, before they are allocated.
 
@@ -125,6 +127,7 @@ def check_size(path: Path, frame_count: int, marker_count: int) -> None:
         )
 
 
+@checked
 def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Finding]]:
     """Return the take in metres, Y up, with unique labels; occlusion is NaN throughout.
 

@@ -1,0 +1,147 @@
+"""Wrong arguments of public functions and types: one line that says what to give instead."""
+
+import inspect
+import pickle
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from os import PathLike
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import pytest
+from worlds import World, make_world
+
+import usdface
+from usdface.arguments import checked
+from usdface.arrays import FloatArray, IntArray
+
+
+@checked
+@dataclass(frozen=True)
+class Track:
+    names: tuple[str, ...]
+    places: FloatArray | None = None
+    points: IntArray | None = None
+    size: tuple[int, int] | None = None
+    axis: Literal["Y", "Z"] = "Y"
+
+
+@checked
+def measure(
+    track: Track,
+    *,
+    path: str | PathLike[str] | None = None,
+    tags: Sequence[str] = (),
+    poses: Mapping[str, Track] | None = None,
+    rate: float = 0.0,
+    frame: int | None = None,
+    loud: bool = False,
+    report: Callable[[str], object] | None = None,
+) -> dict[str, Any]:
+    return dict(locals())
+
+
+TRACK = Track(("nose",))
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"path": TRACK}, "path is of type Track; expected a path or None"),
+        ({"path": b"a"}, "path is of type bytes; expected a path or None"),
+        ({"tags": "abc"}, "tags is 'abc'; expected a list of text"),
+        ({"tags": ["a", 3]}, "tags[1] is 3; expected text"),
+        ({"poses": {"joy": {"jawOpen": 1}}}, "poses['joy'] is the dict {'jawOpen': 1}; expected"),
+        ({"rate": "60"}, "rate is '60'; expected a number"),
+        ({"rate": np.ones(3)}, "rate is an array of float64, shape (3,); expected a number"),
+        ({"frame": 1.5}, "frame is 1.5; expected a whole number or None"),
+        ({"frame": True}, "frame is True; expected a whole number or None"),
+        ({"loud": "no"}, "loud is 'no'; expected True or False"),
+        ({"report": True}, "report is True; expected a function or None"),
+    ],
+)
+def test_a_wrong_argument_is_named(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(usdface.InputError) as raised:
+        measure(TRACK, **given)
+    assert str(raised.value).startswith(f"measure(): {message}")
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"names": "nose"}, "names is 'nose'; expected a list of text"),
+        ({"names": ("a",), "places": [["a"]]}, "places is of type list; expected an array"),
+        ({"names": ("a",), "places": [[1], [1, 2]]}, "places is of type list; expected an array"),
+        ({"names": ("a",), "places": [None]}, "places is the list [None]; expected an array"),
+        ({"names": ("a",), "places": 1j * np.ones(1)}, "places is an array of complex128, shape"),
+        (
+            {"names": ("a",), "points": [0.5]},
+            "points is the list [0.5]; expected an array of",
+        ),
+        ({"names": ("a",), "size": (1, 2, 3)}, "size is the tuple (1, 2, 3); expected (a whole"),
+        ({"names": ("a",), "size": 7}, "size is 7; expected (a whole number, a whole number) or"),
+        ({"names": ("a",), "axis": 1}, "axis is 1; expected 'Y', 'Z'"),
+    ],
+)
+def test_a_wrong_field_is_named(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(usdface.InputError) as raised:
+        Track(**given)
+    assert str(raised.value).startswith(f"Track(): {message}")
+
+
+def test_what_means_the_same_is_taken() -> None:
+    track = Track(["a", "b"], [[1, 2]], [3.0], [1920, np.int64(1080)])  # type: ignore[arg-type]
+    assert track.names == ("a", "b") and track.size == (1920, 1080)
+    assert isinstance(track.places, np.ndarray) and isinstance(track.size, tuple)
+    given = measure(track, path=Path("a"), tags=["a"], rate=np.float32(24), frame=np.int64(3))
+    assert given["track"] is track and given["rate"] == 24 and type(given["frame"]) is int
+
+
+def test_wrong_names_of_arguments_stay_errors_of_the_call() -> None:
+    with pytest.raises(TypeError, match="'pathe'"):
+        measure(TRACK, pathe="a")  # type: ignore[call-arg]
+    with pytest.raises(TypeError, match="takes 1 positional"):
+        measure(TRACK, "a")  # type: ignore[misc]
+
+
+@pytest.mark.parametrize("name", usdface.__all__)
+def test_every_public_function_is_checked(name: str) -> None:
+    public = getattr(usdface, name)
+    if inspect.isfunction(public) and name != "finding":  # whose values are of any type
+        assert pickle.loads(pickle.dumps(public)) is public
+        for parameter, described in inspect.signature(public).parameters.items():
+            assert described.annotation not in (inspect.Parameter.empty, Any), parameter
+            with pytest.raises(
+                usdface.InputError, match=rf"^{name}\(\): {parameter} is of type object"
+            ):
+                public(**{parameter: object()})
+
+
+WORLD = make_world()
+
+
+@pytest.mark.parametrize(
+    ("call", "remedy"),
+    [
+        (lambda w: usdface.assemble_shot(w.rig, w.take, setup="bind.json"), "usdface.read_bind("),
+        (lambda w: usdface.assemble_shot("head.usdc", w.take), "usdface.read_rig(path) makes one"),
+        (lambda w: usdface.assemble_shot((w.rig, []), w.take), "give the first of this pair"),
+        (lambda w: usdface.assemble_shot(w.take, w.rig), "expected Rig; usdface.read_rig("),
+        (lambda w: usdface.retarget("shot.usda"), "usdface.assemble_shot(rig, take) makes one"),
+        (lambda w: usdface.correct(usdface.Result(RESULT)), "value of this result: result.value"),
+        (lambda w: usdface.process(w.take), "arrays go to usdface.assemble_shot and usdface.ret"),
+        (lambda w: usdface.apply("shot.usda"), "Usd.Stage.Open(path) makes one"),
+        (lambda w: usdface.RetargetSetup({"nose": 3}), "usdface.Binding(markers, points) makes"),
+    ],
+)
+def test_the_step_that_was_left_out_is_named(call: Callable[[World], object], remedy: str) -> None:
+    with pytest.raises(usdface.InputError) as raised:
+        call(WORLD)
+    assert remedy in str(raised.value)
+
+
+SHOT, _ = usdface.assemble_shot(WORLD.rig, WORLD.take, setup=WORLD.setup())
+RESULT = usdface.ShotResult(
+    SHOT, usdface.WeightsTake(("jawOpen",), WORLD.take.times, np.zeros((len(WORLD.take.times), 1)))
+)
