@@ -12,6 +12,8 @@ from usdface.face.shape_names import shape_key
     [
         ("blendShape1.browDown_L", "browDownLeft"),  # Maya, and FBX made of it
         ("|face|head_bs.jawOpen", "jawOpen"),
+        ("head_blendShapes_jawOpen", "jawOpen"),
+        ("blendShape1_mouthSmile_L", "mouthSmileLeft"),
         ("rig:head.mouthSmile_R", "mouthSmileRight"),
         ("blendShape1.mouthSmile.L", "mouthSmileLeft"),
         ("mouthSmile.L", "mouthSmileLeft"),  # Blender

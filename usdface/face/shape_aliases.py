@@ -14,6 +14,7 @@ __all__ = ["arkit_key", "bare_name"]
 # What exporters put before a blend shape's name: the figure and the kind of the control.
 _BEFORE = re.compile(
     r".*?(?:(?<![A-Za-z])eCTRL|(?<![A-Za-z])facs_(?:bs|ctrl|jnt)_|CTRL_expressions_|(?=Fcl_))"
+    r"|\w*?[Bb]lend_?[Ss]hapes?\d*_"  # a node, where the dot behind it is not allowed: USD's prims
     r"|A\d\d_(?=[A-Z])"
 )
 _AFTER = re.compile(r"_div\d$")  # Daz: the level of subdivision
