@@ -15,7 +15,7 @@ from usdface.scene import Extras
 __all__ = ["Mesh"]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
 class Mesh:
     """A polygon mesh with blend shapes, in the rig's space at rest.
 
