@@ -14,7 +14,8 @@ from usdface.face.shape_names import shape_key
         ("|face|head_bs.jawOpen", "jawOpen"),
         ("head_blendShapes_jawOpen", "jawOpen"),
         ("blendShape1_mouthSmile_L", "mouthSmileLeft"),
-        ("rig:head.mouthSmile_R", "mouthSmileRight"),
+        ("rig:faceBS.mouthSmile_R", "mouthSmileRight"),
+        ("eye.blink.L", "eyeBlinkLeft"),  # dots between words
         ("blendShape1.mouthSmile.L", "mouthSmileLeft"),
         ("mouthSmile.L", "mouthSmileLeft"),  # Blender
         ("A38_Mouth_Smile_Left", "mouthSmileLeft"),  # Character Creator
@@ -43,7 +44,24 @@ def test_a_name_of_another_program_is_that_of_arkit(name: str, same: str) -> Non
 
 
 @pytest.mark.parametrize(
-    "name", ["smile.L", "smile.001", "smile_L.001", "L", "vectCTRL", "Fcl_", ".", "", "a.", "A12"]
+    "name",
+    [
+        "smile.L",
+        "smile.001",
+        "smile_L.001",
+        "L",
+        "vectCTRL",
+        "Fcl_",
+        ".",
+        "",
+        "a.",
+        "a:",
+        "A12",
+        "eye.up",
+        "faceShape.L",
+        "faceShape.001",
+        "blendShape1.",
+    ],
 )
 def test_what_belongs_to_a_name_stays(name: str) -> None:
     assert bare_name(name) == name

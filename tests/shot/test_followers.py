@@ -49,13 +49,13 @@ def test_names_after_nodes_change_no_weight(result: Path, tmp_path: Path) -> Non
 @pytest.mark.parametrize(
     ("moving", "expected"),
     [
-        ((), {"teeth.jawOpen": "head.jawOpen", "lash_bs.eyeBlink_L": "head.eyeBlinkLeft"}),
-        (("teeth.jawOpen",), {"lash_bs.eyeBlink_L": "head.eyeBlinkLeft"}),
+        ((), {"teeth_bs.jawOpen": "head_bs.jawOpen", "lash_bs.eyeBlink_L": "head_bs.eyeBlinkLeft"}),
+        (("teeth_bs.jawOpen",), {"lash_bs.eyeBlink_L": "head_bs.eyeBlinkLeft"}),
     ],
 )
 def test_who_follows(moving: tuple[str, ...], expected: dict[str, str]) -> None:
-    face = ("head.jawOpen", "head.eyeBlinkLeft", "head.jaw_open")
-    others = ("teeth.jawOpen", "lash_bs.eyeBlink_L", "hat.tilt", "teeth:jawOpen")
+    face = ("head_bs.jawOpen", "head_bs.eyeBlinkLeft", "head_bs.jaw_open")
+    others = ("teeth_bs.jawOpen", "lash_bs.eyeBlink_L", "hat_bs.tilt", "teeth:jawOpen")
     assert followers((*face, *others), face, moving) == expected
 
 

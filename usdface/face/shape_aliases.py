@@ -18,10 +18,10 @@ _BEFORE = re.compile(
     r"|A\d\d_(?=[A-Z])"
 )
 _AFTER = re.compile(r"_div\d$")  # Daz: the level of subdivision
-# Nodes before a name, as of Maya: ``blendShape1.smile``. What follows a dot may be a side, as
-# Blender writes it, or a number of a copy: these belong to the name.
-_NODE = re.compile(r"[.:|]")
-_OF_NAME = re.compile(r"(?:l|r|left|right|\d+)?", re.IGNORECASE)
+# Namespaces and paths before a name, and nodes as of Maya: ``rig:head_bs.smile``. Other dots part
+# the words of a name (``eye.blink.L``).
+_NODE = re.compile(r"(?i:blend|shape|morph|target)|(?<![A-Za-z])bs(?![A-Za-z])|BS")
+_OF_NAME = re.compile(r"(?i:l|r|left|right|\d*)")  # a side, or the number of a copy
 
 _Key = tuple[str, str]
 
@@ -88,11 +88,9 @@ def bare_name(name: str) -> str:
     >>> bare_name("Genesis9__facs_bs_JawOpen_div2")
     'JawOpen'
     """
-    parts = _NODE.split(name)
-    first = len(parts) - 1
-    while first > 0 and _OF_NAME.fullmatch(parts[first]):
-        first -= 1
-    own = name[sum(len(part) + 1 for part in parts[:first]) :]
+    own = name[max(name.rfind(":", 0, -1), name.rfind("|", 0, -1)) + 1 :]
+    node, _, rest = own.partition(".")
+    own = rest if _NODE.search(node) and not _OF_NAME.fullmatch(rest) else own
     before = _BEFORE.match(own)
     own = own[before.end() :] if before and before.end() < len(own) else own
     return _AFTER.sub("", own)

@@ -30,8 +30,8 @@ def followers(
 
     Examples
     --------
-    >>> followers(["head.jawOpen", "teeth.jawOpen", "hat.tilt"], ["head.jawOpen"])
-    {'teeth.jawOpen': 'head.jawOpen'}
+    >>> followers(["head_bs.jawOpen", "teeth_bs.jawOpen", "hat_bs.tilt"], ["head_bs.jawOpen"])
+    {'teeth_bs.jawOpen': 'head_bs.jawOpen'}
     """
     leaders: dict[tuple[str, str], str] = {}
     for name in face_shapes:
