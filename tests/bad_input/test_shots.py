@@ -38,3 +38,21 @@ def test_a_shot_with_a_broken_part(
 def test_a_character_that_is_an_instance(place: Place, refused: Refused) -> None:
     place.edit("shot.usda", lambda s: s.GetPrimAtPath("/Shot/Character").SetInstanceable(True))
     assert "instanceable = false" in refused(place.process)
+
+
+def test_a_shot_inside_an_instance(place: Place, refused: Refused) -> None:
+    place.edit("shot.usda", lambda s: s.GetPrimAtPath("/Shot").SetInstanceable(True))
+    scene = place.folder / "scene.usda"
+    scene.write_text('#usda 1.0\ndef "World" (references = @shot.usda@)\n{\n}\n')
+    told = refused(["process", scene])
+    assert "/World/Retarget is inside an instance" in told and "instanceable = false" in told
+
+
+def test_two_shots_in_one_scene(place: Place, refused: Refused) -> None:
+    scene = place.folder / "scene.usda"
+    prims = (f'def "{name}" (references = @shot.usda@)\n{{\n}}\n' for name in "AB")
+    scene.write_text("#usda 1.0\n" + "".join(prims))
+    told = refused(["process", scene])
+    assert (
+        "/A/Retarget, /B/Retarget" in told and "expected one; name the file of one of them" in told
+    )

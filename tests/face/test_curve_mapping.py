@@ -34,6 +34,15 @@ def test_a_little_beyond_1_is_not_called_from_0_to_1() -> None:
     assert "by 0.0033 at most: eyeLookIn_R" in findings[0].message
 
 
+def test_a_movement_that_a_rig_has_whole_and_in_halves_is_shown_once() -> None:
+    """Avatars have mouthSmile beside mouthSmileLeft and mouthSmileRight."""
+    names = ("mouthSmile", "mouthSmileLeft", "mouthSmileRight")
+    halves, _ = rename_weights(take(MouthSmileLeft=0.4, MouthSmileRight=0.8), names)
+    np.testing.assert_array_equal(halves.weights, [[0.0, 0.4, 0.8]])
+    whole, _ = rename_weights(take(MouthSmile=0.5), names)
+    np.testing.assert_array_equal(whole.weights, [[0.5, 0.0, 0.0]])
+
+
 def test_a_jaw_that_goes_left_or_right_is_no_half_of_a_jaw() -> None:
     renamed, findings = rename_weights(take(jawOpen=0.2, jawLeft=0.8), ("jaw", "jawOpen"))
     np.testing.assert_array_equal(renamed.weights, [[0.0, 0.2]])

@@ -71,6 +71,21 @@ def test_two_sides_drive_a_shape_without_one_by_their_mean() -> None:
     }
 
 
+def test_a_unit_that_a_rig_has_whole_and_in_halves_is_shown_once() -> None:
+    shapes = ["AU12", "AU12_L", "AU12_R"]
+    halves = curves_by_unit(["mouthSmileLeft", "mouthSmileRight"], shapes)
+    assert halves == {"mouthSmileLeft": {"AU12_L": 1.0}, "mouthSmileRight": {"AU12_R": 1.0}}
+    assert curves_by_unit(["mouth-corner-puller"], shapes) == {"mouth-corner-puller": {"AU12": 1.0}}
+
+
+@pytest.mark.parametrize("before", ["", "Face.M_F00_000_00_"])
+def test_mouths_and_lids_of_vroid(before: str) -> None:
+    lids = [f"{before}Fcl_EYE_Close", f"{before}Fcl_EYE_Close_L", f"{before}Fcl_EYE_Close_R"]
+    found = curves_by_unit(["JawOpen", "EyeBlinkLeft"], [f"{before}Fcl_MTH_A", *lids])
+    assert found == {"JawOpen": {f"{before}Fcl_MTH_A": 1.0}, "EyeBlinkLeft": {lids[1]: 1.0}}
+    assert curves_by_unit(["JawOpen"], ["A", "O"]) == {"JawOpen": {"A": 1.0}}
+
+
 def test_no_blend_shape_is_moved_for_two_units() -> None:
     """A nose that wrinkles and a lip that rises are recorded as two curves."""
     shapes = ["mouth-elevation", "nose-left-elevation"]

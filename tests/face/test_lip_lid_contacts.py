@@ -1,5 +1,7 @@
 """Lips and lids are found where a mesh that was built with them has them, and nowhere else."""
 
+import gc
+import weakref
 from dataclasses import replace
 
 import numpy as np
@@ -7,6 +9,7 @@ import pytest
 from ict_face import ict_mesh
 from slits import LID_GAP, LIP_GAP, slit_face
 
+from usdface.face import lip_lid_contacts
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.rigs import BlendShape, Mesh
 
@@ -83,3 +86,17 @@ def test_a_vertex_far_off_hides_no_lips_and_no_lids(far):
     found = find_lip_lid_contacts(replace(FACE, points=points))
     np.testing.assert_array_equal(found.lips, SEAMS.lips)
     np.testing.assert_array_equal(found.lids, SEAMS.lids)
+
+
+def test_they_are_searched_once_for_a_mesh_and_kept_no_longer_than_it(monkeypatch):
+    searched = []
+    find = lip_lid_contacts._find
+    monkeypatch.setattr(lip_lid_contacts, "_find", lambda m: (searched.append(1), find(m))[1])
+    mesh = replace(FACE)
+    held = weakref.ref(mesh)
+    first, again = find_lip_lid_contacts(mesh), find_lip_lid_contacts(mesh)
+    assert first is again and len(searched) == 1 and not first.lids.flags.writeable
+    np.testing.assert_array_equal(first.lids, SEAMS.lids)
+    del mesh
+    gc.collect()
+    assert held() is None

@@ -1,6 +1,6 @@
 import pytest
 
-from usdface.face.shape_names import shape_key
+from usdface.face.shape_names import shape_key, whole_and_halves
 
 
 @pytest.mark.parametrize(
@@ -29,3 +29,18 @@ from usdface.face.shape_names import shape_key
 )
 def test_spelling_does_not_count(name: str, key: tuple[str, str]) -> None:
     assert shape_key(name) == key
+
+
+@pytest.mark.parametrize(
+    ("names", "both"),
+    [
+        (("mouthSmile", "mouthSmileLeft", "mouthSmile_R", "jawOpen"), {"mouthsmile"}),
+        (("mouthSmile", "mouthSmileLeft"), set()),
+        (("mouthSmile_L", "mouthSmile_R"), set()),
+        ((), set()),
+    ],
+)
+def test_movements_of_which_a_rig_has_the_whole_and_both_halves(
+    names: tuple[str, ...], both: set[str]
+) -> None:
+    assert whole_and_halves(names) == both

@@ -79,6 +79,11 @@ def test_a_suffix_that_nobody_writes_is_refused(scene: Path) -> None:
         export_scene(scene, scene.with_name("out.fbx"))
 
 
+def test_usd_is_made_by_import(scene: Path) -> None:
+    with pytest.raises(InputError, match=r"'\.usda' are not .*`usdface import` makes USD"):
+        export_scene(scene, scene.with_name("out.usda"))
+
+
 def test_packing_follows_no_option_of_gltf(scene: Path) -> None:
     with pytest.raises(InputError, match="USDZ has no use for pointer = True"):
         export_scene(scene, scene.with_name("out.usdz"), options=ExportOptions(pointer=True))

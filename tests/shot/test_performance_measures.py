@@ -6,7 +6,14 @@ import pytest
 
 import usdface
 from usdface.options import ProcessOptions
-from usdface.shot.performance_measures import performance_short, still_markers, still_weights
+from usdface.setup.binding import Binding
+from usdface.setup.retarget_setup import RetargetSetup
+from usdface.shot.performance_measures import (
+    idle_curves,
+    performance_short,
+    still_markers,
+    still_weights,
+)
 from usdface.shot.report import report_of
 from usdface.shot.shot import Shot
 from usdface.takes import WeightsTake
@@ -71,3 +78,26 @@ def test_weights_that_rest_are_no_performance(peak: float, level: str) -> None:
     weights[40:50, 1] += peak
     take = WeightsTake(("jawOpen", "smile"), np.arange(90) / 60, weights, 60.0)
     assert judge({"PERFORMANCE_STILL": still_weights(take)}).level == level
+
+
+@pytest.mark.parametrize(
+    ("shapes", "curves", "share", "level"),
+    [
+        (("jawOpen", "browDown_L"), {}, 0.0, "good"),
+        (("jawOpen",), {}, 0.6, "look_at"),
+        (("browDownLeft",), {}, 0.8, "look_at"),
+        (("Jaw", "Brow"), {"jawOpen": {"Jaw": 1.0}}, 0.6, "look_at"),
+        (("jawOpen",), {"browDownLeft": {}}, 0.0, "good"),  # as a person wants it
+    ],
+)
+def test_motion_that_moves_no_blend_shape(
+    shapes: tuple[str, ...], curves: dict[str, dict[str, float]], share: float, level: str
+) -> None:
+    wave = np.sin(np.linspace(0, 2 * np.pi, 60, endpoint=False)) / 2 + 0.5
+    names = ("jawOpen", "browDownLeft", "eyeLookInLeft")
+    take = WeightsTake(names, np.arange(60) / 60, np.outer(wave, [0.8, 0.6, 1.0]), 60.0)
+    setup = RetargetSetup(Binding((), np.array([], dtype=int)), curves=curves)
+    measured = idle_curves(take, shapes, setup)
+    assert measured.value == pytest.approx(share, abs=1e-12)
+    assert judge({"CURVES_IDLE": measured}).level == level
+    assert measured.kind == "curves" and "eyeLookInLeft" not in measured.where

@@ -9,7 +9,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError, did_you_mean
 from usdface.face.gaze_curves import is_gaze_curve
-from usdface.face.shape_names import DIRECTIONS, shape_key
+from usdface.face.shape_names import DIRECTIONS, shape_key, whole_and_halves
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.takes import WeightsTake
@@ -33,7 +33,8 @@ def rename_weights(
 
     A column goes to the shape of the same name, else of the same name in another spelling;
     one unsided curve drives both sides, two sided curves drive an unsided shape by their
-    mean; of `DIRECTIONS` neither does. Weights are clipped to [0, 1].
+    mean; of `DIRECTIONS` neither does, nor where the rig has a movement whole and in halves, which
+    would show it twice. Weights are clipped to [0, 1].
 
     Parameters
     ----------
@@ -164,10 +165,12 @@ def _by_name(
         if base not in DIRECTIONS:
             by_key.setdefault((base, "either" if side else "both"), []).append(i)
     found = {}
+    both_halves = whole_and_halves(shapes)
     for name in shapes:
         base, side = shape_key(name)
         columns = [exact[name]] if name in exact else by_key.get((base, side), [])
-        columns = columns or by_key.get((base, "both" if side else "either"), [])
+        if base not in both_halves:
+            columns = columns or by_key.get((base, "both" if side else "either"), [])
         if columns:
             found[name] = columns
     return found

@@ -5,7 +5,7 @@ from functools import cache
 from types import MappingProxyType
 
 from usdface.face.facs_names import FACS, NAMING_CONVENTIONS, ActionUnit
-from usdface.face.shape_names import shape_key
+from usdface.face.shape_names import shape_key, whole_and_halves
 
 __all__ = ["curves_by_unit"]
 
@@ -27,10 +27,10 @@ def curves_by_unit(
     """Return the blend shapes of the action units that recorded curves are, with their factors.
 
     A blend shape is moved by the mean of its unit's curves: a smile without sides by those of both
-    corners of the mouth, by a half each. Of several units it is that in which it has most weight,
-    of those that have curves: a recording has curves for the others, too. A curve that several
-    units share is the one of the fewest blend shapes. ARKit's mouthClose, which is none, takes back
-    as much of the jaw's.
+    corners of the mouth, by a half each, unless the rig has one for each half, too. Of several
+    units it is that in which it has most weight, of those that have curves: a recording has curves
+    for the others, too. A curve that several units share is the one of the fewest blend shapes.
+    ARKit's mouthClose, which is none, takes back as much of the jaw's.
 
     Parameters
     ----------
@@ -53,10 +53,14 @@ def curves_by_unit(
     """
     own = {curve: unit for curve in curves if (unit := _most_of(curve))}
     found: dict[str, dict[str, float]] = {}
+    twice = whole_and_halves(shapes)
     for shape in shapes:
+        base, side = shape_key(shape)
         weight, movers = 0.0, []
         for unit, share in _units(shape).items():
             by = [curve for curve in own if _carries(curve, own[curve], shape, unit)]
+            if base in twice:  # halves move by curves of halves, the whole by one of the whole
+                by = [curve for curve in by if bool(shape_key(curve)[1]) == bool(side)]
             if by and share > weight:
                 weight, movers = share, by
         for curve in movers:

@@ -13,11 +13,13 @@ from usdface.errors import InputError
 
 __all__ = [
     "ARKIT",
+    "DAZ",
     "FACS",
     "MAKEHUMAN",
     "NAMING_CONVENTIONS",
     "UNITS",
     "VRM",
+    "VRM_0",
     "ActionUnit",
     "NamingConvention",
     "action_unit",
@@ -195,6 +197,40 @@ VRM = NamingConvention(
     },
 )
 
+# VRM 0.x: vowels in capitals, and VRoid's shapes, whose names its presets stand for.
+VRM_0 = NamingConvention(
+    "VRM 0",
+    ("_L", "_R"),
+    {
+        1: {"Fcl_BRW_Sorrow": 1.0},
+        2: {"Fcl_BRW_Surprised": 1.0},
+        4: {"Fcl_BRW_Angry": 1.0},
+        18: {"U": 1.0, "Fcl_MTH_U": 1.0},
+        20: {"E": 1.0, "Fcl_MTH_E": 1.0},
+        22: {"O": 1.0, "Fcl_MTH_O": 1.0},
+        25: {"I": 1.0, "Fcl_MTH_I": 1.0},
+        26: {"A": 1.0, "Fcl_MTH_A": 1.0},
+        43: {"Blink{side}": 1.0, "Fcl_EYE_Close{side}": 1.0},
+    },
+)
+
+# Daz's controls of Genesis 3 and 8 (``eCTRLEyesClosedL``); some avatars have their names beside
+# ARKit's. Later figures have those of ARKit.
+DAZ = NamingConvention(
+    "Daz",
+    ("_L", "_R", ""),
+    {
+        7: {"EyesSquint{side}": 1.0},
+        12: {"MouthSmile{side}": 1.0},
+        15: {"MouthFrown{side}": 1.0},
+        18: {"LipsPucker": 1.0},
+        26: {"MouthOpen": 0.8},
+        27: {"MouthOpen": 1.0},
+        34: {"CheeksBalloon": 1.0},
+        43: {"EyesClosed{side}": 1.0},
+    },
+)
+
 # Blend shapes that are named after the units: AU12, AU12_L, au01L, AU_06, FACS_AU4_left.
 _SPELLINGS = ("AU{}", "AU_{}", "au{}", "au_{}", "FACS_AU{}", "FACS_{}")
 FACS = NamingConvention(
@@ -211,4 +247,4 @@ FACS = NamingConvention(
     },
 )
 
-NAMING_CONVENTIONS = (ARKIT, MAKEHUMAN, VRM, FACS)
+NAMING_CONVENTIONS = (ARKIT, MAKEHUMAN, VRM, VRM_0, DAZ, FACS)

@@ -7,13 +7,14 @@ lips.
 """
 
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
-from usdface.arrays import BoolArray, FloatArray, IntArray
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.geometry.face_corners import next_corners
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.stray_points import stray_points
@@ -60,11 +61,24 @@ class _Skin(NamedTuple):
     spread: float
 
 
+# Asked for by most steps of a job, and slow on dense meshes. A mesh never changes.
+_found: WeakKeyDictionary[Mesh, LipLidContacts] = WeakKeyDictionary()
+
+
 def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
     """Find the pairs of vertices that touch where the mouth or an eye is closed.
 
-    Without lips if the neutral mouth is open, without lids if no blend shape closes the eyes.
+    Without lips if the neutral mouth is open, without lids if no blend shape closes the eyes. They
+    are searched once for a mesh.
     """
+    known = _found.get(mesh)
+    if known is None:
+        lips, lids = _find(mesh)
+        known = _found[mesh] = LipLidContacts(frozen(lips, np.int64), frozen(lids, np.int64))
+    return known
+
+
+def _find(mesh: Mesh) -> LipLidContacts:
     none = np.zeros((0, 2), dtype=np.int64)
     reach = np.zeros(len(mesh.points))
     for shape in mesh.shapes:

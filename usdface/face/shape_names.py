@@ -2,8 +2,11 @@
 
 import re
 import unicodedata
+from collections.abc import Iterable
 
-__all__ = ["DIRECTIONS", "shape_key", "split_words"]
+from usdface.face.shape_aliases import arkit_key, bare_name
+
+__all__ = ["DIRECTIONS", "shape_key", "split_words", "whole_and_halves"]
 
 # Left and right of these are directions, not sides.
 DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose"))
@@ -23,14 +26,19 @@ def shape_key(name: str) -> tuple[str, str]:
 
     >>> shape_key("L_browDown"), shape_key("eyebrows-left-down")
     (('browdown', 'left'), ('eyebrowsdown', 'left'))
+
+    What exporters put before it does not count, and names of other programs for ARKit's are these:
+
+    >>> shape_key("blendShape1.jawOpen"), shape_key("CTRL_expressions_mouthCornerPullL")
+    (('jawopen', ''), ('mouthsmile', 'left'))
     """
-    words = split_words(name)
+    words = split_words(bare_name(name))
     ends = [i for i in (len(words) - 1, 0) if words and words[i] in _SIDES]
     within = [i for i, word in enumerate(words) if word in ("left", "right")]
     if len(words) > 1 and (ends or within):
         at = (ends or within)[0]
-        return "".join(words[:at] + words[at + 1 :]), _SIDES[words[at]]
-    return "".join(words), ""
+        return arkit_key("".join(words[:at] + words[at + 1 :]), _SIDES[words[at]])
+    return arkit_key("".join(words), "")
 
 
 def split_words(name: str) -> list[str]:
@@ -40,3 +48,13 @@ def split_words(name: str) -> list[str]:
     (['j', 'adj', 'l', 'face', 'eye'], ['eye', 'l', '001'])
     """
     return [word.lower() for word in _WORD.findall(unicodedata.normalize("NFC", name))]
+
+
+def whole_and_halves(names: Iterable[str]) -> frozenset[str]:
+    """Return the movements that a rig has both for the whole face and for each half of it.
+
+    >>> whole_and_halves(("mouthSmile", "mouthSmileLeft", "mouthSmileRight", "jawOpen"))
+    frozenset({'mouthsmile'})
+    """
+    keys = {shape_key(name) for name in names}
+    return frozenset(b for b, side in keys if {(b, "left"), (b, "right")} <= keys and not side)

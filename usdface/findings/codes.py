@@ -687,6 +687,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "correct_stage",
         "other meshes have the face's blend shapes, and another SkelAnimation or none",
     ),
+    "SHAPES_FOLLOW": (
+        "info",
+        "nothing",
+        "blend shapes of other meshes have the face's names behind another node's, and follow it",
+    ),
     "MESHES_LEFT_BEHIND": (
         "warning",
         "correct_stage",

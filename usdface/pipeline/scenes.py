@@ -14,10 +14,12 @@ from usdface.certificate.certificate import Certificate
 from usdface.clips import Clip, chosen_clips
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.formats import ExportTarget
 from usdface.hooks import Hook, run_hooks
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import StrPath
 from usdface.io.export_targets import EXPORT_TARGETS, GLTF, pack_stage, write_scene
+from usdface.io.format_table import Registered
 from usdface.io.inputs import check_outputs, files_read, files_written
 from usdface.io.overwrite_protection import check_replaced
 from usdface.io.plugins import hook_report, installed_hooks
@@ -83,7 +85,7 @@ def export_scene(
     read = files_read(source)
     check_outputs([output], read)
     hooks, skipped = installed_hooks(skip_hooks)
-    target, problems = EXPORT_TARGETS.find(output)
+    target, problems = _target(output)
     check_replaced([(output, "glTF")] if target.format is GLTF else [], overwrite)
     problems += skipped
     target.format.check_options(output, options)
@@ -234,6 +236,16 @@ def _rig_with_clips(
         character, own, findings = animated_rig(open_stage(rig), folder)
     character, clips, new_findings = rig_with_clips(source, character, own, folder)
     return character, clips, findings + new_findings
+
+
+def _target(output: Path) -> tuple[Registered[ExportTarget], list[Finding]]:
+    try:
+        return EXPORT_TARGETS.find(output)
+    except InputError as error:
+        if output.suffix.lower() not in _USD:
+            raise
+        message = f"{error}; `usdface import` makes USD of a glTF"
+        raise InputError(message, error.code) from error
 
 
 def _unused(hooks: Sequence[Hook]) -> list[Finding]:

@@ -22,6 +22,7 @@ from usdface.numerics.solve_errors import solve_errors
 from usdface.options import ProcessOptions
 from usdface.progress import OnProgress, Progress
 from usdface.retarget.pins import faded_at_pins
+from usdface.shot.followers import with_followers
 from usdface.shot.run import RetargetRun
 from usdface.shot.shot import Shot, ShotResult
 from usdface.takes import MarkerTake
@@ -113,6 +114,7 @@ def _after_correction(
         shot.setup.pins, solved.names, solved.times, solved.weights, expressed.weights
     )
     combined = with_combinations(shot.mesh.shapes, solved.names, pinned)
+    combined = with_followers(shot.followers, solved.names, solved.weights, combined)
     corrected = replace(solved, weights=combined)
     corrected, findings = run_hooks(hooks, "weights_corrected", corrected, shot)
     return corrected.weights, findings
@@ -193,5 +195,7 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
     )
     if closure is None:
         return None
-    complete = with_combinations(face.mesh.shapes, result.solved.names, closure.weights)
+    names, before = result.solved.names, result.weights.weights
+    complete = with_combinations(face.mesh.shapes, names, closure.weights)
+    complete = with_followers(result.shot.followers, names, before, complete)
     return replace(closure, weights=complete)

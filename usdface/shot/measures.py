@@ -15,6 +15,7 @@ from usdface.retarget.solution import Solution
 from usdface.shot.neutral_measures import neutral_at_limit, neutral_expressive
 from usdface.shot.performance_measures import (
     STILL,
+    idle_curves,
     performance_short,
     still_markers,
     still_weights,
@@ -68,6 +69,7 @@ def shot_measures(
     found["PERFORMANCE_SHORT"] = performance_short(take.times)
     if isinstance(take, WeightsTake):
         found["PERFORMANCE_STILL"] = still_weights(take)
+        found["CURVES_IDLE"] = idle_curves(take, result.shot.rig.shape_names, result.shot.setup)
     if result.solution is not None:
         found |= _of_markers(result, result.solution)
         found["SHAPES_UNDETERMINED"] = Measured(deviation)

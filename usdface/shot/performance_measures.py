@@ -1,12 +1,15 @@
-"""The measures of a verdict that ask whether there is a performance at all."""
+"""The measures of a verdict that ask whether there is a performance, and whether it is shown."""
 
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.face.curve_mapping import undecided
+from usdface.face.gaze_curves import is_gaze_curve
+from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 from usdface.verdict.judge import Measured
 
-__all__ = ["STILL", "performance_short", "still_markers", "still_weights"]
+__all__ = ["STILL", "idle_curves", "performance_short", "still_markers", "still_weights"]
 
 # Motion of a face that moves, as a share of the RMS radius of its markers (0.06 mm of ICT's): of a
 # still one, all is rounding. Set by hand.
@@ -14,6 +17,7 @@ STILL = 1e-3
 # [s] A take of less than half of it holds no expression that comes and goes. Set by hand: the
 # longest blink lasts 0.6 s.
 _SECOND = 1.0
+_NAMED = 4  # curves that a reason names
 # Of a weight that moves, as little as its marker would. Set by hand.
 _STILL_WEIGHT = 1e-3
 
@@ -46,3 +50,21 @@ def still_weights(take: WeightsTake) -> Measured:
     if not take.weights.size:
         return Measured(np.nan)
     return Measured(max(0.0, 1.0 - float(np.ptp(take.weights, axis=0).max()) / _STILL_WEIGHT))
+
+
+def idle_curves(take: WeightsTake, rig_shapes: tuple[str, ...], setup: RetargetSetup) -> Measured:
+    """Return the share of the RMS motion of all curves that moves no blend shape.
+
+    Curves of gaze count for nothing: joints may turn the eyes. Neither do curves that the setup
+    names as driving nothing.
+    """
+    idle, _ = undecided(take.names, rig_shapes, setup.curves)
+    lost = np.array([name in idle and not is_gaze_curve(name) for name in take.names])
+    counted = np.array([not is_gaze_curve(name) for name in take.names])
+    motion = take.weights.var(axis=0) if len(take.weights) else np.zeros(len(take.names))
+    whole = float(motion[counted].sum())
+    if not whole:
+        return Measured(np.nan)
+    most = [take.names[i] for i in np.argsort(-motion * lost, kind="stable") if lost[i]]
+    share = float(np.sqrt(motion[lost].sum() / whole))
+    return Measured(share, "curves", tuple(most[:_NAMED]))

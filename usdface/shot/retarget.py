@@ -10,7 +10,7 @@ from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.face.bound_face import BoundFace
 from usdface.face.region_residuals import region_residuals
-from usdface.findings import Finding, timed
+from usdface.findings import Finding, finding, timed
 from usdface.hooks import Hook, run_hooks
 from usdface.numerics.solve_errors import solve_errors
 from usdface.options import CleanOptions, ProcessOptions
@@ -155,6 +155,7 @@ def _exaggerated_shot(shot: Shot, solved: SolvedShot, run: RetargetRun) -> ShotR
     motion, new_findings = character_head(shot, face, solution) if run.options.head else (None, [])
     findings += new_findings
     findings += turned_at_neutral(motion, shot.take.source) if motion else []
+    findings += _report_followers(shot)
     eyes, new_findings = recorded_eyes(shot.take, shot.rig, face.mesh, shot.setup)
     findings += new_findings
     return ShotResult(
@@ -198,6 +199,14 @@ def _with_pinned_base(shot: Shot, weights: WeightsTake) -> WeightsTake:
     others = [pin for pin in shot.setup.pins if pin.shape not in weights.names]
     pinned = with_pins(others, complete.names, complete.times, complete.weights)
     return replace(complete, weights=pinned)
+
+
+def _report_followers(shot: Shot) -> list[Finding]:
+    found = list(shot.followers)
+    if not found or not isinstance(shot.take, MarkerTake):  # curves drive every mesh by name
+        return []
+    message = "of other meshes, they move as the face's of the same name: {shapes}"
+    return [finding("SHAPES_FOLLOW", shot.mesh.path, message, found)]
 
 
 def _region_residuals(

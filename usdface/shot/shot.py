@@ -30,6 +30,7 @@ from usdface.rigs import Mesh, Rig
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.short_repr import short_repr
+from usdface.shot.followers import followers
 from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotResult", "SolvedShot"]
@@ -110,18 +111,31 @@ class Shot:
         rig_shapes = self.rig.shape_names
         return bound_face(self.mesh, self.setup, layout=self.layout, rig_shapes=rig_shapes)
 
+    @property
+    def followers(self) -> Mapping[str, str]:
+        """Blend shapes of other meshes that follow those of the face: `usdface.shot.followers`."""
+        base, moving = self.base, {pin.shape for pin in self.setup.pins}
+        if base is not None:
+            moving |= {base.names[i] for i in np.flatnonzero(np.any(base.weights, axis=0)).tolist()}
+        return followers(self.rig.shape_names, self.mesh.shape_names, moving)
+
     def with_base(self, names: tuple[str, ...], weights: FloatArray) -> WeightsTake:
         """Return weights (F, S) of blend shapes `names` over the base: F frames, T columns.
 
-        Columns are those of the base in its order, then the others.
+        Columns are those of the base in its order, then the others. Blend shapes of other meshes
+        that `followers` names have the weights of the face's.
         """
         base = self.base.names if self.base is not None else ()
-        order = base + tuple(name for name in names if name not in base)
+        pairs = {own: lead for own, lead in self.followers.items() if own not in names}
+        order = base + tuple(name for name in (*names, *pairs) if name not in base)
         complete = np.zeros((len(weights), len(order)))
         if self.base is not None:
             complete[:, : len(base)] = self.base.weights
         column = {name: i for i, name in enumerate(order)}
         complete[:, [column[name] for name in names]] = weights
+        for own, lead in pairs.items():
+            if lead in names:
+                complete[:, column[own]] = complete[:, column[lead]]
         return WeightsTake(order, self.take.times, complete, self.take.rate)
 
 

@@ -177,6 +177,14 @@ CRITERIA: tuple[Criterion, ...] = (
         "check that all of it was exported and read; a pose alone is no performance",
     ),
     Criterion(
+        "CURVES_IDLE",
+        0.4,
+        np.inf,
+        "{value} of the recorded motion moves no blend shape: {where}",
+        "name blend shapes for these curves: usdface shot ... --write-bind bind.json; or choose a "
+        "character that has them",
+    ),
+    Criterion(
         "TAKE_SIZE",
         2.0,
         np.inf,
@@ -190,7 +198,8 @@ CRITERIA: tuple[Criterion, ...] = (
         np.inf,
         "the character's face is {value} times as {where} as a human one; all millimetres are its "
         "own",
-        "if it is meant to be human, set its unit: usdface rig ... --meters-per-unit",
+        "if it is meant to be human, scale it where it was made (glTF is in metres, USD in its "
+        "metersPerUnit), or name the unit of a folder's meshes: usdface rig ... --meters-per-unit",
         unit="times",
     ),
 )

@@ -14,7 +14,7 @@ __all__ = ["Level", "Measured", "Reason", "Verdict", "judge", "refuse_unusable",
 Level = Literal["good", "look_at", "not_usable"]
 
 _REASONS = 3
-_KINDS = ("markers", "shapes", "regions", "size", "length")
+_KINDS = ("markers", "shapes", "curves", "regions", "size", "length")
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,8 +25,8 @@ class Measured:
     ----------
     value : float
     kind : str
-        Kind of the names in `where`: ``"markers"``, ``"shapes"``, ``"regions"``, ``"size"``,
-        ``"length"``.
+        Kind of the names in `where`: ``"markers"``, ``"shapes"``, ``"curves"``, ``"regions"``,
+        ``"size"``, ``"length"``.
     where : tuple of str
     frames : tuple of int
         First and last frame index; () = the whole take.

@@ -9,6 +9,7 @@ from mathutils import Matrix, Vector
 from mathutils.kdtree import KDTree
 
 from .character import character_of, face_meshes
+from .face_mesh import face_of
 from .messages import FaceError, reported
 
 MARKER = "usdface_marker"  # custom property of an empty: the marker's name, if not the object's
@@ -35,8 +36,8 @@ def marker_name(empty: bpy.types.Object) -> str:
 
 
 def bound_mesh(scene: bpy.types.Scene) -> bpy.types.Object:
-    """Return the mesh that markers sit on: that with most shape keys."""
-    return face_meshes(character_of(scene))[0]
+    """Return the mesh that markers sit on: the head, of meshes with the same shape keys."""
+    return face_of(face_meshes(character_of(scene)))
 
 
 def rest_points(mesh: bpy.types.Object) -> np.ndarray:

@@ -7,6 +7,7 @@ from pathlib import Path
 import bpy
 
 from .character import NOT_EXPORTED, character_of, export_character, face_meshes, usd_name
+from .face_mesh import face_of
 from .messages import FaceError, list_findings, say
 from .places import show_places, write_bind
 from .settings import gains_of
@@ -65,7 +66,7 @@ def shot_command(scene: bpy.types.Scene, take: Path, folder: Path, *extra: str) 
     rig, bind = folder / "character.usdc", folder / "bind.json"
     character = character_of(scene)
     export_character(character, rig)
-    placed = write_bind(scene, _prepare_rig(rig, face_meshes(character)[0].name), bind)
+    placed = write_bind(scene, _prepare_rig(rig, face_of(face_meshes(character)).name), bind)
     words = ["shot", "--rig", str(rig), "--take", str(take), "-o", str(folder / "shot.usda")]
     words += ["--bind", str(bind)]
     words += [] if placed or "--propose" in extra else ["--propose"]

@@ -11,6 +11,7 @@ from pathlib import Path
 import bpy
 
 from .character import INTERNAL, NOT_EXPORTED, character_of, export_character, face_meshes, usd_name
+from .face_mesh import face_of
 from .messages import FaceError, pop_up, say
 from .places import bind_of
 from .process import process_command
@@ -94,7 +95,7 @@ def _bound(scene: bpy.types.Scene) -> bpy.types.Object:
     settings = scene.usdface
     if settings.kept_setup is not None and settings.kept_mesh is not None:
         return settings.kept_mesh
-    return face_meshes(character_of(scene))[0]
+    return face_of(face_meshes(character_of(scene)))
 
 
 def _author_new(scene: bpy.types.Scene, stage, prim, scope: str) -> None:

@@ -141,6 +141,15 @@ def test_each_fault_is_one_finding(tmp_path, name):
     assert [f.code for f in findings_of(tmp_path, changed)] == [code]
 
 
+def test_names_on_a_node_are_told_apart_from_none(tmp_path):
+    changed = without("extras")
+    (none,) = findings_of(tmp_path, changed)
+    changed["nodes"][0]["extras"] = {"targetNames": ["up", "out"]}
+    (elsewhere,) = findings_of(tmp_path, changed)
+    assert none.code == elsewhere.code == "SHAPE_NAMES_MISSING"
+    assert "on a node" in elsewhere.message and "on a node" not in none.message
+
+
 def test_a_sound_file_has_no_findings(tmp_path):
     assert findings_of(tmp_path, sound()) == []
     # Tangents of cubic curves are no weights: they may be anything.

@@ -31,9 +31,8 @@ def test_a_good_rig_comes_back_as_it_is() -> None:
 @pytest.mark.parametrize(
     ("changes", "reason"),
     [
-        ({"normals": np.eye(2)}, "normals (2, 2)"),
-        ({"normals": np.full((3, 3), np.nan)}, "expected finite"),
-        ({"uvs": np.zeros((2, 2))}, "texture coordinates (2, 2)"),
+        ({"normals": np.full((3, 3), np.nan)}, "normals that are not finite"),
+        ({"uvs": np.full((3, 2), np.inf)}, "texture coordinates that are not finite"),
         ({"face_counts": np.array([2, 1])}, "a face of 1 corners"),
         ({"name": ""}, "a name that is no text"),
         ({"skin": Skin(np.zeros((2, 1)), np.ones((2, 1)))}, "a skin (2, 1)"),
@@ -48,7 +47,7 @@ def test_what_the_types_leave_open_is_checked(changes: dict[str, object], reason
     assert reason in str(raised.value) and "acme 1.0 (acme:HEAD)" in str(raised.value)
 
 
-@pytest.mark.parametrize("result", [None, (None, []), (MESH, []), (Rig("r", (None,)), [])])
+@pytest.mark.parametrize("result", [None, (None, []), (MESH, [])])
 def test_what_is_no_rig_is_refused(result: object) -> None:
     with pytest.raises(PluginError, match="expected"):
         verified_rig(READER, result)

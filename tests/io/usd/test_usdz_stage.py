@@ -60,3 +60,14 @@ def test_a_prim_that_does_not_take_the_place_of_others_is_laid_down_itself() -> 
     made = Usd.Stage.Open(flat)
     eye = UsdGeom.XformCache().GetLocalToWorldTransform(made.GetPrimAtPath("/World/Eye"))
     assert Gf.IsClose(eye.Transform(Gf.Vec3d(0, 1, 0)), Gf.Vec3d(0, 1, -1), 1e-6)
+
+
+def test_markers_of_a_take_are_not_shown() -> None:
+    stage = sheet()
+    stage.SetDefaultPrim(stage.GetPrimAtPath("/R"))
+    stage.DefinePrim("/Take", "UsdFaceMarkerTake")
+    layer = stage.Flatten()
+    complete_stage(layer)
+    made = Usd.Stage.Open(layer)
+    assert made.GetPrimAtPath("/Take").GetAttribute("purpose").Get() == "guide"
+    assert not made.GetPrimAtPath("/R").GetAttribute("purpose").HasAuthoredValue()

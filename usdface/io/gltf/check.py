@@ -8,7 +8,7 @@ wrong names and is an *error*.
 Source: glTF 2.0 specification, sections 3.7.2.2 (morph targets) and 3.11 (animations).
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -38,6 +38,7 @@ class _Mesh:
     mesh: Any
     targets: int
     reader: AccessorReader
+    node_extras: tuple[Any, ...] = ()
 
 
 def check_gltf(path: Path) -> list[Finding]:
@@ -67,7 +68,8 @@ def _meshes(file: GltfFile) -> Iterator[_Mesh]:
     reader = AccessorReader(file)
     for index, mesh in enumerate(file.document.meshes or []):
         label = f"mesh {index} {mesh.name!r}" if mesh.name else f"mesh {index}"
-        yield _Mesh(label, mesh, _target_count(mesh), reader)
+        nodes = tuple(n.extras for n in file.document.nodes or [] if n.mesh == index)
+        yield _Mesh(label, mesh, _target_count(mesh), reader, nodes)
 
 
 def _target_count(mesh: Any) -> int:
@@ -77,7 +79,11 @@ def _target_count(mesh: Any) -> int:
 def _names_are_there(of: _Mesh) -> Findings:
     names = (of.mesh.extras or {}).get("targetNames")
     if names is None and of.targets:
-        yield finding("SHAPE_NAMES_MISSING", of.where, "there is no extras.targetNames")
+        message = "there is no extras.targetNames"
+        elsewhere = (*(p.extras for p in of.mesh.primitives), *of.node_extras)
+        if any(isinstance(e, Mapping) and "targetNames" in e for e in elsewhere):
+            message += " on the mesh, where programs look for it, but on a node or primitive"
+        yield finding("SHAPE_NAMES_MISSING", of.where, message)
     elif names is not None and len(names) != of.targets:
         message = "{name_count} targetNames for {shape_count} morph targets"
         yield finding("SHAPE_NAMES_MISMATCH", of.where, message, len(names), of.targets)

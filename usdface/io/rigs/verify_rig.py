@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from usdface.arrays import FloatArray
 from usdface.findings import Finding
 from usdface.formats import RigReader
 from usdface.io.format_table import Registered
@@ -16,8 +15,8 @@ __all__ = ["verified_rig"]
 def verified_rig(reader: Registered[RigReader], result: object) -> tuple[Rig, list[Finding]]:
     """Return a reader's rig and findings, checked.
 
-    The types check points, faces and blend shapes when they are made; this function
-    checks lengths and ranges of all other arrays of a mesh.
+    The types check shapes of arrays, points, faces and blend shapes when they are made; this
+    function checks all other values of a mesh.
 
     Raises
     ------
@@ -37,18 +36,18 @@ def verified_rig(reader: Registered[RigReader], result: object) -> tuple[Rig, li
 
 def _faults(mesh: Mesh, joints: int) -> Iterator[str]:
     """Yield the faults of a mesh that `Mesh` does not check itself."""
-    points, corners = len(mesh.points), len(mesh.face_indices)
+    points = len(mesh.points)
     if len(mesh.face_counts) and mesh.face_counts.min() < 3:
         yield f"a face of {mesh.face_counts.min()} corners; expected 3 or more"
     if not all(isinstance(name, str) and name.strip() for name in (mesh.name, *mesh.shape_names)):
         yield "a name that is no text; expected one for the mesh and for each blend shape"
-    if mesh.normals is not None and not _finite(mesh.normals, (points, 3)):
-        yield f"normals {mesh.normals.shape}; expected finite numbers, {(points, 3)}"
-    if mesh.uvs is not None and not _finite(mesh.uvs, (corners, 2)):
-        yield f"texture coordinates {mesh.uvs.shape}; expected finite numbers, {(corners, 2)}"
+    for name, values in (("normals", mesh.normals), ("texture coordinates", mesh.uvs)):
+        if values is not None and not np.isfinite(values).all():
+            yield f"{name} that are not finite; expected finite numbers"
     if mesh.skin is not None:
         indices, weights = mesh.skin.joints, mesh.skin.weights
-        if len(indices) != points or not _finite(weights, indices.shape):
+        whole = weights.shape == indices.shape and np.isfinite(weights).all()
+        if len(indices) != points or not whole:
             yield f"a skin {weights.shape}; expected joints and weights for {points} points"
         elif indices.size and not 0 <= indices.min() <= indices.max() < joints:
             yield f"skin joints outside 0 to {joints - 1}"
@@ -56,7 +55,3 @@ def _faults(mesh: Mesh, joints: int) -> Iterator[str]:
         faces = subset.faces
         if len(faces) and not 0 <= faces.min() <= faces.max() < len(mesh.face_counts):
             yield f"faces of the material {subset.material!r} outside the mesh"
-
-
-def _finite(values: FloatArray, shape: tuple[int, ...]) -> bool:
-    return values.shape == shape and bool(np.isfinite(values).all())

@@ -191,19 +191,31 @@ def _read(
 
 
 def _retarget_prims(stage: Usd.Stage) -> list[Usd.Prim]:
-    return [p for p in stage.Traverse() if p.GetTypeName() == tokens.RETARGET]
+    return [p for p in stage.Traverse() if _is_retarget(p)]
+
+
+def _is_retarget(prim: Usd.Prim) -> bool:
+    return bool(prim.GetTypeName() == tokens.RETARGET)
 
 
 def _retarget_prim(stage: Usd.Stage, where: str) -> Usd.Prim:
     found = _retarget_prims(stage)
-    if len(found) != 1:
-        paths = ", ".join(str(p.GetPath()) for p in found)
-        raise InputError(
-            f"{where} has {len(found)} {tokens.RETARGET} prims{': ' if found else ''}{paths}; "
-            "expected one. `usdface shot` makes such a file",
-            "SHOT_INCOMPLETE",
+    if len(found) == 1:
+        return found[0]
+    paths = ", ".join(str(p.GetPath()) for p in found)
+    remedy = "name the file of one of them" if found else "`usdface shot` makes such a file"
+    proxies = Usd.PrimRange.Stage(stage, Usd.TraverseInstanceProxies(Usd.PrimDefaultPredicate))
+    inside = None if found else next((p for p in proxies if _is_retarget(p)), None)
+    if inside:
+        remedy = (
+            f"{inside.GetPath()} is inside an instance, which no layer can animate: set "
+            "instanceable = false on it"
         )
-    return found[0]
+    raise InputError(
+        f"{where} has {len(found)} {tokens.RETARGET} prims{': ' if found else ''}{paths}; "
+        f"expected one; {remedy}",
+        "SHOT_INCOMPLETE",
+    )
 
 
 def base_weights(

@@ -11,6 +11,7 @@ from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.held_layers import hold_layers
+from usdface.schemas import tokens
 
 __all__ = ["complete_stage"]
 
@@ -18,7 +19,7 @@ __all__ = ["complete_stage"]
 def complete_stage(layer: Sdf.Layer, where: str = "") -> list[Finding]:
     """Author the values that a flattened layer lacks, in place; `where` names it in findings.
 
-    Visible prims keep their places.
+    Visible prims keep their places. Markers of a take become guides, which viewers do not show.
 
     Returns
     -------
@@ -43,6 +44,9 @@ def complete_stage(layer: Sdf.Layer, where: str = "") -> list[Finding]:
         for prim in _placed_in_world(stage):
             _lay_down(prim)
     UsdGeom.SetStageUpAxis(stage, UsdGeom.Tokens.y)
+    for prim in stage.TraverseAll():
+        if prim.GetTypeName() == tokens.MARKER_TAKE:
+            UsdGeom.Imageable(prim).CreatePurposeAttr(UsdGeom.Tokens.guide)
     return found
 
 

@@ -1,0 +1,66 @@
+"""Blend shapes of other meshes that follow the face's, in every layer of a result."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from processed import EXACT, process
+from worlds import World, animation_of, make_world
+
+from usdface.rigs import Mesh, Rig
+from usdface.shot.followers import followers, with_followers
+
+
+def named_after_nodes(world: World) -> World:
+    """The face and the teeth as Maya names their blend shapes: each by a node of its own."""
+    meshes = [_named(mesh, f"{mesh.name}_bs.") for mesh in world.rig.meshes]
+    return replace(world, rig=Rig("face", tuple(meshes)))
+
+
+def _named(mesh: Mesh, node: str) -> Mesh:
+    return replace(mesh, shapes=tuple(replace(s, name=node + s.name) for s in mesh.shapes))
+
+
+@pytest.fixture(scope="module")
+def result(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    world = named_after_nodes(make_world(teeth=True))
+    return process(world.write(tmp_path_factory.mktemp("nodes")))
+
+
+@pytest.mark.parametrize("muted", ["express.usdc", "closure.usdc", ""])
+def test_teeth_open_with_the_jaw_in_every_layer(result: Path, muted: str) -> None:
+    played = animation_of(result, muted=muted)
+    jaw = played.weights[:, played.names.index("head_bs.jawOpen")]
+    teeth = played.weights[:, played.names.index("teeth_bs.jawOpen")]
+    np.testing.assert_allclose(teeth, jaw, atol=1e-6)
+    assert teeth.max() > 0.5
+    assert not played.weights[:, played.names.index("teeth_bs.teethShow")].any()
+
+
+def test_names_after_nodes_change_no_weight(result: Path, tmp_path: Path) -> None:
+    plain = animation_of(process(make_world(teeth=True).write(tmp_path)))
+    named = animation_of(result)
+    for name in make_world().rig.shape_names:
+        own = named.weights[:, named.names.index(f"head_bs.{name}")]
+        np.testing.assert_allclose(own, plain.weights[:, plain.names.index(name)], atol=EXACT)
+
+
+@pytest.mark.parametrize(
+    ("moving", "expected"),
+    [
+        ((), {"teeth_bs.jawOpen": "head_bs.jawOpen", "lash_bs.eyeBlink_L": "head_bs.eyeBlinkLeft"}),
+        (("teeth_bs.jawOpen",), {"lash_bs.eyeBlink_L": "head_bs.eyeBlinkLeft"}),
+    ],
+)
+def test_who_follows(moving: tuple[str, ...], expected: dict[str, str]) -> None:
+    face = ("head_bs.jawOpen", "head_bs.eyeBlinkLeft", "head_bs.jaw_open")
+    others = ("teeth_bs.jawOpen", "lash_bs.eyeBlink_L", "hat_bs.tilt", "teeth:jawOpen")
+    assert followers((*face, *others), face, moving) == expected
+
+
+def test_a_follower_changes_by_as_much_and_stays_within_0_and_1() -> None:
+    before, after = np.array([[0.2, 0.3, 0.5]]), np.array([[0.9, 0.3, 0.5]])
+    moved = with_followers({"b": "a", "c": "a", "d": "a"}, ("a", "b", "c"), before, after)
+    np.testing.assert_allclose(moved, [[0.9, 1.0, 1.0]])
+    assert with_followers({}, ("a", "b", "c"), before, after) is after

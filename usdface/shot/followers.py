@@ -1,0 +1,69 @@
+"""Blend shapes of other meshes that move as the face's of the same name, behind other node names.
+
+Programs that name blend shapes after a node have one for each mesh: ``head_bs.jawOpen`` and
+``teeth_bs.jawOpen`` are two weights, and one movement.
+"""
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.face.shape_names import shape_key
+
+__all__ = ["followers", "with_followers"]
+
+
+def followers(
+    rig_shapes: Iterable[str], face_shapes: Sequence[str], moving: Collection[str] = ()
+) -> dict[str, str]:
+    """Return the blend shapes of other meshes with those of the face that they follow.
+
+    Parameters
+    ----------
+    rig_shapes : iterable of str
+    face_shapes : sequence of str
+        Of the face; where several have one name behind their nodes, the first is followed.
+    moving : collection of str
+        Blend shapes that have motion of their own, which they keep. So do those that the reader
+        told apart as ``mesh:name``.
+
+    Examples
+    --------
+    >>> followers(["head_bs.jawOpen", "teeth_bs.jawOpen", "hat_bs.tilt"], ["head_bs.jawOpen"])
+    {'teeth_bs.jawOpen': 'head_bs.jawOpen'}
+    """
+    leaders: dict[tuple[str, str], str] = {}
+    for name in face_shapes:
+        leaders.setdefault(shape_key(name), name)
+    kept = {*face_shapes, *moving}
+    others = [name for name in rig_shapes if name not in kept and ":" not in name]
+    return {name: leaders[key] for name in others if (key := shape_key(name)) in leaders}
+
+
+def with_followers(
+    pairs: Mapping[str, str], names: Sequence[str], before: FloatArray, after: FloatArray
+) -> FloatArray:
+    """Return corrected weights of which followers changed by as much as what they follow.
+
+    Parameters
+    ----------
+    pairs : mapping of str to str
+        As `followers` returns them.
+    names : sequence of str, length T
+    before, after : (F, T) float64
+        Weights before the correction and after it.
+
+    Returns
+    -------
+    (F, T) float64
+        Within 0 to 1 where something follows.
+    """
+    column = {name: i for i, name in enumerate(names)}
+    known = [(column[f], column[of]) for f, of in pairs.items() if {f, of} <= column.keys()]
+    if not known:
+        return after
+    own, lead = (list(each) for each in zip(*known, strict=True))
+    moved = after.copy()
+    moved[:, own] = np.clip(after[:, own] + after[:, lead] - before[:, lead], 0.0, 1.0)
+    return moved
