@@ -1,6 +1,7 @@
 """The values of a finding: put into its message for people, plain under their keys for programs."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from string import Formatter
 from typing import Any
@@ -14,6 +15,20 @@ _LISTED = 8  # names that a message lists
 _LONGEST, _MOST = 400, 200  # characters of a text, entries of a list in a report
 _DIGITS = 6
 _WHOLE = 1e15  # whole numbers below it are exact
+# The things that messages count, and their verbs: "{frame_count} neutral frames are left out".
+_NOUNS = (
+    "frames|points|markers|places|weights|joints|samples|nodes|meshes|keys|instances|images|faces|"
+    "blinks|Xforms|vertices|curves|shapes|targets|eyes|dots|rows|pulses|materials|coordinates|"
+    "cameras|corners"
+)
+_OTHER_SINGULARS = {"meshes": "mesh", "vertices": "vertex"}
+_VERBS = {
+    "are": "is", "were": "was", "have": "has", "do": "does", "add": "adds", "close": "closes",
+    "hold": "holds", "keep": "keeps", "measure": "measures", "move": "moves",
+}  # fmt: skip
+_COUNTED = re.compile(
+    rf"(\{{(\w+)(?::\w+)?\}} (?:(?!of )[a-z-]+ ){{0,2}}?)({_NOUNS})\b(?: ({'|'.join(_VERBS)})\b)?"
+)
 _ONE_FRAME = {
     "frames {first_frame} to {last_frame}": "frame {first_frame}",
     "{first_frame} to {last_frame}": "{first_frame}",
@@ -65,9 +80,15 @@ def filled_in(template: str, values: Sequence[object]) -> tuple[str, dict[str, o
 
 
 def _counted(template: str, named: Mapping[str, object]) -> str:
-    """Return the template in the singular where it is about one frame."""
-    if named.get("frame_count") == 1:
-        template = template.replace("in {frame_count} frames", "in {frame_count} frame")
+    """Return the template in the singular where it is about one thing."""
+
+    def singular(found: re.Match[str]) -> str:
+        before, key, noun, verb = found.groups()
+        if named.get(key) != 1:
+            return found.group()
+        return before + _OTHER_SINGULARS.get(noun, noun[:-1]) + (f" {_VERBS[verb]}" if verb else "")
+
+    template = _COUNTED.sub(singular, template)
     if "first_frame" in named and named["first_frame"] == named.get("last_frame"):
         for many, one in _ONE_FRAME.items():
             template = template.replace(many, one)
