@@ -9,9 +9,15 @@ from usdface.findings.values import filled_in
         ("{count} blinks were completed", "1 blink was completed", "2 blinks were completed"),
         ("{count} curves have no name", "1 curve has no name", "2 curves have no name"),
         ("show {count} blend shapes (x)", "show 1 blend shape (x)", "show 2 blend shapes (x)"),
-        ("{count} helper meshes: x", "1 helper mesh: x", "2 helper meshes: x"),
+        ("{count} helper meshes are", "1 helper mesh is", "2 helper meshes are"),
+        (
+            "weights of {count} points are x",
+            "weights of 1 point are x",
+            "weights of 2 points are x",
+        ),
+        ("{count} markers lie apart", "1 markers lie apart", "2 markers lie apart"),
         ("all {count} vertices", "all 1 vertex", "all 2 vertices"),
-        ("{count:g} markers move", "1 marker moves", "2 markers move"),
+        ("in {count:g} frames", "in 1 frame", "in 2 frames"),
         ("{count} of its points", "1 of its points", "2 of its points"),
     ],
 )

@@ -41,8 +41,8 @@ def binding_findings(
         findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
     if resolved.by_unit:
         message = (
-            "{curve_count} curves have no blend shape of their name and drive those of the same "
-            'FACS action units ({curves}); --write-bind bind.json shows them as "curves", to edit'
+            "{curve_count} curves have no blend shape of their name: those of the same FACS action "
+            'units follow ({curves}); --write-bind bind.json shows them as "curves", to edit'
         )
         driving = resolved.by_unit
         findings.append(finding("CURVES_BY_UNIT", take.source, message, len(driving), driving))

@@ -15,20 +15,19 @@ _LISTED = 8  # names that a message lists
 _LONGEST, _MOST = 400, 200  # characters of a text, entries of a list in a report
 _DIGITS = 6
 _WHOLE = 1e15  # whole numbers below it are exact
-# The things that messages count, and their verbs: "{frame_count} neutral frames are left out".
+# The things that messages count. As a subject, at the start of a sentence, with its verb:
+# "{frame_count} neutral frames are left out"; elsewhere alone: "in {frame_count} frames".
 _NOUNS = (
     "frames|points|markers|places|weights|joints|samples|nodes|meshes|keys|instances|images|faces|"
     "blinks|Xforms|vertices|curves|shapes|targets|eyes|dots|rows|pulses|materials|coordinates|"
     "cameras|corners"
 )
 _OTHER_SINGULARS = {"meshes": "mesh", "vertices": "vertex"}
-_VERBS = {
-    "are": "is", "were": "was", "have": "has", "do": "does", "add": "adds", "close": "closes",
-    "hold": "holds", "keep": "keeps", "measure": "measures", "move": "moves",
-}  # fmt: skip
-_COUNTED = re.compile(
-    rf"(\{{(\w+)(?::\w+)?\}} (?:(?!of )[a-z-]+ ){{0,2}}?)({_NOUNS})\b(?: ({'|'.join(_VERBS)})\b)?"
-)
+_VERBS = {"are": "is", "were": "was", "have": "has"}
+_COUNT = r"\{(\w+)(?::\w+)?\} (?:(?!of )[a-z-]+ ){0,2}?"
+_SUBJECT = re.compile(rf"((?:^|[:;] ){_COUNT})({_NOUNS}) ({'|'.join(_VERBS)})\b")
+_OBJECT = re.compile(rf"((?<=.){_COUNT})({_NOUNS})\b(?! (?:{'|'.join(_VERBS)}|hold|lie)\b)()")
+_PART = re.compile(rf"((?<=of ){_COUNT})({_NOUNS})\b()")
 _ONE_FRAME = {
     "frames {first_frame} to {last_frame}": "frame {first_frame}",
     "{first_frame} to {last_frame}": "{first_frame}",
@@ -88,7 +87,8 @@ def _counted(template: str, named: Mapping[str, object]) -> str:
             return found.group()
         return before + _OTHER_SINGULARS.get(noun, noun[:-1]) + (f" {_VERBS[verb]}" if verb else "")
 
-    template = _COUNTED.sub(singular, template)
+    for form in (_SUBJECT, _OBJECT, _PART):
+        template = form.sub(singular, template)
     if "first_frame" in named and named["first_frame"] == named.get("last_frame"):
         for many, one in _ONE_FRAME.items():
             template = template.replace(many, one)
