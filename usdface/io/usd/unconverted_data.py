@@ -173,7 +173,7 @@ def report_other_prims(stage: Usd.Stage) -> list[Finding]:
     ]
     if not lost:
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = "prims of types that usdface does not read: {channels}"
     return [finding("CHANNEL_IGNORED", where, message, lost)]
 
