@@ -1,6 +1,7 @@
 """Formats of other packages: found lazily, checked, never instead of one of usdface."""
 
 import importlib.metadata
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -72,6 +73,17 @@ def test_of_a_folder_the_files_that_would_be_read_are_named(tmp_path: Path) -> N
     with pytest.raises(
         InputError, match=r"not read; expected .*; name a file in it: a\.trc, b\.C3D$"
     ):
+        TAKE_READERS.find(tmp_path)
+
+
+def test_a_folder_that_cannot_be_looked_into_is_an_error_of_ours(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def denied(_: Path) -> Iterator[Path]:
+        raise PermissionError
+
+    monkeypatch.setattr(Path, "iterdir", denied)
+    with pytest.raises(InputError, match=r"folders like this are not read; expected [^;]*$"):
         TAKE_READERS.find(tmp_path)
 
 

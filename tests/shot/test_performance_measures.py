@@ -101,3 +101,22 @@ def test_motion_that_moves_no_blend_shape(
     assert measured.value == pytest.approx(share, abs=1e-12)
     assert judge({"CURVES_IDLE": measured}).level == level
     assert measured.kind == "curves" and "eyeLookInLeft" not in measured.where
+
+
+@pytest.mark.parametrize(
+    ("name", "peak"),
+    [
+        *((name, 1.0) for name in ("headYaw", "HeadPitch", "headroll", "HEADYAW", "head_roll")),
+        *((name, 0.9) for name in ("eyeYaw", "leftEyeYaw", "RightEyePitch", "lefteyeroll")),
+        ("turn", 30.0),  # degrees
+    ],
+)
+def test_rotations_are_no_motion_of_the_face(name: str, peak: float) -> None:
+    wave = np.sin(np.linspace(0, 2 * np.pi, 60, endpoint=False)) / 2 + 0.5
+    names = ("jawOpen", "smile", name)
+    setup = RetargetSetup(Binding((), np.array([], dtype=int)))
+    for unit in (1.0, 100.0):  # weights as shares and in per cent
+        peaks = unit * np.array([0.8, 0.6, peak])
+        take = WeightsTake(names, np.arange(60) / 60, np.outer(wave, peaks), 60.0)
+        measured = idle_curves(take, ("jawOpen",), setup)
+        assert measured.value == pytest.approx(0.6) and measured.where == ("smile",)

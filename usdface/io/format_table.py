@@ -151,7 +151,8 @@ class FormatTable(Generic[F]):
         if path.is_dir():
             folders = [each.name for each in self.built_in if getattr(each, "folder", False)]
             kind, expected = "folders like this", ", ".join(folders) or "a file"
-            if all(each.name.startswith(".") for each in path.iterdir()):
+            files = _files(path)
+            if files is not None and all(each.name.startswith(".") for each in files):
                 kind = "empty folders"
         else:
             families = self._families()
@@ -171,7 +172,8 @@ class FormatTable(Generic[F]):
         if not path.is_dir():
             return self.remedies.get(path.suffix.lower(), "")
         suffixes = suffixes_of(self.built_in)
-        names = sorted(each.name for each in path.iterdir() if each.suffix.lower() in suffixes)
+        files = _files(path) or []
+        names = sorted(each.name for each in files if each.suffix.lower() in suffixes)
         return f"name a file in it: {listed(names, _SHOWN_FILES)}" if names else ""
 
     def of_other_packages(self) -> tuple[list[Registered[F]], list[Finding]]:
@@ -206,6 +208,14 @@ class FormatTable(Generic[F]):
             if left or getattr(given, "folder", False):
                 found.append(Registered(replace(given, suffixes=left), origin))
         return found, findings
+
+
+def _files(folder: Path) -> list[Path] | None:
+    """Return what a folder holds; None if it cannot be looked into."""
+    try:
+        return list(folder.iterdir())
+    except OSError:
+        return None
 
 
 def _fitting(formats: Iterable[Registered[F]], path: Path) -> list[Registered[F]]:

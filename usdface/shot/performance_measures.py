@@ -1,10 +1,13 @@
 """The measures of a verdict that ask whether there is a performance, and whether it is shown."""
 
+import re
+
 import numpy as np
 
-from usdface.arrays import FloatArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.face.curve_mapping import undecided
 from usdface.face.gaze_curves import is_gaze_curve
+from usdface.face.shape_names import shape_key
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 from usdface.verdict.judge import Measured
@@ -20,6 +23,10 @@ _SECOND = 1.0
 _NAMED = 4  # curves that a reason names
 # Of a weight that moves, as little as its marker would. Set by hand.
 _STILL_WEIGHT = 1e-3
+# Angles of head and eyes beside the weights, as Live Link and others name them.
+_ROTATION = re.compile(r"(head|(left|right)?eyes?)(rotation|rot)?(yaw|pitch|roll)(left|right)?")
+# Of the usual peak of curves, and of 1: what goes beyond is no weight, as degrees. Set by hand.
+_FAR = 3.0
 
 
 def performance_short(times: FloatArray) -> Measured:
@@ -55,12 +62,12 @@ def still_weights(take: WeightsTake) -> Measured:
 def idle_curves(take: WeightsTake, rig_shapes: tuple[str, ...], setup: RetargetSetup) -> Measured:
     """Return the share of the RMS motion of all curves that moves no blend shape.
 
-    Curves of gaze count for nothing: joints may turn the eyes. Neither do curves that the setup
-    names as driving nothing.
+    Curves of gaze count for nothing: joints may turn the eyes. Neither do angles of head and eyes,
+    nor curves that the setup names as driving nothing.
     """
     idle, _ = undecided(take.names, rig_shapes, setup.curves)
-    lost = np.array([name in idle and not is_gaze_curve(name) for name in take.names])
-    counted = np.array([not is_gaze_curve(name) for name in take.names])
+    counted = _of_face(take)
+    lost = np.isin(take.names, idle) & counted
     motion = take.weights.var(axis=0) if len(take.weights) else np.zeros(len(take.names))
     whole = float(motion[counted].sum())
     if not whole:
@@ -68,3 +75,12 @@ def idle_curves(take: WeightsTake, rig_shapes: tuple[str, ...], setup: RetargetS
     most = [take.names[i] for i in np.argsort(-motion * lost, kind="stable") if lost[i]]
     share = float(np.sqrt(motion[lost].sum() / whole))
     return Measured(share, "curves", tuple(most[:_NAMED]))
+
+
+def _of_face(take: WeightsTake) -> BoolArray:
+    """Return the curves (S,) that are weights of a face, but for its gaze."""
+    named = [is_gaze_curve(n) or _ROTATION.fullmatch(shape_key(n)[0]) for n in take.names]
+    peaks = np.abs(take.weights).max(axis=0, initial=0.0)
+    moving = peaks[np.ptp(take.weights, axis=0) > 0] if len(take.weights) else peaks
+    usual = float(np.quantile(moving, 0.5, method="lower")) if len(moving) else 0.0
+    return np.asarray(~np.array(named, dtype=bool) & (peaks <= _FAR * max(1.0, usual)))

@@ -150,6 +150,15 @@ def test_names_on_a_node_are_told_apart_from_none(tmp_path):
     assert "on a node" in elsewhere.message and "on a node" not in none.message
 
 
+def test_names_on_a_node_are_told_of_its_own_mesh(tmp_path):
+    changed = without("extras")
+    changed["meshes"] *= 2
+    names = {"extras": {"targetNames": ["up", "out"]}}
+    changed["nodes"] += [{"mesh": 1}, {"mesh": 1, **names}, names]
+    first, second = findings_of(tmp_path, changed)
+    assert "on a node" not in first.message and "on a node" in second.message
+
+
 def test_a_sound_file_has_no_findings(tmp_path):
     assert findings_of(tmp_path, sound()) == []
     # Tangents of cubic curves are no weights: they may be anything.

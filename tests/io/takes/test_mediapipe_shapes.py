@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from usdface.errors import InputError
+from usdface.findings import Finding
 from usdface.io.takes.files import read_take
 from usdface.options import TakeOptions
 from usdface.takes import WeightsTake
@@ -22,6 +23,11 @@ def read(path: Path, document: object, rate: float | None = None) -> tuple[Weigh
     take, findings = read_take(path, TakeOptions(rate=rate))
     assert isinstance(take, WeightsTake)
     return take, {each.code for each in findings}
+
+
+def ignored(findings: list[Finding]) -> list[str]:
+    (one,) = [each for each in findings if each.code == "CHANNEL_IGNORED"]
+    return list(one.values["channels"])
 
 
 @pytest.mark.parametrize(
@@ -63,6 +69,53 @@ def test_landmarks_come_first(tmp_path: Path) -> None:
     assert "blendshapes" in next(f for f in findings if f.code == "CHANNEL_IGNORED").message
 
 
+def test_landmarks_in_few_frames_are_announced(tmp_path: Path) -> None:
+    path, mark = tmp_path / "a.json", {"x": 0.5, "y": 0.5}
+    frames = [{"blendshapes": SCORES}] * 3
+    path.write_text(json.dumps([{"landmarks": [mark, mark], "blendshapes": SCORES}, *frames]))
+    take, findings = read_take(path, TakeOptions(rate=25.0))
+    assert take.names == tuple(SCORES)
+    assert ignored(findings) == ["landmarks, which fewer frames have"]
+
+
+def test_frame_numbers_give_the_times(tmp_path: Path) -> None:
+    frames = [{"frame": number, "blendshapes": SCORES} for number in (0, 10, 20)]
+    take, codes = read(tmp_path / "a.json", {"fps": 30, "frames": frames})
+    np.testing.assert_allclose(take.times, [0, 10 / 30, 20 / 30])
+    assert "FRAMES_RENUMBERED" not in codes
+    take, codes = read(tmp_path / "a.json", {"fps": 30, "frames": frames[1:]})
+    np.testing.assert_allclose(take.times, [0, 10 / 30])
+    assert "FRAMES_RENUMBERED" in codes
+
+
+def test_what_a_file_has_beside_the_scores_of_one_face_is_announced(tmp_path: Path) -> None:
+    path, shown = tmp_path / "a.json", rows(SCORES)
+    one = {"blendshapes": [shown, shown], "timestamp_ms": 5}
+    document = {"fps": 30, "frames": [one, {"blendshapes": [shown]}], "model": "v2"}
+    path.write_text(json.dumps(document))
+    _, findings = read_take(path, TakeOptions())
+    expected = ["other faces", "timestamp_ms, which some frames lack", "model"]
+    assert ignored(findings) == expected
+    document["frames"] = [{"faceBlendshapes": [{"categories": shown}] * 2}] * 2
+    path.write_text(json.dumps(document))
+    assert ignored(read_take(path, TakeOptions())[1]) == ["other faces", "model"]
+
+
+def test_a_score_that_is_missing_is_bridged(tmp_path: Path) -> None:
+    path = tmp_path / "a.json"
+    shown = [rows({"jawOpen": value, "smile": 0.5, "puff": 0.1}) for value in (0.2, 0.0, 0.6)]
+    del shown[1][0]["score"]
+    shown[2][1]["score"] = None
+    shown[0].pop()
+    shown[1].pop()
+    path.write_text(json.dumps([{"blendshapes": own} for own in shown]))
+    take, findings = read_take(path, TakeOptions(rate=25.0))
+    np.testing.assert_allclose(take.weights, [[0.2, 0.5], [0.4, 0.5], [0.6, 0.5]])
+    bridged = [f for f in findings if f.code == "WEIGHT_BRIDGED"]
+    assert [f.values["frames"] for f in bridged] == [[1], [2]]
+    assert bridged[0].where.endswith("jawOpen") and ignored(findings) == ["puff"]
+
+
 @pytest.mark.parametrize(
     ("frames", "message"),
     [
@@ -70,6 +123,7 @@ def test_landmarks_come_first(tmp_path: Path) -> None:
         ([{"blendshapes": {"jawOpen": "wide"}}], "no frame has landmarks or blend shapes"),
         ([{"blendshapes": {"jawOpen": 5000.0}}] * 2, "go up to 5000"),
         ([{"blendshapes": SCORES, "timestamp_ms": 7}] * 2, "increas"),
+        ([{"blendshapes": {n: 0.5}} for n in "abc"], "in half of the frames"),
     ],
 )
 def test_what_holds_no_weights_is_one_line(tmp_path: Path, frames: object, message: str) -> None:

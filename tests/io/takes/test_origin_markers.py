@@ -87,6 +87,17 @@ def test_one_that_passes_the_origin_is_kept() -> None:
     assert not lone_origins(np.zeros((5, 20, 3))).any()
 
 
+def test_one_that_starts_at_the_origin_and_goes_far_is_kept() -> None:
+    """As the tip of a nose where the origin was set in the first frame, before the head moves."""
+    positions = take(tuple(-FACE[4]))
+    way = np.concatenate([np.zeros(10), np.linspace(0, 0.3, 20), np.full(20, 0.3)])
+    positions[:, 4] = 0.0
+    positions[..., 0] += way[:, None]
+    assert not lone_origins(positions).any()
+    positions[[35, 49], 4] = 0.0
+    assert np.argwhere(lone_origins(positions)).tolist() == [[35, 4], [49, 4]]
+
+
 def test_three_markers_do_not_show_where_the_face_is() -> None:
     positions = take((0, 1.6, 0))[:, 5:8]
     positions[3, 1] = 0

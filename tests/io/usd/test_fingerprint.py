@@ -8,6 +8,7 @@ from worlds import make_world
 
 import usdface
 from usdface.errors import OutputError
+from usdface.io.usd.conversion_metadata import write_layer_metadata
 from usdface.io.usd.file_kind import kind_of_usd
 from usdface.io.usd.fingerprint import is_signed, is_unedited, sign
 
@@ -65,6 +66,13 @@ def test_a_fingerprint_leaves_other_data(tmp_path: Path) -> None:
     assert layer.customLayerData["usdface"]["mine"] == 1
     layer.customLayerData = {**layer.customLayerData, "studio": "y"}
     assert is_signed(layer) and not is_unedited(layer)
+
+
+def test_a_text_in_the_place_of_our_data_gives_way() -> None:
+    layer = Sdf.Layer.CreateAnonymous(".usda")
+    layer.customLayerData = {"usdface": "by hand", "studio": "x"}
+    write_layer_metadata(layer, "mine", 1)
+    assert layer.customLayerData == {"usdface": {"mine": 1}, "studio": "x"}
 
 
 def a_take() -> Sdf.Layer:

@@ -13,7 +13,7 @@ from usdface.io.usd import unconverted_data
 from usdface.io.usd.clips import animated_rig
 from usdface.io.usd.rig import rig_of_stage
 from usdface.io.usd.rig_write import write_rig
-from usdface.io.usd.unconverted_data import report_unconverted_variants
+from usdface.io.usd.unconverted_data import report_lost_groups, report_unconverted_variants
 from usdface.pipeline import export_scene, import_scene
 from usdface.rigs import Rig
 from usdface.scene import Group
@@ -232,6 +232,22 @@ def test_groups_above_meshes_of_other_names_are_announced() -> None:
     (lost,) = [f for f in rig_of_stage(stage)[1] if f.code == "NODES_DROPPED"]
     nodes = ["/World/R/Eyes", "/World/R/Hair", "/World/R/Hair/Strands"]
     assert dict(lost.values) == {"node_count": 3, "nodes": nodes}
+
+
+def test_groups_in_groups_are_announced_at_any_depth() -> None:
+    stage = Usd.Stage.CreateInMemory()
+    deep = "".join(f"/g{n}" for n in range(40))
+    UsdGeom.Mesh.Define(stage, f"{deep}/hair")
+    UsdGeom.Xform.Define(stage, "/g0/socket/tip")
+    UsdGeom.Mesh.Define(stage, "/set/many/prototypes/leaf")
+    UsdGeom.PointInstancer.Define(stage, "/set/many")
+    UsdGeom.Xform.Define(stage, "/set")
+    groups = Sdf.Path(deep).GetPrefixes()
+    for path in [*groups, Sdf.Path("/g0/socket")]:
+        UsdGeom.Xform.Define(stage, path)
+    empty, others = report_lost_groups(stage, ())
+    assert empty.values["nodes"] == ["/g0/socket", "/g0/socket/tip"]
+    assert others.values["nodes"] == [*map(str, groups), "/set"]
 
 
 def test_groups_of_a_gltf_are_kept(face_rig: Rig, tmp_path: Path) -> None:

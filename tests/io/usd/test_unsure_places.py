@@ -40,6 +40,15 @@ def test_without_any_there_is_no_attribute() -> None:
     assert read_unsure(prim, BOUND).markers == ()
 
 
+def test_nothing_unsure_replaces_what_was(stage: Usd.Stage) -> None:
+    prim = stage.GetPrimAtPath("/Retarget")
+    write_unsure(prim, Binding(("chin",), np.array([640])))
+    back = read_unsure(prim, BOUND)
+    assert back.markers == ("chin",) and back.confidence is None
+    write_unsure(prim, Binding((), np.zeros(0, dtype=np.int64)))
+    assert read_unsure(prim, BOUND).markers == ()
+
+
 def test_counts_that_differ_are_refused(stage: Usd.Stage) -> None:
     prim = stage.GetPrimAtPath("/Retarget")
     prim.GetAttribute(tokens.BIND_UNSURE_POINTS).Set(Vt.IntArray([640]))

@@ -8,6 +8,7 @@ wrong names and is an *error*.
 Source: glTF 2.0 specification, sections 3.7.2.2 (morph targets) and 3.11 (animations).
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -66,10 +67,12 @@ def check_gltf(path: Path) -> list[Finding]:
 
 def _meshes(file: GltfFile) -> Iterator[_Mesh]:
     reader = AccessorReader(file)
+    extras: defaultdict[Any, list[Any]] = defaultdict(list)
+    for node in file.document.nodes or []:
+        extras[node.mesh].append(node.extras)
     for index, mesh in enumerate(file.document.meshes or []):
         label = f"mesh {index} {mesh.name!r}" if mesh.name else f"mesh {index}"
-        nodes = tuple(n.extras for n in file.document.nodes or [] if n.mesh == index)
-        yield _Mesh(label, mesh, _target_count(mesh), reader, nodes)
+        yield _Mesh(label, mesh, _target_count(mesh), reader, tuple(extras[index]))
 
 
 def _target_count(mesh: Any) -> int:

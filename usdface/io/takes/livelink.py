@@ -15,6 +15,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.drop_frame import dropped_labels
+from usdface.io.takes.missing_weights import WRITTEN, bridge_weights
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import (
     Row,
@@ -40,7 +41,6 @@ _ROTATION = ("Yaw", "Pitch", "Roll")
 _HEAD = ("HeadYaw", "HeadPitch", "HeadRoll")
 _EYES = ("LeftEye", "RightEye")
 _HALF_TURN = 3.15  # rad, rounded up
-_WRITTEN = 0.5  # of the rows, at least, have a weight of a curve that is read
 
 
 def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsTake, list[Finding]]:
@@ -92,7 +92,9 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
         findings.append(finding("CHANNEL_IGNORED", str(path), message, unnamed))
     seconds, base_findings = _seconds(path, kept)
     times, rate, time_findings = take_times(path, len(kept), seconds=seconds, override=options.rate)
-    findings += _bridge(path, names, kept, times, weights)
+    lines = [line for line, _ in kept]
+    message = "no weight in line {lines}; bridged from the rows around it"
+    findings += bridge_weights(path, names, times, weights, lines, message)
     try:
         head = None if angles is None else _head(times, angles)
         take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name, head)
@@ -135,7 +137,7 @@ def _columns_with_weights(
     path: Path, header: list[str], columns: list[int], weights: FloatArray
 ) -> tuple[list[int], FloatArray, list[Finding]]:
     """Leave out columns of which most weights are missing: bridges would be its motion."""
-    written = np.isfinite(weights).mean(axis=0) >= _WRITTEN
+    written = np.isfinite(weights).mean(axis=0) >= WRITTEN
     if written.all():
         return columns, weights, []
     if not written.any():
@@ -164,7 +166,7 @@ def _head_angles(
     angles = read_numbers(path, rows, [header.index(name) for name in _HEAD])
     missing = ~np.isfinite(angles).all(axis=1)
     angles[missing] = np.nan
-    if 1.0 - missing.mean() < _WRITTEN:
+    if 1.0 - missing.mean() < WRITTEN:
         return None, []
     if not np.nan_to_num(angles).any():
         message = "rotations that are 0 in every row, so the head stays still: {channels}"
@@ -194,21 +196,6 @@ def _head(times: FloatArray, angles: FloatArray) -> FloatArray:
     yaw, pitch, roll = (np.interp(times, times[known], curve[known]) for curve in angles.T)
     turns = Rotation.from_euler("YXZ", np.stack([yaw, -pitch, roll], axis=1))
     return np.asarray(turns.as_rotvec())
-
-
-def _bridge(
-    path: Path, names: tuple[str, ...], rows: list[Row], times: FloatArray, weights: FloatArray
-) -> list[Finding]:
-    """Fill missing weights (F, S) in place: linear in time, held at the ends of a curve."""
-    findings = []
-    missing = ~np.isfinite(weights)
-    for shape in np.flatnonzero(missing.any(axis=0)).tolist():
-        gaps, curve = missing[:, shape], weights[:, shape]
-        curve[gaps] = np.interp(times[gaps], times[~gaps], curve[~gaps])
-        lines = [rows[row][0] for row in np.flatnonzero(gaps)]
-        message = "no weight in line {lines}; bridged from the rows around it"
-        findings.append(finding("WEIGHT_BRIDGED", f"{path}: {names[shape]}", message, lines))
-    return findings
 
 
 def _seconds(path: Path, rows: list[Row]) -> tuple[FloatArray, list[Finding]]:

@@ -5,8 +5,8 @@ x and y run from 0 to 1 of the image's width and height, from the top left corne
 * JSON: a list of frames, or an object that has one as ``frames``. A frame is a list of landmarks,
   or an object that has one as ``landmarks``, ``face_landmarks`` or ``faceLandmarks``, and perhaps
   ``frame`` and ``timestamp_ms``. A landmark is ``{"x", "y", "z"}`` or ``[x, y, z]``. Of several
-  faces the first is read. The object may have ``width``, ``height`` and ``fps``. Frames without
-  landmarks may have blend shapes (`usdface.io.takes.mediapipe_shapes`).
+  faces the first is read. The object may have ``width``, ``height`` and ``fps``. Where more frames
+  have blend shapes than landmarks, those are read (`usdface.io.takes.mediapipe_shapes`).
 * CSV, a row for each landmark: ``frame, landmark, x, y`` (``landmark_id``, ``landmark_index``);
   or a row for each frame: ``x_0, y_0, ...``, ``0_x, 0_y, ...`` or ``landmark_0_x, ...``.
 """
@@ -23,7 +23,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
 from usdface.io.takes.json_text import number, read_json
-from usdface.io.takes.mediapipe_shapes import SHAPES, read_scores, scores_take
+from usdface.io.takes.mediapipe_shapes import SHAPES, read_scores, score_faces, scores_take
 from usdface.io.takes.raw_take import DEFAULTS, check_size
 from usdface.io.takes.text_table import Row, read_numbers
 from usdface.io.takes.track_text import TrackTable
@@ -39,13 +39,14 @@ _LANDMARKS = ("landmarks", "face_landmarks", "faceLandmarks", "multi_face_landma
 _FRAMES = ("frames", "results", "data")
 _OF_FILE = (*_FRAMES, "fps", "width", "height", "image_width", "image_height")
 _WIDE = re.compile(r"(?:(?:landmark|lm|point)?_?(\d{1,4})[_.]([xy])|([xy])_?(\d{1,4}))")
+_TIMES_LACKING = "timestamp_ms, which some frames lack"
 _MOST = 10_000  # landmarks of a face; MediaPipe's has 478
 
 
 def read_mediapipe(
     path: Path, options: TakeOptions = DEFAULTS
 ) -> tuple[MarkerTake | WeightsTake, list[Finding]]:
-    """Read the landmarks of one face, or its blend shapes where no frame has landmarks.
+    """Read the landmarks of one face, or its blend shapes where more frames have these.
 
     A frame without landmarks is occluded.
 
@@ -59,14 +60,15 @@ def read_mediapipe(
     if path.suffix.lower() == ".json":
         document = read_json(path)
         frames = _frames(path, document)
-        if not any(map(_face, frames)) and any(scores := [read_scores(each) for each in frames]):
+        scores = [read_scores(each) for each in frames]
+        if sum(map(bool, scores)) > sum(bool(_face(each)) for each in frames):
             return _of_scores(path, document, frames, scores, options)
         table, times = _of_frames(path, frames)
         unread = _unread_of_frames(frames)
         if times is None and any(_has_time(frame) for frame in frames):
-            unread.append("timestamp_ms, which some frames lack")
+            unread.append(_TIMES_LACKING)
+        unread += _unread_of_file(document)
         if isinstance(document, dict):
-            unread += [key for key in document if key not in _OF_FILE]
             sides = (document.get(f"{p}{s}") for s in ("width", "height") for p in ("", "image_"))
             found = [side for side in map(number, sides) if side > 0]
             width, height = found[:2] if len(found) == 2 else (0.0, 0.0)
@@ -100,8 +102,17 @@ def _of_scores(
 ) -> tuple[WeightsTake, list[Finding]]:
     """Return the take of the blend shapes, and what else frames have."""
     seconds = np.array([_time(frame) for frame in frames])
-    take, findings = scores_take(path, scores, seconds, _rate(document), options.rate)
+    numbers = np.array([_frame_number(frame, index) for index, frame in enumerate(frames)])
+    take, findings = scores_take(path, scores, seconds, numbers, _rate(document), options.rate)
     unread = [name for name in _unread_of_frames(frames) if name not in SHAPES]
+    if any(map(_face, frames)):
+        unread.append("landmarks, which fewer frames have")
+    if "other faces" not in unread and any(score_faces(frame) > 1 for frame in frames):
+        unread.append("other faces")
+    stamped = [_has_time(frame) for frame, own in zip(frames, scores, strict=True) if own]
+    if any(stamped) and not all(stamped):
+        unread.append(_TIMES_LACKING)
+    unread += _unread_of_file(document)
     if unread:
         findings.append(finding("CHANNEL_IGNORED", str(path), "not read: {channels}", unread))
     return take, findings
@@ -111,6 +122,12 @@ def _rate(document: Any) -> float:
     """Return the frame rate that a document names [Hz]; 0 = none."""
     named = document.get("fps") if isinstance(document, dict) else None
     return float(np.nan_to_num(number(named), posinf=0.0, neginf=0.0))
+
+
+def _frame_number(frame: Any, index: int) -> float:
+    """Return the number of a frame, NaN if it is none; `index` where it has no entry for it."""
+    known = frame if isinstance(frame, dict) else {}
+    return next((number(known[key]) for key in _FRAME if key in known), float(index))
 
 
 def _time(frame: Any) -> float:
@@ -148,9 +165,7 @@ def _of_frames(path: Path, frames: Sequence[Any]) -> tuple[TrackTable, FloatArra
     numbers = np.full((len(frames), count, 3), np.nan)
     seconds = np.full(len(frames), np.nan)
     for index, (frame, face) in enumerate(zip(frames, faces, strict=True)):
-        known = frame if isinstance(frame, dict) else {}
-        named = [number(known[key]) for key in _FRAME if key in known]
-        numbers[index, :, 0] = named[0] if named else index
+        numbers[index, :, 0] = _frame_number(frame, index)
         seconds[index] = _time(frame)
         if face:
             numbers[index, : len(face), 1:] = [_place(landmark) for landmark in face]
@@ -183,6 +198,11 @@ def _unread_of_frames(frames: Sequence[Any]) -> list[str]:
     found |= {str(key): None for mark in named for key in mark if key not in ("x", "y", "z")}
     more = any(_face_count(frame) > 1 for frame in frames)
     return [*found, *(["other faces"] if more else [])]
+
+
+def _unread_of_file(document: Any) -> list[str]:
+    """Return the contents of a document beside its frames, their rate and size."""
+    return [key for key in document if key not in _OF_FILE] if isinstance(document, dict) else []
 
 
 def _has_time(frame: Any) -> bool:

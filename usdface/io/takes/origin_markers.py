@@ -49,23 +49,28 @@ def shared_origins(positions: FloatArray) -> BoolArray:
 
 
 def lone_origins(positions: FloatArray) -> BoolArray:
-    """Return the entries (F, M) at exactly 0, 0, 0 of markers that are elsewhere otherwise.
+    """Return the entries (F, M) at exactly 0, 0, 0 to which a marker jumps, and from which back.
 
-    A marker whose other places lie about the origin, in a take that is held near it, passes it.
+    A marker that is near the origin just before or after passes it, or starts there.
     """
     zero: BoolArray = np.all(positions == 0, axis=2)
     known = ~zero & np.all(np.isfinite(positions), axis=2)
-    some = np.flatnonzero(zero.any(axis=0) & known.any(axis=0))
-    if not len(some):
-        return np.zeros(zero.shape, bool)
     ever = np.flatnonzero(known.any(axis=0))
-    if len(ever) <= _FEWEST:
+    if not zero[:, ever].any() or len(ever) <= _FEWEST:
         return np.zeros(zero.shape, bool)
     places = np.nanmedian(np.where(known[:, ever, None], positions[:, ever], np.nan), axis=0)
-    own = places[np.searchsorted(ever, some)]
-    away = np.linalg.norm(own, axis=1) > _AWAY * np.linalg.norm(np.ptp(places, axis=0))
-    zero[:, np.setdiff1d(np.arange(zero.shape[1]), some[away])] = False
-    return zero
+    away = _AWAY * np.linalg.norm(np.ptp(places, axis=0))
+    distances = np.linalg.norm(np.where(known[..., None], positions, np.inf), axis=2)
+    back = _last_known(distances[::-1], known[::-1])[::-1]
+    jumps = np.minimum(_last_known(distances, known), back)
+    return np.asarray(zero & (jumps > away) & known.any(axis=0))
+
+
+def _last_known(distances: FloatArray, known: BoolArray) -> FloatArray:
+    """Return the distance (F, M) of the last frame up to each that is known; inf = none."""
+    frames = np.where(known, np.arange(len(known))[:, None], 0)
+    last = np.maximum.accumulate(frames, axis=0)
+    return np.take_along_axis(distances, last, axis=0)
 
 
 def origin_markers(positions: FloatArray) -> BoolArray:

@@ -40,5 +40,5 @@ def read_layer_metadata(layer: Sdf.Layer) -> Mapping[str, Any]:
 
 def write_layer_metadata(layer: Sdf.Layer, name: str, value: object) -> None:
     """Author one entry on a layer."""
-    data = dict(layer.customLayerData)
-    layer.customLayerData = {**data, KEY: {**data.get(KEY, {}), name: value}}
+    notes = {**read_layer_metadata(layer), name: value}
+    layer.customLayerData = {**layer.customLayerData, KEY: notes}

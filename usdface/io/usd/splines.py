@@ -3,6 +3,7 @@
 from pxr import Usd
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.stage import stage_name
 
 __all__ = ["report_splines"]
 
@@ -25,7 +26,7 @@ def report_splines(stage: Usd.Stage) -> list[Finding]:
     ]
     if not names:
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = (
         "{attributes} have splines, which USD evaluates from 25.05 on; here their defaults count"
     )

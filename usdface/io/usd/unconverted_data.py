@@ -1,6 +1,6 @@
 """Data of a stage that a rig has no place for: attributes, metadata, variants, skeletons."""
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterable, Iterator
 
 from pxr import Sdf, Usd, UsdGeom, UsdLux, UsdMedia, UsdShade, UsdSkel
 
@@ -173,7 +173,7 @@ def report_other_prims(stage: Usd.Stage) -> list[Finding]:
     ]
     if not lost:
         return []
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = "prims of types that usdface does not read: {channels}"
     return [finding("CHANNEL_IGNORED", where, message, lost)]
 
@@ -212,16 +212,18 @@ def report_lost_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]
         Paths of those that are read (`usdface.io.usd.groups`).
     """
     empty, others = [], []
-    roots = [prim.GetPath() for prim in stage.Traverse(_ALL) if prim.IsA(UsdSkel.Root)]
-    above = {path for root in roots for path in root.GetPrefixes()}
+    prims = list(stage.Traverse(_ALL))
+    above = _and_above(prim for prim in prims if prim.IsA(UsdSkel.Root))
+    carrying = _and_above(prim for prim in prims if prim.GetTypeName() not in ("Xform", "Scope"))
+    over_meshes = _and_above(prim for prim in prims if prim.IsA(UsdGeom.Mesh))
     # Prototypes of instancers are not shown where they stand.
     for prim in prims_without(stage.GetPseudoRoot(), UsdGeom.PointInstancer):
         path = prim.GetPath()
         if prim.GetTypeName() != "Xform" or str(path) in kept:
             continue
-        if _is_empty(prim):
+        if path not in carrying:
             empty.append(str(path))
-        elif path not in above and _holds_others(prim):
+        elif path in over_meshes and path not in above and not _holds_namesake(prim):
             others.append(str(path))
     messages = {
         "{node_count} Xforms that carry nothing are left out: {nodes}": empty,
@@ -234,13 +236,16 @@ def report_lost_groups(stage: Usd.Stage, kept: Collection[str]) -> list[Finding]
     ]
 
 
-def _holds_others(prim: Usd.Prim) -> bool:
-    """Return whether a prim has meshes below that are read, and none that has its name."""
-    if prim.GetName() in prim.GetAllChildrenNames():
-        return False
-    return any(each.IsA(UsdGeom.Mesh) for each in Usd.PrimRange(prim, _ALL))
+def _holds_namesake(prim: Usd.Prim) -> bool:
+    return prim.GetName() in prim.GetAllChildrenNames()
 
 
-def _is_empty(prim: Usd.Prim) -> bool:
-    below = (each.GetTypeName() in ("Xform", "Scope") for each in Usd.PrimRange(prim, _ALL))
-    return all(below)
+def _and_above(prims: Iterable[Usd.Prim]) -> set[Sdf.Path]:
+    """Return the paths of prims and of all that are above them, each visited once."""
+    found = {Sdf.Path.absoluteRootPath}
+    for prim in prims:
+        path = prim.GetPath()
+        while path not in found:
+            found.add(path)
+            path = path.GetParentPath()
+    return found

@@ -6,6 +6,7 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdShade
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.stage import stage_name
 from usdface.rigs import Mesh
 
 __all__ = ["report_pivots", "report_unconverted_parts"]
@@ -33,7 +34,7 @@ def report_pivots(stage: Usd.Stage, meshes: Iterable[Mesh]) -> list[Finding]:
     unskinned = {m.path: stage.GetPrimAtPath(m.path) for m in meshes if m.skin is None}
     worlds = {p: np.array(xforms.GetLocalToWorldTransform(m)) for p, m in unskinned.items()}
     moved = [path for path, world in worlds.items() if not np.allclose(world, np.eye(4))]
-    where = stage.GetRootLayer().GetDisplayName() or "the stage"
+    where = stage_name(stage)
     message = "transforms are applied to the points of {meshes}; their pivots are not kept"
     return [finding("PIVOTS_DROPPED", where, message, moved)] if moved else []
 

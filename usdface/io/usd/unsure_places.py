@@ -13,14 +13,15 @@ _NAMES = Sdf.ValueTypeNames
 
 
 def write_unsure(prim: Usd.Prim, unsure: Binding) -> None:
-    """Author them on a `UsdFaceRetarget` prim, if there are any."""
-    if not unsure.markers:
-        return
-    author(prim, tokens.BIND_UNSURE_MARKERS, _NAMES.TokenArray, Vt.TokenArray(unsure.markers))
-    author(prim, tokens.BIND_UNSURE_POINTS, _NAMES.IntArray, Vt.IntArray(unsure.points.tolist()))
-    if unsure.confidence is not None:
-        sure = Vt.FloatArray(unsure.confidence.tolist())
-        author(prim, tokens.BIND_UNSURE_CONFIDENCE, _NAMES.FloatArray, sure)
+    """Author them on a `UsdFaceRetarget` prim; empty arrays only over opinions that are there."""
+    confidence = () if unsure.confidence is None else unsure.confidence.tolist()
+    for name, kind, values in (
+        (tokens.BIND_UNSURE_MARKERS, _NAMES.TokenArray, Vt.TokenArray(unsure.markers)),
+        (tokens.BIND_UNSURE_POINTS, _NAMES.IntArray, Vt.IntArray(unsure.points.tolist())),
+        (tokens.BIND_UNSURE_CONFIDENCE, _NAMES.FloatArray, Vt.FloatArray(confidence)),
+    ):
+        if values or prim.GetAttribute(name).HasAuthoredValue():
+            author(prim, name, kind, values)
 
 
 def read_unsure(prim: Usd.Prim, binding: Binding) -> Binding:
@@ -35,7 +36,8 @@ def read_unsure(prim: Usd.Prim, binding: Binding) -> Binding:
     points = np.array(value_or(prim, tokens.BIND_UNSURE_POINTS, ()), dtype=np.int64)
     markers = strings_of(prim, tokens.BIND_UNSURE_MARKERS)
     read = Binding(markers, points, binding.mesh, sure if sure.size else None)
-    left = [i for i, name in enumerate(read.markers) if name not in binding.markers]
+    bound = set(binding.markers)
+    left = [i for i, name in enumerate(read.markers) if name not in bound]
     return Binding(
         tuple(read.markers[i] for i in left),
         read.points[left],
