@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
+from pxr import Usd
 from worlds import World, make_world
 
 import usdface
@@ -96,6 +97,37 @@ def test_what_means_the_same_is_taken() -> None:
     assert isinstance(track.places, np.ndarray) and isinstance(track.size, tuple)
     given = measure(track, path=Path("a"), tags=["a"], rate=np.float32(24), frame=np.int64(3))
     assert given["track"] is track and given["rate"] == 24 and type(given["frame"]) is int
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ["a", "b"],
+        (each for each in "ab"),
+        {"a": 1, "b": 2},
+        {"a": 1, "b": 2}.keys(),
+        np.array(["a", "b"]),
+    ],
+)
+def test_an_iterable_is_taken_for_a_tuple(given: Any) -> None:
+    names = Track(given).names
+    assert names == ("a", "b") and measure(TRACK, tags=iter(names))["tags"] == names  # type: ignore[arg-type]
+
+
+def test_frames_and_sizes_are_taken_of_any_iterable() -> None:
+    size: Any = np.array([1920, 1080])
+    assert Track(("a",), size=size).size == (1920, 1080)
+    for frames in (range(3), np.arange(3), {0: "rest", 1: "blink", 2: "held"}):
+        assert usdface.BindOptions(peaks=frames).peaks == (0, 1, 2)  # type: ignore[arg-type]
+
+
+def test_files_are_taken_of_any_iterable(tmp_path: Path) -> None:
+    path = tmp_path / "a.usda"
+    Usd.Stage.CreateNew(str(path)).Save()
+    paths: Any = {str(path): 1}
+    assert usdface.check(paths).summary["files"] == 1
+    assert usdface.check(tmp_path.glob("*.usda")).summary["files"] == 1
+    assert usdface.installed_hooks(set())[1] == []  # type: ignore[arg-type]
 
 
 def test_wrong_names_of_arguments_stay_errors_of_the_call() -> None:

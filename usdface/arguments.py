@@ -46,7 +46,7 @@ class _Misfit(Exception):
 def checked(target: TargetT) -> TargetT:
     """Return a function, or a class with its constructor, that refuses arguments of wrong types.
 
-    Lists are taken for tuples, and sequences of numbers for arrays.
+    Iterables are taken for tuples, and sequences of numbers for arrays.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def _checked_call(function: Any, title: str) -> Any:
 
 
 def _fitted(value: Any, kind: Any) -> Any:
-    """Return a value as its annotation says: a list as a tuple, numbers as an array.
+    """Return a value as its annotation says: an iterable as a tuple, numbers as an array.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def _fitted(value: Any, kind: Any) -> Any:
     origin, inner = get_origin(kind) or kind, get_args(kind)
     if origin in (Union, UnionType):
         return _fitted_to_one(value, kind, inner)
-    if origin is tuple:
+    if origin in (tuple, Sequence, Iterable):
         return _fitted_tuple(value, kind, inner)
     if origin is Callable:
         fits = callable(value)
@@ -118,10 +118,8 @@ def _fitted(value: Any, kind: Any) -> Any:
         return value
     if not fits:
         raise _Misfit(value, kind)
-    if inner and isinstance(value, Mapping):
+    if inner and origin is Mapping:
         _fit_all(value.items(), inner[1])
-    elif inner and isinstance(value, tuple | list):
-        _fit_all(enumerate(value), inner[0])
     return value
 
 
@@ -148,13 +146,19 @@ def _fitted_to_one(value: Any, kind: Any, kinds: tuple[Any, ...]) -> Any:
 
 
 def _fitted_tuple(value: Any, kind: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]:
-    if not isinstance(value, tuple | list):
+    """Return what an iterable yields, which is asked once; text is no list of its letters."""
+    if isinstance(value, _TEXT):
         raise _Misfit(value, kind)
-    if kinds[1:] == (...,):
-        return tuple(_fit_all(enumerate(value), kinds[0]))
-    if len(kinds) != len(value):
+    try:
+        parts = iter(value)
+    except TypeError:
+        raise _Misfit(value, kind) from None
+    if get_origin(kind) is not tuple or kinds[1:] == (...,):
+        return tuple(_fit_all(enumerate(parts), kinds[0]))
+    listed = tuple(parts)
+    if len(kinds) != len(listed):
         raise _Misfit(value, kind)
-    return tuple(_fitted(each, own) for each, own in zip(value, kinds, strict=True))
+    return tuple(_fitted(each, own) for each, own in zip(listed, kinds, strict=True))
 
 
 def _fitted_number(value: Any, kind: type) -> Any:
