@@ -73,8 +73,9 @@ def test_a_wrong_argument_is_named(given: dict[str, Any], message: str) -> None:
     [
         ({"names": "nose"}, "names is 'nose'; expected a list of text"),
         ({"names": ("a",), "places": [["a"]]}, "places is of type list; expected an array"),
-        ({"names": ("a",), "places": [[1], [1, 2]]}, "places is of type list; expected an array"),
-        ({"names": ("a",), "places": [None]}, "places is the list [None]; expected an array"),
+        ({"names": ("a",), "places": [[1], [1, 2]]}, "places, with rows of several lengths, is of"),
+        ({"names": ("a",), "places": [TRACK]}, "places is of type list; expected an array of real"),
+        ({"names": ("a",), "points": [None]}, "points is the list [None]; expected an array of"),
         ({"names": ("a",), "places": 1j * np.ones(1)}, "places is an array of complex128, shape"),
         (
             {"names": ("a",), "points": [0.5]},
@@ -112,6 +113,16 @@ def test_what_means_the_same_is_taken() -> None:
 def test_an_iterable_is_taken_for_a_tuple(given: Any) -> None:
     names = Track(given).names
     assert names == ("a", "b") and measure(TRACK, tags=iter(names))["tags"] == names  # type: ignore[arg-type]
+
+
+def test_none_among_numbers_is_unknown() -> None:
+    positions: Any = [[[0, 0, 0]], [[None] * 3]]
+    take = usdface.MarkerTake(("nose",), [0, 1], positions)  # type: ignore[arg-type]
+    assert take.visible.tolist() == [[True], [False]]
+    confidence: Any = np.array([None, 1], dtype=object)
+    binding = usdface.Binding(("a", "b"), [1, 2], confidence=confidence)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(binding.confidence, [np.nan, 1.0])
+    assert Track(("a",), places=None).places is None
 
 
 def test_frames_and_sizes_are_taken_of_any_iterable() -> None:

@@ -177,14 +177,23 @@ def _fitted_number(value: Any, kind: type) -> Any:
 
 
 def _fitted_array(value: Any, kind: Any, inner: tuple[Any, ...]) -> Any:
-    """Return an array, or numbers in lists as one: whole numbers where they are to be such."""
+    """Return an array, or numbers in lists as one: whole numbers where they are to be such.
+
+    None among real numbers, as in lists and in tables of pandas, is NaN.
+    """
     np = modules["numpy"]  # whoever has such an annotation has loaded it
 
     try:
         array = np.asarray(value)
-    except (TypeError, ValueError):  # rows of several lengths
-        raise _Misfit(value, kind) from None
-    whole = issubclass(get_args(inner[1])[0], np.integer)
+    except (TypeError, ValueError):
+        raise _Misfit(value, kind, ", with rows of several lengths,") from None
+    number = get_args(inner[1])[0]
+    if array.dtype.kind == "O" and array.ndim and issubclass(number, np.floating):
+        try:
+            array = array.astype(float)
+        except (TypeError, ValueError, OverflowError):
+            raise _Misfit(value, kind) from None
+    whole = issubclass(number, np.integer)
     if array.dtype.kind not in "biuf" or (
         whole and array.dtype.kind == "f" and (array != np.floor(array)).any()
     ):
@@ -232,7 +241,7 @@ def _worded(kind: Any) -> str:
         return f"a list of {_worded(inner[0])}"
     if origin.__name__ == "ndarray":
         whole = "int" in get_args(inner[1])[0].__name__
-        return f"an array of {'whole' if whole else 'real'} numbers, its rows of one length"
+        return f"an array of {'whole' if whole else 'real'} numbers"
     return "a mapping" if origin is Mapping else str(origin.__name__)
 
 
