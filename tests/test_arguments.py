@@ -58,6 +58,7 @@ TRACK = Track(("nose",))
         ({"rate": np.ones(3)}, "rate is an array of float64, shape (3,); expected a number"),
         ({"frame": 1.5}, "frame is 1.5; expected a whole number or None"),
         ({"frame": True}, "frame is True; expected a whole number or None"),
+        ({"loud": 2}, "loud is 2; expected True or False"),
         ({"loud": "no"}, "loud is 'no'; expected True or False"),
         ({"report": True}, "report is True; expected a function or None"),
     ],
@@ -84,6 +85,10 @@ def test_a_wrong_argument_is_named(given: dict[str, Any], message: str) -> None:
         ({"names": ("a",), "size": (1, 2, 3)}, "size is the tuple (1, 2, 3); expected (a whole"),
         ({"names": ("a",), "size": 7}, "size is 7; expected (a whole number, a whole number) or"),
         ({"names": ("a",), "axis": 1}, "axis is 1; expected 'Y', 'Z'"),
+        (
+            {"names": ("a",), "axis": np.array(["Y"])},
+            "axis is an array of <U1, shape (1,); expected",
+        ),
     ],
 )
 def test_a_wrong_field_is_named(given: dict[str, Any], message: str) -> None:
@@ -123,6 +128,20 @@ def test_none_among_numbers_is_unknown() -> None:
     binding = usdface.Binding(("a", "b"), [1, 2], confidence=confidence)  # type: ignore[arg-type]
     np.testing.assert_array_equal(binding.confidence, [np.nan, 1.0])
     assert Track(("a",), places=None).places is None
+
+
+@pytest.mark.parametrize("number", [2.0, np.int64(2), np.float32(2), np.array(2.0)])
+def test_numbers_are_taken_of_any_type(number: Any) -> None:
+    given = measure(TRACK, frame=number, rate=number)
+    assert given["frame"] == given["rate"] == 2 and type(given["frame"]) is int
+    assert Track(("a",), size=(number, number)).size == (2, 2)
+    assert usdface.TakeOptions(dimension=number).dimension == 2
+
+
+@pytest.mark.parametrize("truth", [0, 0.0, np.False_, np.array(0)])
+def test_0_and_1_are_truth_values(truth: Any) -> None:
+    assert usdface.CleanOptions(blinks=truth).blinks is False
+    assert measure(TRACK, loud=truth + 1)["loud"] is True
 
 
 def test_frames_and_sizes_are_taken_of_any_iterable() -> None:

@@ -106,7 +106,7 @@ def _fitted(value: Any, kind: Any) -> Any:
         fits = callable(value)
     elif origin is Literal:
         # Of its choices a class has a check with a code of its own.
-        fits = isinstance(value, tuple({type(choice) for choice in inner}))
+        return _fitted_to_one(value, kind, tuple({type(choice) for choice in inner}))
     elif (origin.__module__, origin.__name__) == ("numpy", "ndarray"):
         return _fitted_array(value, kind, inner)
     elif origin in (bool, int, float):
@@ -162,18 +162,22 @@ def _fitted_tuple(value: Any, kind: Any, kinds: tuple[Any, ...]) -> tuple[Any, .
 
 
 def _fitted_number(value: Any, kind: type) -> Any:
-    """Return a number; of the types of NumPy, too, and no truth value or text as one."""
-    truth = isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
-    single = getattr(value, "ndim", 0) == 0
-    if kind is bool:
-        fits = truth
-    elif kind is int:
-        fits = hasattr(value, "__index__")
-    else:
-        fits = hasattr(value, "__float__")
-    if not single or not fits or truth != (kind is bool):
-        raise _Misfit(value, kind)
-    return index(value) if kind is int else value
+    """Return a number; of the types of NumPy, too, and no truth value or text as one.
+
+    A whole float is a whole number, and 0 and 1 are truth values.
+    """
+    if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
+        value = value.item()
+    truth, single = isinstance(value, bool), getattr(value, "ndim", 0) == 0
+    if kind is bool and isinstance(value, int | float) and value in (0, 1):
+        return bool(value)
+    if kind is int and isinstance(value, float) and value.is_integer():
+        return int(value)
+    if kind is int and hasattr(value, "__index__") and single and not truth:
+        return index(value)
+    if kind is float and hasattr(value, "__float__") and single and not truth:
+        return value
+    raise _Misfit(value, kind)
 
 
 def _fitted_array(value: Any, kind: Any, inner: tuple[Any, ...]) -> Any:
