@@ -144,6 +144,27 @@ def test_0_and_1_are_truth_values(truth: Any) -> None:
     assert measure(TRACK, loud=truth + 1)["loud"] is True
 
 
+def test_a_path_is_taken_for_text() -> None:
+    root: Any = Path("show/assets")
+    for kind in (usdface.ExportOptions, usdface.ImportOptions, usdface.RigOptions):
+        assert kind(asset_root=root).asset_root == str(root)
+    assert usdface.ViewOptions(asset_root=root).asset_root == str(root)
+    options = usdface.TakeOptions(dots=root, names=root)
+    assert options.dots == str(root) and options.names is root
+    take = usdface.MarkerTake(("nose",), WORLD.take.times[:1], np.zeros((1, 1, 3)), source=root)
+    assert take.source == str(root)
+
+
+def test_a_value_that_cannot_be_read_is_refused_like_others() -> None:
+    class Broken:
+        @property
+        def value(self) -> None:
+            raise RuntimeError("closed")
+
+    with pytest.raises(usdface.InputError, match=r"is of type Broken; expected Track$"):
+        measure(Broken())  # type: ignore[arg-type]
+
+
 def test_frames_and_sizes_are_taken_of_any_iterable() -> None:
     size: Any = np.array([1920, 1080])
     assert Track(("a",), size=size).size == (1920, 1080)

@@ -102,6 +102,8 @@ def _fitted(value: Any, kind: Any) -> Any:
         return _fitted_to_one(value, kind, inner)
     if origin in (tuple, Sequence, Iterable):
         return _fitted_tuple(value, kind, inner)
+    if origin is str and isinstance(value, os.PathLike):
+        value = os.fspath(value)  # names of files and folders are text
     if origin is Callable:
         fits = callable(value)
     elif origin is Literal:
@@ -137,7 +139,7 @@ def _fit_all(items: Iterable[tuple[Any, Any]], kind: Any) -> list[Any]:
 def _fitted_to_one(value: Any, kind: Any, kinds: tuple[Any, ...]) -> Any:
     """Return a value as the first of several kinds that it is; a part that misfits is named."""
     deepest = _Misfit(value, kind)
-    for each in kinds:
+    for each in sorted(kinds, key=lambda one: one is str):  # a path stays one where it may
         try:
             return _fitted(value, each)
         except _Misfit as misfit:
@@ -251,7 +253,8 @@ def _worded(kind: Any) -> str:
 
 def _remedy(value: Any, kind: Any) -> str:
     """Return what to do where a usual step was left out."""
-    if _fits(getattr(value, "value", None), kind):
+    ours = type(value).__module__.startswith("usdface.")
+    if ours and _fits(getattr(value, "value", None), kind):
         return "; give the value of this result: result.value"
     if isinstance(value, tuple) and value and _fits(value[0], kind):
         return "; give the first of this pair: value, findings = ..."
@@ -260,7 +263,6 @@ def _remedy(value: Any, kind: Any) -> str:
     makers = dict.fromkeys(_MAKERS[name] for name in names if name in _MAKERS)
     if makers:
         return f"; {' or '.join(makers)} makes one"
-    ours = type(value).__module__.startswith("usdface.")
     if ours and any(get_origin(each) is os.PathLike for each in kinds):
         return "; arrays go to usdface.assemble_shot and usdface.retarget"
     return ""
