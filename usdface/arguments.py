@@ -33,7 +33,6 @@ _MAKERS = {
     "WeightsTake": "usdface.read_take(path)",
 }
 _PLAIN = {str: "text", bool: "True or False", int: "a whole number", float: "a number"}
-_TEXT = (str, bytes)
 
 
 class _Misfit(Exception):
@@ -114,8 +113,7 @@ def _fitted(value: Any, kind: Any) -> Any:
     elif origin in (bool, int, float):
         return _fitted_number(value, origin)
     elif isinstance(origin, type):
-        text = isinstance(value, _TEXT) and origin is not str  # no list of its letters
-        fits = isinstance(value, origin) and not text
+        fits = isinstance(value, origin)
     else:
         return value
     if not fits:
@@ -149,7 +147,7 @@ def _fitted_to_one(value: Any, kind: Any, kinds: tuple[Any, ...]) -> Any:
 
 def _fitted_tuple(value: Any, kind: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]:
     """Return what an iterable yields, which is asked once; text is no list of its letters."""
-    if isinstance(value, _TEXT):
+    if isinstance(value, str | bytes):
         raise _Misfit(value, kind)
     try:
         parts = iter(value)
