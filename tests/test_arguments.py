@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 import pytest
+from pxr import Usd
 from worlds import World, make_world
 
 import usdface
@@ -57,6 +58,7 @@ TRACK = Track(("nose",))
         ({"rate": np.ones(3)}, "rate is an array of float64, shape (3,); expected a number"),
         ({"frame": 1.5}, "frame is 1.5; expected a whole number or None"),
         ({"frame": True}, "frame is True; expected a whole number or None"),
+        ({"loud": 2}, "loud is 2; expected True or False"),
         ({"loud": "no"}, "loud is 'no'; expected True or False"),
         ({"report": True}, "report is True; expected a function or None"),
     ],
@@ -72,8 +74,9 @@ def test_a_wrong_argument_is_named(given: dict[str, Any], message: str) -> None:
     [
         ({"names": "nose"}, "names is 'nose'; expected a list of text"),
         ({"names": ("a",), "places": [["a"]]}, "places is of type list; expected an array"),
-        ({"names": ("a",), "places": [[1], [1, 2]]}, "places is of type list; expected an array"),
-        ({"names": ("a",), "places": [None]}, "places is the list [None]; expected an array"),
+        ({"names": ("a",), "places": [[1], [1, 2]]}, "places, with rows of several lengths, is of"),
+        ({"names": ("a",), "places": [TRACK]}, "places is of type list; expected an array of real"),
+        ({"names": ("a",), "points": [None]}, "points is the list [None]; expected an array of"),
         ({"names": ("a",), "places": 1j * np.ones(1)}, "places is an array of complex128, shape"),
         (
             {"names": ("a",), "points": [0.5]},
@@ -82,6 +85,10 @@ def test_a_wrong_argument_is_named(given: dict[str, Any], message: str) -> None:
         ({"names": ("a",), "size": (1, 2, 3)}, "size is the tuple (1, 2, 3); expected (a whole"),
         ({"names": ("a",), "size": 7}, "size is 7; expected (a whole number, a whole number) or"),
         ({"names": ("a",), "axis": 1}, "axis is 1; expected 'Y', 'Z'"),
+        (
+            {"names": ("a",), "axis": np.array(["Y"])},
+            "axis is an array of <U1, shape (1,); expected",
+        ),
     ],
 )
 def test_a_wrong_field_is_named(given: dict[str, Any], message: str) -> None:
@@ -96,6 +103,82 @@ def test_what_means_the_same_is_taken() -> None:
     assert isinstance(track.places, np.ndarray) and isinstance(track.size, tuple)
     given = measure(track, path=Path("a"), tags=["a"], rate=np.float32(24), frame=np.int64(3))
     assert given["track"] is track and given["rate"] == 24 and type(given["frame"]) is int
+
+
+@pytest.mark.parametrize(
+    "given",
+    [
+        ["a", "b"],
+        (each for each in "ab"),
+        {"a": 1, "b": 2},
+        {"a": 1, "b": 2}.keys(),
+        np.array(["a", "b"]),
+    ],
+)
+def test_an_iterable_is_taken_for_a_tuple(given: Any) -> None:
+    names = Track(given).names
+    assert names == ("a", "b") and measure(TRACK, tags=iter(names))["tags"] == names  # type: ignore[arg-type]
+
+
+def test_none_among_numbers_is_unknown() -> None:
+    positions: Any = [[[0, 0, 0]], [[None] * 3]]
+    take = usdface.MarkerTake(("nose",), [0, 1], positions)  # type: ignore[arg-type]
+    assert take.visible.tolist() == [[True], [False]]
+    confidence: Any = np.array([None, 1], dtype=object)
+    binding = usdface.Binding(("a", "b"), [1, 2], confidence=confidence)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(binding.confidence, [np.nan, 1.0])
+    assert Track(("a",), places=None).places is None
+
+
+@pytest.mark.parametrize("number", [2.0, np.int64(2), np.float32(2), np.array(2.0)])
+def test_numbers_are_taken_of_any_type(number: Any) -> None:
+    given = measure(TRACK, frame=number, rate=number)
+    assert given["frame"] == given["rate"] == 2 and type(given["frame"]) is int
+    assert Track(("a",), size=(number, number)).size == (2, 2)
+    assert usdface.TakeOptions(dimension=number).dimension == 2
+
+
+@pytest.mark.parametrize("truth", [0, 0.0, np.False_, np.array(0)])
+def test_0_and_1_are_truth_values(truth: Any) -> None:
+    assert usdface.CleanOptions(blinks=truth).blinks is False
+    assert measure(TRACK, loud=truth + 1)["loud"] is True
+
+
+def test_a_path_is_taken_for_text() -> None:
+    root: Any = Path("show/assets")
+    for kind in (usdface.ExportOptions, usdface.ImportOptions, usdface.RigOptions):
+        assert kind(asset_root=root).asset_root == str(root)
+    assert usdface.ViewOptions(asset_root=root).asset_root == str(root)
+    options = usdface.TakeOptions(dots=root, names=root)
+    assert options.dots == str(root) and options.names is root
+    take = usdface.MarkerTake(("nose",), WORLD.take.times[:1], np.zeros((1, 1, 3)), source=root)
+    assert take.source == str(root)
+
+
+def test_a_value_that_cannot_be_read_is_refused_like_others() -> None:
+    class Broken:
+        @property
+        def value(self) -> None:
+            raise RuntimeError("closed")
+
+    with pytest.raises(usdface.InputError, match=r"is of type Broken; expected Track$"):
+        measure(Broken())  # type: ignore[arg-type]
+
+
+def test_frames_and_sizes_are_taken_of_any_iterable() -> None:
+    size: Any = np.array([1920, 1080])
+    assert Track(("a",), size=size).size == (1920, 1080)
+    for frames in (range(3), np.arange(3), {0: "rest", 1: "blink", 2: "held"}):
+        assert usdface.BindOptions(peaks=frames).peaks == (0, 1, 2)  # type: ignore[arg-type]
+
+
+def test_files_are_taken_of_any_iterable(tmp_path: Path) -> None:
+    path = tmp_path / "a.usda"
+    Usd.Stage.CreateNew(str(path)).Save()
+    paths: Any = {str(path): 1}
+    assert usdface.check(paths).summary["files"] == 1
+    assert usdface.check(tmp_path.glob("*.usda")).summary["files"] == 1
+    assert usdface.installed_hooks(set())[1] == []  # type: ignore[arg-type]
 
 
 def test_wrong_names_of_arguments_stay_errors_of_the_call() -> None:

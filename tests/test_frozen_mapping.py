@@ -20,6 +20,14 @@ def test_it_is_a_mapping_that_nobody_changes() -> None:
         held["lip"] = "chin"  # type: ignore[index]
 
 
+def test_it_is_copied_and_joined_like_a_dict() -> None:
+    held = FrozenMapping({"brow": 1, "lip": 2})
+    held.copy()["lip"] = 3
+    assert held | {"lip": 3} == {"brow": 1, "lip": 3} and held["lip"] == 2
+    assert {"lip": 3} | held == {"lip": 2, "brow": 1} == held | held
+    assert list(reversed(held)) == ["lip", "brow"]
+
+
 def by_pickle(value: Any) -> Any:
     return pickle.loads(pickle.dumps(value))
 

@@ -33,7 +33,6 @@ _MAKERS = {
     "WeightsTake": "usdface.read_take(path)",
 }
 _PLAIN = {str: "text", bool: "True or False", int: "a whole number", float: "a number"}
-_TEXT = (str, bytes)
 
 
 class _Misfit(Exception):
@@ -46,7 +45,7 @@ class _Misfit(Exception):
 def checked(target: TargetT) -> TargetT:
     """Return a function, or a class with its constructor, that refuses arguments of wrong types.
 
-    Lists are taken for tuples, and sequences of numbers for arrays.
+    Iterables are taken for tuples, and sequences of numbers for arrays.
 
     Parameters
     ----------
@@ -89,7 +88,7 @@ def _checked_call(function: Any, title: str) -> Any:
 
 
 def _fitted(value: Any, kind: Any) -> Any:
-    """Return a value as its annotation says: a list as a tuple, numbers as an array.
+    """Return a value as its annotation says: an iterable as a tuple, numbers as an array.
 
     Raises
     ------
@@ -100,28 +99,27 @@ def _fitted(value: Any, kind: Any) -> Any:
     origin, inner = get_origin(kind) or kind, get_args(kind)
     if origin in (Union, UnionType):
         return _fitted_to_one(value, kind, inner)
-    if origin is tuple:
+    if origin in (tuple, Sequence, Iterable):
         return _fitted_tuple(value, kind, inner)
+    if origin is str and isinstance(value, os.PathLike):
+        value = os.fspath(value)  # names of files and folders are text
     if origin is Callable:
         fits = callable(value)
     elif origin is Literal:
         # Of its choices a class has a check with a code of its own.
-        fits = isinstance(value, tuple({type(choice) for choice in inner}))
+        return _fitted_to_one(value, kind, tuple({type(choice) for choice in inner}))
     elif (origin.__module__, origin.__name__) == ("numpy", "ndarray"):
         return _fitted_array(value, kind, inner)
     elif origin in (bool, int, float):
         return _fitted_number(value, origin)
     elif isinstance(origin, type):
-        text = isinstance(value, _TEXT) and origin is not str  # no list of its letters
-        fits = isinstance(value, origin) and not text
+        fits = isinstance(value, origin)
     else:
         return value
     if not fits:
         raise _Misfit(value, kind)
-    if inner and isinstance(value, Mapping):
+    if inner and origin is Mapping:
         _fit_all(value.items(), inner[1])
-    elif inner and isinstance(value, tuple | list):
-        _fit_all(enumerate(value), inner[0])
     return value
 
 
@@ -139,7 +137,7 @@ def _fit_all(items: Iterable[tuple[Any, Any]], kind: Any) -> list[Any]:
 def _fitted_to_one(value: Any, kind: Any, kinds: tuple[Any, ...]) -> Any:
     """Return a value as the first of several kinds that it is; a part that misfits is named."""
     deepest = _Misfit(value, kind)
-    for each in kinds:
+    for each in sorted(kinds, key=lambda one: one is str):  # a path stays one where it may
         try:
             return _fitted(value, each)
         except _Misfit as misfit:
@@ -148,39 +146,58 @@ def _fitted_to_one(value: Any, kind: Any, kinds: tuple[Any, ...]) -> Any:
 
 
 def _fitted_tuple(value: Any, kind: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]:
-    if not isinstance(value, tuple | list):
+    """Return what an iterable yields, which is asked once; text is no list of its letters."""
+    if isinstance(value, str | bytes):
         raise _Misfit(value, kind)
-    if kinds[1:] == (...,):
-        return tuple(_fit_all(enumerate(value), kinds[0]))
-    if len(kinds) != len(value):
+    try:
+        parts = iter(value)
+    except TypeError:
+        raise _Misfit(value, kind) from None
+    if get_origin(kind) is not tuple or kinds[1:] == (...,):
+        return tuple(_fit_all(enumerate(parts), kinds[0]))
+    listed = tuple(parts)
+    if len(kinds) != len(listed):
         raise _Misfit(value, kind)
-    return tuple(_fitted(each, own) for each, own in zip(value, kinds, strict=True))
+    return tuple(_fitted(each, own) for each, own in zip(listed, kinds, strict=True))
 
 
 def _fitted_number(value: Any, kind: type) -> Any:
-    """Return a number; of the types of NumPy, too, and no truth value or text as one."""
-    truth = isinstance(value, bool) or type(value).__name__ in ("bool_", "bool")
-    single = getattr(value, "ndim", 0) == 0
-    if kind is bool:
-        fits = truth
-    elif kind is int:
-        fits = hasattr(value, "__index__")
-    else:
-        fits = hasattr(value, "__float__")
-    if not single or not fits or truth != (kind is bool):
-        raise _Misfit(value, kind)
-    return index(value) if kind is int else value
+    """Return a number; of the types of NumPy, too, and no truth value or text as one.
+
+    A whole float is a whole number, and 0 and 1 are truth values.
+    """
+    if getattr(value, "ndim", None) == 0 and hasattr(value, "item"):
+        value = value.item()
+    truth, single = isinstance(value, bool), getattr(value, "ndim", 0) == 0
+    if kind is bool and isinstance(value, int | float) and value in (0, 1):
+        return bool(value)
+    if kind is int and isinstance(value, float) and value.is_integer():
+        return int(value)
+    if kind is int and hasattr(value, "__index__") and single and not truth:
+        return index(value)
+    if kind is float and hasattr(value, "__float__") and single and not truth:
+        return value
+    raise _Misfit(value, kind)
 
 
 def _fitted_array(value: Any, kind: Any, inner: tuple[Any, ...]) -> Any:
-    """Return an array, or numbers in lists as one: whole numbers where they are to be such."""
+    """Return an array, or numbers in lists as one: whole numbers where they are to be such.
+
+    None among real numbers, as in lists and in tables of pandas, is NaN.
+    """
     np = modules["numpy"]  # whoever has such an annotation has loaded it
 
     try:
         array = np.asarray(value)
-    except (TypeError, ValueError):  # rows of several lengths
-        raise _Misfit(value, kind) from None
-    whole = issubclass(get_args(inner[1])[0], np.integer)
+    except (TypeError, ValueError):
+        raise _Misfit(value, kind, ", with rows of several lengths,") from None
+    number = get_args(inner[1])[0]
+    if array.dtype.kind == "O" and array.ndim and issubclass(number, np.floating):
+        try:
+            array = array.astype(float)
+        except (TypeError, ValueError, OverflowError):
+            raise _Misfit(value, kind) from None
+    whole = issubclass(number, np.integer)
     if array.dtype.kind not in "biuf" or (
         whole and array.dtype.kind == "f" and (array != np.floor(array)).any()
     ):
@@ -228,13 +245,14 @@ def _worded(kind: Any) -> str:
         return f"a list of {_worded(inner[0])}"
     if origin.__name__ == "ndarray":
         whole = "int" in get_args(inner[1])[0].__name__
-        return f"an array of {'whole' if whole else 'real'} numbers, its rows of one length"
+        return f"an array of {'whole' if whole else 'real'} numbers"
     return "a mapping" if origin is Mapping else str(origin.__name__)
 
 
 def _remedy(value: Any, kind: Any) -> str:
     """Return what to do where a usual step was left out."""
-    if _fits(getattr(value, "value", None), kind):
+    ours = type(value).__module__.startswith("usdface.")
+    if ours and _fits(getattr(value, "value", None), kind):
         return "; give the value of this result: result.value"
     if isinstance(value, tuple) and value and _fits(value[0], kind):
         return "; give the first of this pair: value, findings = ..."
@@ -243,7 +261,6 @@ def _remedy(value: Any, kind: Any) -> str:
     makers = dict.fromkeys(_MAKERS[name] for name in names if name in _MAKERS)
     if makers:
         return f"; {' or '.join(makers)} makes one"
-    ours = type(value).__module__.startswith("usdface.")
     if ours and any(get_origin(each) is os.PathLike for each in kinds):
         return "; arrays go to usdface.assemble_shot and usdface.retarget"
     return ""

@@ -1,7 +1,7 @@
 """An immutable mapping that pickles."""
 
 from collections.abc import Iterator, Mapping
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 __all__ = ["FrozenMapping"]
 
@@ -31,8 +31,21 @@ class FrozenMapping(Mapping[KeyT, ValueT], Generic[KeyT, ValueT]):
     def __iter__(self) -> Iterator[KeyT]:
         return iter(self._items)
 
+    def __reversed__(self) -> Iterator[KeyT]:
+        return reversed(self._items)
+
     def __len__(self) -> int:
         return len(self._items)
 
     def __repr__(self) -> str:
         return repr(self._items)
+
+    def __or__(self, other: Mapping[Any, Any]) -> dict[Any, Any]:
+        return {**self, **other}
+
+    def __ror__(self, other: Mapping[Any, Any]) -> dict[Any, Any]:
+        return {**other, **self}
+
+    def copy(self) -> dict[KeyT, ValueT]:
+        """Return the items as a dict that may be changed."""
+        return self._items.copy()
