@@ -6,11 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from processed import EXACT, process, shoot
+from pxr import Usd
 from worlds import World, animation_of, make_world
 
 import usdface
 from usdface.rigs import Mesh, Rig
 from usdface.shot.followers import followers, with_followers
+from usdface.shot.shot import Shot
+from usdface.takes import WeightsTake
 
 
 def named_after_nodes(world: World) -> World:
@@ -101,3 +104,25 @@ def test_the_report_names_what_is_followed(tmp_path: Path) -> None:
     (found,) = [each for each in done.findings if each.code == "SHAPES_FOLLOW"]
     assert found.values["shapes"] == ["teeth_bs.jawOpen"]
     assert found.values["leads"] == ["head_bs.jawOpen"]
+
+
+def test_what_followed_in_a_result_on_the_stage_follows_again(tmp_path: Path) -> None:
+    shot = shoot(named_after_nodes(make_world(teeth=True)).write(tmp_path))
+    stage = Usd.Stage.Open(str(shot))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    usdface.apply(stage)
+    more = usdface.ProcessOptions(exaggeration={"face": 0.5})
+    weights = usdface.apply(stage, options=more).value.weights
+    jaw, teeth = (weights.names.index(f"{node}_bs.jawOpen") for node in ("head", "teeth"))
+    np.testing.assert_allclose(weights.weights[:, teeth], weights.weights[:, jaw], atol=1e-6)
+    first = usdface.process(shot, options=more).value.weights
+    np.testing.assert_allclose(weights.weights, first.weights, atol=1e-6)
+
+
+def test_what_the_base_moves_otherwise_does_not_follow() -> None:
+    world = named_after_nodes(make_world(teeth=True))
+    frames = len(world.take.times)
+    names, own = ("head_bs.jawOpen", "teeth_bs.jawOpen"), np.linspace(0.0, 1.0, frames)
+    for lead, expected in ((own, {names[1]: names[0]}), (own / 2, {})):
+        base = WeightsTake(names, world.take.times, np.stack([lead, own], axis=1))
+        assert Shot(world.rig, world.take, world.setup(), base=base).followers == expected
