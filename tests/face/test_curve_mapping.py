@@ -157,3 +157,5 @@ def test_curves_of_one_movement_are_told_apart_by_their_names() -> None:
     np.testing.assert_allclose(named.weights, [[0.2, 0.6]])
     arkit, _ = rename_weights(take(mouthFunnel=0.4), names)
     np.testing.assert_allclose(arkit.weights, [[0.4, 0.4]])
+    whole, _ = rename_weights(both, ("mouthFunnelUp",))
+    np.testing.assert_allclose(whole.weights, [[0.2]])

@@ -1,7 +1,7 @@
 """The blend shapes that the curves of a take of weights drive: as mapped, or by their names."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -158,25 +158,33 @@ def _by_name(
 ) -> dict[str, list[int]]:
     """Return the `idle` ones of the curves that drive each blend shape by their names."""
     exact = {curves[i]: i for i in idle}
-    spelt: dict[tuple[str, str], list[int]] = {}
-    by_key: dict[tuple[str, str], list[int]] = {}
-    for i in idle:
-        spelt.setdefault(spelling_key(curves[i]), []).append(i)
-        base, side = shape_key(curves[i])
-        by_key.setdefault((base, side), []).append(i)
-        if base not in DIRECTIONS:
-            by_key.setdefault((base, "either" if side else "both"), []).append(i)
-    found = {}
+    # As they are spelt first: one movement may be several shapes, each with a curve of its own.
+    tables = [(key_of, _by_key(curves, idle, key_of)) for key_of in (spelling_key, shape_key)]
+    found: dict[str, list[int]] = {}
     both_halves = whole_and_halves(shapes)
     for name in shapes:
-        base, side = shape_key(name)
-        columns = [exact[name]] if name in exact else spelt.get(spelling_key(name), [])
-        columns = columns or by_key.get((base, side), [])
-        if base not in both_halves:
-            columns = columns or by_key.get((base, "both" if side else "either"), [])
+        columns = [exact[name]] if name in exact else []
+        for key_of, by_key in tables:
+            base, side = key_of(name)
+            columns = columns or by_key.get((base, side), [])
+            if shape_key(name)[0] not in both_halves:
+                columns = columns or by_key.get((base, "both" if side else "either"), [])
         if columns:
             found[name] = columns
     return found
+
+
+def _by_key(
+    curves: tuple[str, ...], idle: Sequence[int], key_of: Callable[[str], tuple[str, str]]
+) -> dict[tuple[str, str], list[int]]:
+    """Return the `idle` ones of the curves by their keys, and by "either" side and "both"."""
+    by_key: dict[tuple[str, str], list[int]] = {}
+    for i in idle:
+        base, side = key_of(curves[i])
+        by_key.setdefault((base, side), []).append(i)
+        if base not in DIRECTIONS:
+            by_key.setdefault((base, "either" if side else "both"), []).append(i)
+    return by_key
 
 
 def _nothing_driven(take: WeightsTake, names: tuple[str, ...], curves: CurveMap) -> str:
