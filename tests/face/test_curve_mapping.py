@@ -146,3 +146,16 @@ def test_curves_that_drive_nothing_are_refused_with_the_reason() -> None:
         with pytest.raises(InputError) as raised:
             rename_weights(take(jawOpen=0.5), ("jaw",), named)
         assert reason in str(raised.value)
+
+
+def test_curves_of_one_movement_are_told_apart_by_their_names() -> None:
+    both = take(Mouth_Funnel_Up_L=0.2, Mouth_Funnel_Down_L=0.6)
+    names = ("mouthFunnelUp_L", "mouthFunnelDown_L")
+    told, _ = rename_weights(both, ("up", "down"), {names[0]: {"up": 1.0}, names[1]: {"down": 1.0}})
+    np.testing.assert_allclose(told.weights, [[0.2, 0.6]])
+    named, _ = rename_weights(both, names)
+    np.testing.assert_allclose(named.weights, [[0.2, 0.6]])
+    arkit, _ = rename_weights(take(mouthFunnel=0.4), names)
+    np.testing.assert_allclose(arkit.weights, [[0.4, 0.4]])
+    whole, _ = rename_weights(both, ("mouthFunnelUp",))
+    np.testing.assert_allclose(whole.weights, [[0.2]])

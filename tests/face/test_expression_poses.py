@@ -308,3 +308,9 @@ def test_a_pose_that_a_rig_cannot_show_is_left_out_and_said():
     expressions, findings = expressions_for(RIGS["makehuman"], {"puffed": pose})
     assert "puffed" not in {e.name for e in expressions}
     assert [(f.code, f.where) for f in findings] == [("EXPRESSION_UNKNOWN", "puffed")]
+
+
+def test_a_unit_moves_every_part_that_another_program_makes_of_its_shape():
+    parts = [f"CTRL_expressions_mouthPress{part}" for part in ("UL", "DL", "UR", "DR")]
+    names = (*parts, "CTRL_expressions_mouthCornerPullL", "CTRL_expressions_mouthCornerPullR")
+    assert {name for name, own in units_of(names).items() if 24 in own} == set(parts)

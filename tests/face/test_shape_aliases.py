@@ -15,6 +15,8 @@ from usdface.face.shape_names import shape_key
         ("head_blendShapes_jawOpen", "jawOpen"),
         ("blendShape1_mouthSmile_L", "mouthSmileLeft"),
         ("rig:faceBS.mouthSmile_R", "mouthSmileRight"),
+        ("rig:mouthSmile_R", "mouthSmileRight"),
+        ("head_blendShape.smile", "smile"),
         ("eye.blink.L", "eyeBlinkLeft"),  # dots between words
         ("blendShape1.mouthSmile.L", "mouthSmileLeft"),
         ("mouthSmile.L", "mouthSmileLeft"),  # Blender
@@ -61,6 +63,17 @@ def test_a_name_of_another_program_is_that_of_arkit(name: str, same: str) -> Non
         "faceShape.L",
         "faceShape.001",
         "blendShape1.",
+        "blendShape1.L.001",
+        "blendShape1.Left",
+        "smileBlend.L.001",
+        "lipShape.U",
+        "Eyes:Closed",
+        "Eyes:Closed_L",
+        "jaw|open",
+        "MyBlendShapes_1",
+        "targetL.smile",
+        "eyeShape.open",
+        "A12_L",
     ],
 )
 def test_what_belongs_to_a_name_stays(name: str) -> None:

@@ -36,3 +36,16 @@ def test_action_units_of_gaze_are_pairs_by_their_sides() -> None:
 def test_shapes_that_turn_both_eyes_or_one_alone_are_no_gaze_pair() -> None:
     assert gaze_pairs(("lookLeft", "lookRight", "lookUp", "aa")).shape == (0, 2)
     assert gaze_pairs(("eyeLookInLeft", "eyeLookInRight", "jawOpen")).shape == (0, 2)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_every_part_of_a_movement_has_its_own_mirror_image(order: int) -> None:
+    parts = ("Mouth_Funnel_Up_", "Mouth_Funnel_Down_", "CTRL_expressions_mouthPressU", "eyeWiden")
+    names = tuple(f"{part}{side}" for part in parts for side in "LR")[::order]
+    pairs = {(names[left], names[right]) for left, right in symmetric_pairs(names).tolist()}
+    assert pairs == {(f"{part}L", f"{part}R") for part in parts}
+
+
+def test_shapes_of_one_name_behind_other_nodes_are_paired_by_their_nodes() -> None:
+    names = ("lid_bs.open_L", "lip_bs.open_R", "lip_bs.open_L", "lid_bs.open_R")
+    assert sorted(symmetric_pairs(names).tolist()) == [[0, 3], [2, 1]]

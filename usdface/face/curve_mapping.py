@@ -1,7 +1,7 @@
 """The blend shapes that the curves of a take of weights drive: as mapped, or by their names."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +9,7 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError, did_you_mean
 from usdface.face.gaze_curves import is_gaze_curve
-from usdface.face.shape_names import DIRECTIONS, shape_key, whole_and_halves
+from usdface.face.shape_names import DIRECTIONS, shape_key, spelling_key, whole_and_halves
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.takes import WeightsTake
@@ -100,8 +100,8 @@ def undecided(
 
 def unknown_curves(take: WeightsTake, curves: CurveMap, source: str) -> list[Finding]:
     """Report the curves of a binding that the take lacks; `source` names the binding's file."""
-    known = {shape_key(name) for name in take.names}
-    unknown = [curve for curve in curves if shape_key(curve) not in known]
+    known = {spelling_key(name) for name in take.names}
+    unknown = [curve for curve in curves if spelling_key(curve) not in known]
     if not unknown:
         return []
     hints = [did_you_mean(curve, take.names) for curve in unknown[:_NAMED]]
@@ -114,7 +114,7 @@ def _of_take(
     curves: tuple[str, ...], shapes: tuple[str, ...], curve_map: CurveMap
 ) -> dict[str, Mapping[str, float]]:
     """Return the entries of a curve map that the take has, by its own spelling of the curves."""
-    spelt = {shape_key(name): name for name in reversed(curves)}
+    spelt = {spelling_key(name): name for name in reversed(curves)}
     of_take, of_rig = set(curves), set(shapes)
     found: dict[str, tuple[str, Mapping[str, float]]] = {}
     for curve, driven in curve_map.items():
@@ -125,7 +125,7 @@ def _of_take(
                 f"{did_you_mean(unknown, shapes)}",
                 "SHAPE_UNKNOWN",
             )
-        own = curve if curve in of_take else spelt.get(shape_key(curve))
+        own = curve if curve in of_take else spelt.get(spelling_key(curve))
         if own in found:
             raise InputError(
                 f"the curve {own!r} is named twice, as {found[own][0]!r} and {curve!r}; give it "
@@ -158,22 +158,33 @@ def _by_name(
 ) -> dict[str, list[int]]:
     """Return the `idle` ones of the curves that drive each blend shape by their names."""
     exact = {curves[i]: i for i in idle}
-    by_key: dict[tuple[str, str], list[int]] = {}
-    for i in idle:
-        base, side = shape_key(curves[i])
-        by_key.setdefault((base, side), []).append(i)
-        if base not in DIRECTIONS:
-            by_key.setdefault((base, "either" if side else "both"), []).append(i)
-    found = {}
+    # As they are spelt first: one movement may be several shapes, each with a curve of its own.
+    tables = [(key_of, _by_key(curves, idle, key_of)) for key_of in (spelling_key, shape_key)]
+    found: dict[str, list[int]] = {}
     both_halves = whole_and_halves(shapes)
     for name in shapes:
-        base, side = shape_key(name)
-        columns = [exact[name]] if name in exact else by_key.get((base, side), [])
-        if base not in both_halves:
-            columns = columns or by_key.get((base, "both" if side else "either"), [])
+        columns = [exact[name]] if name in exact else []
+        for key_of, by_key in tables:
+            base, side = key_of(name)
+            columns = columns or by_key.get((base, side), [])
+            if shape_key(name)[0] not in both_halves:
+                columns = columns or by_key.get((base, "both" if side else "either"), [])
         if columns:
             found[name] = columns
     return found
+
+
+def _by_key(
+    curves: tuple[str, ...], idle: Sequence[int], key_of: Callable[[str], tuple[str, str]]
+) -> dict[tuple[str, str], list[int]]:
+    """Return the `idle` ones of the curves by their keys, and by "either" side and "both"."""
+    by_key: dict[tuple[str, str], list[int]] = {}
+    for i in idle:
+        base, side = key_of(curves[i])
+        by_key.setdefault((base, side), []).append(i)
+        if base not in DIRECTIONS:
+            by_key.setdefault((base, "either" if side else "both"), []).append(i)
+    return by_key
 
 
 def _nothing_driven(take: WeightsTake, names: tuple[str, ...], curves: CurveMap) -> str:

@@ -19,7 +19,7 @@ import numpy as np
 
 from usdface.errors import InputError
 from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit, NamingConvention
-from usdface.face.shape_names import shape_key
+from usdface.face.shape_names import shape_key, spelling_key
 from usdface.findings import Finding, finding
 from usdface.frozen_mapping import FrozenMapping
 from usdface.setup.expression import Expression
@@ -160,16 +160,17 @@ def composed_pose(units: Mapping[int, float], shape_names: Sequence[str]) -> Exp
 class _KnownShapes:
     """The blend shapes of a rig that a naming convention knows.
 
-    `spelt` has the rig's own name for each name of the convention that it has.
+    `spelt` has the rig's own names for each name of the convention that it has: several where
+    the rig has a movement in parts.
     """
 
     convention: NamingConvention
-    spelt: Mapping[str, str]
+    spelt: Mapping[str, tuple[str, ...]]
 
     def of_unit(self, unit: ActionUnit) -> list[tuple[str, float]]:
         """Return the rig's blend shapes of a unit, with their weights."""
         named = self.convention.names(unit)
-        return [(self.spelt[name], weight) for name, weight in named if name in self.spelt]
+        return [(own, weight) for name, weight in named for own in self.spelt.get(name, ())]
 
 
 @lru_cache(maxsize=8)
@@ -179,20 +180,33 @@ def _known_shapes(shape_names: tuple[str, ...]) -> _KnownShapes:
         _KnownShapes(convention, _spelt(keys, shape_names))
         for convention, keys in zip(NAMING_CONVENTIONS, _convention_keys(), strict=True)
     )
-    return max(found, key=lambda shapes: len(set(shapes.spelt.values())))
+    return max(
+        found, key=lambda shapes: len({name for own in shapes.spelt.values() for name in own})
+    )
 
 
-def _spelt(keys: Mapping[str, tuple[str, str]], shape_names: Sequence[str]) -> dict[str, str]:
-    """Return the rig's name for each name of a convention that it has in any spelling.
+def _spelt(
+    keys: Mapping[str, tuple[str, str]], shape_names: Sequence[str]
+) -> dict[str, tuple[str, ...]]:
+    """Return the rig's names for each name of a convention that it has in any spelling.
 
     Of a rig with several spellings of one name, those of the convention count, as artists mean
     these; without any, the first by the alphabet, so that a pose does not move the skin twice.
+    Names of other programs count without any of these, and all of them: they are parts of one
+    movement, as the upper and the lower lip's.
     """
     own: dict[tuple[str, str], str] = {}
     for name in sorted(shape_names, key=lambda name: (name not in keys, name)):
-        own.setdefault(shape_key(name), name)
+        own.setdefault(spelling_key(name), name)
+    parts: dict[tuple[str, str], tuple[str, ...]] = {}
+    for name in own.values():
+        parts[shape_key(name)] = (*parts.get(shape_key(name), ()), name)
     there = set(shape_names)
-    return {name: name if name in there else own[key] for name, key in keys.items() if key in own}
+    return {
+        name: (name,) if name in there else (own[key],) if key in own else parts[key]
+        for name, key in keys.items()
+        if key in parts
+    }
 
 
 @cache

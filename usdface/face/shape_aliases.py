@@ -9,7 +9,7 @@ the curves of Epic's MetaHuman (``CTRL_expressions_mouthCornerPullL``), exports 
 
 import re
 
-__all__ = ["arkit_key", "bare_name"]
+__all__ = ["arkit_key", "bare_name", "sided"]
 
 # What exporters put before a blend shape's name: the figure and the kind of the control.
 _BEFORE = re.compile(
@@ -18,10 +18,10 @@ _BEFORE = re.compile(
     r"|A\d\d_(?=[A-Z])"
 )
 _AFTER = re.compile(r"_div\d$")  # Daz: the level of subdivision
-# Namespaces and paths before a name, and nodes as of Maya: ``rig:head_bs.smile``. Other dots part
-# the words of a name (``eye.blink.L``).
-_NODE = re.compile(r"(?i:blend|shape|morph|target)|(?<![A-Za-z])bs(?![A-Za-z])|BS")
-_OF_NAME = re.compile(r"(?i:l|r|left|right|\d*)")  # a side, or the number of a copy
+# Nodes as of Maya, before a dot: ``head_bs``. Other dots part the words of a name: ``eye.blink.L``.
+_NODE = re.compile(r"\w*[Bb]lend_?[Ss]hapes?\d*|(?:\w*_)?(?:bs|BS)\d*|\w*[a-z\d]BS\d*")
+_WORD = re.compile(r"[^\W\d_A-Z]{2,}|[A-Z](?:[^\W\d_A-Z]+|[A-Z]+)")  # of two letters and more
+_SIDE_WORDS = ("left", "right")
 
 _Key = tuple[str, str]
 
@@ -88,22 +88,40 @@ def bare_name(name: str) -> str:
     >>> bare_name("Genesis9__facs_bs_JawOpen_div2")
     'JawOpen'
     """
-    own = name[max(name.rfind(":", 0, -1), name.rfind("|", 0, -1)) + 1 :]
-    node, _, rest = own.partition(".")
-    own = rest if _NODE.search(node) and not _OF_NAME.fullmatch(rest) else own
+    own = name
+    last = name[max(name.rfind(":"), name.rfind("|")) + 1 :]  # behind a namespace or a path
+    node, _, rest = last.partition(".")
+    if _NODE.fullmatch(node) and _words(rest):
+        own = rest
+    elif _words(last) > 1:  # one word needs the one before it: ``Eyes:Closed``
+        own = last
     before = _BEFORE.match(own)
-    own = own[before.end() :] if before and before.end() < len(own) else own
+    own = own[before.end() :] if before and _words(own[before.end() :]) else own
     return _AFTER.sub("", own)
+
+
+def _words(name: str) -> int:
+    """Return how many words a name has that are neither letters alone, numbers nor sides."""
+    return sum(word.lower() not in _SIDE_WORDS for word in _WORD.findall(name))
+
+
+def sided(base: str, side: str) -> _Key:
+    """Return a name and its side where programs write the side in a way of their own.
+
+    >>> sided("eyerlook", "left"), sided("mouthpressdl", "")
+    (('eyelookin', 'right'), ('mouthpressd', 'left'))
+    """
+    if not side and base[:-1] in _QUARTERS and base[-1] in _SIDES:
+        return base[:-1], _SIDES[base[-1]]
+    return _WHOLE.get((base, side), (base, side))
 
 
 def arkit_key(base: str, side: str) -> _Key:
     """Return the name and side that ARKit has for a movement; the same ones if it has no other.
 
-    >>> arkit_key("browdrop", "left"), arkit_key("eyerlook", "left"), arkit_key("mouthpressdl", "")
-    (('browdown', 'left'), ('eyelookin', 'right'), ('mouthpress', 'left'))
+    Several shapes of a rig may be one movement: both quarters of a side of the lips.
+
+    >>> arkit_key("browdrop", "left"), arkit_key("mouthpressd", "left")
+    (('browdown', 'left'), ('mouthpress', 'left'))
     """
-    if (base, side) in _WHOLE:
-        return _WHOLE[base, side]
-    if not side and base[:-1] in _QUARTERS and base[-1] in _SIDES:
-        return _QUARTERS[base[:-1]], _SIDES[base[-1]]
-    return _SAME.get(base, base), side
+    return _SAME.get(base, _QUARTERS.get(base, base) if side else base), side

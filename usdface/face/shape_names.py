@@ -2,11 +2,19 @@
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 
-from usdface.face.shape_aliases import arkit_key, bare_name
+from usdface.face.shape_aliases import arkit_key, bare_name, sided
 
-__all__ = ["DIRECTIONS", "shape_key", "split_words", "whole_and_halves"]
+__all__ = [
+    "DIRECTIONS",
+    "rig_keys",
+    "shape_key",
+    "spelling_key",
+    "split_words",
+    "whole_and_halves",
+]
 
 # Left and right of these are directions, not sides.
 DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose"))
@@ -17,7 +25,9 @@ _WORD = re.compile(rf"[A-Z]+(?!{_SMALL})|[A-Z]?{_SMALL}+|\d+")
 
 
 def shape_key(name: str) -> tuple[str, str]:
-    """Return a blend shape's name without its spelling: (name, "left", "right" or "").
+    """Return the movement that a blend shape's name means: (name, "left", "right" or "").
+
+    Of a rig, several may mean one movement; `spelling_key` tells these apart.
 
     >>> shape_key("mouthSmile_L"), shape_key("MouthSmileLeft"), shape_key("mouthLeft")
     (('mouthsmile', 'left'), ('mouthsmile', 'left'), ('mouth', 'left'))
@@ -32,13 +42,37 @@ def shape_key(name: str) -> tuple[str, str]:
     >>> shape_key("blendShape1.jawOpen"), shape_key("CTRL_expressions_mouthCornerPullL")
     (('jawopen', ''), ('mouthsmile', 'left'))
     """
-    words = split_words(bare_name(name))
+    return arkit_key(*spelling_key(name))
+
+
+def spelling_key(name: str) -> tuple[str, str]:
+    """Return a blend shape's name without its spelling, its own one: no other program's.
+
+    >>> spelling_key("Mouth_Funnel_Up_L"), spelling_key("CTRL_expressions_mouthFunnelUL")
+    (('mouthfunnelup', 'left'), ('mouthfunnelu', 'left'))
+    """
+    return _key_of(bare_name(name))
+
+
+def rig_keys(names: Sequence[str]) -> list[tuple[str, str]]:
+    """Return the `spelling_key` of each of a rig's names; with their nodes where these differ.
+
+    >>> rig_keys(("lid_bs.open_L", "lip_bs.open_L", "blendShape1.smile_L"))
+    [('lidbsopen', 'left'), ('lipbsopen', 'left'), ('smile', 'left')]
+    """
+    keys = [spelling_key(name) for name in names]
+    shared = {base for (base, _), count in Counter(keys).items() if count > 1}
+    return [_key_of(n) if key[0] in shared else key for n, key in zip(names, keys, strict=True)]
+
+
+def _key_of(name: str) -> tuple[str, str]:
+    words = split_words(name)
     ends = [i for i in (len(words) - 1, 0) if words and words[i] in _SIDES]
     within = [i for i, word in enumerate(words) if word in ("left", "right")]
     if len(words) > 1 and (ends or within):
         at = (ends or within)[0]
-        return arkit_key("".join(words[:at] + words[at + 1 :]), _SIDES[words[at]])
-    return arkit_key("".join(words), "")
+        return sided("".join(words[:at] + words[at + 1 :]), _SIDES[words[at]])
+    return sided("".join(words), "")
 
 
 def split_words(name: str) -> list[str]:

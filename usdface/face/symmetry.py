@@ -5,7 +5,7 @@ import numpy as np
 from usdface.arrays import IntArray
 from usdface.face.expression_poses import units_of
 from usdface.face.gaze_curves import GAZE_UNITS
-from usdface.face.shape_names import DIRECTIONS, shape_key
+from usdface.face.shape_names import DIRECTIONS, rig_keys, shape_key
 
 __all__ = ["gaze_pairs", "mirrored_pairs", "symmetric_pairs"]
 
@@ -46,8 +46,7 @@ def gaze_pairs(names: tuple[str, ...]) -> IntArray:
 
 def _pairs(names: tuple[str, ...]) -> list[tuple[str, tuple[int, int]]]:
     sides: dict[str, dict[str, int]] = {}
-    for i, name in enumerate(names):
-        base, side = shape_key(name)
+    for i, (base, side) in enumerate(rig_keys(names)):
         if side:
             sides.setdefault(base, {}).setdefault(side, i)
     return [(b, (own["left"], own["right"])) for b, own in sides.items() if len(own) == 2]

@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.face.shape_names import shape_key
+from usdface.face.shape_aliases import bare_name
 
 __all__ = ["followers", "with_followers"]
 
@@ -23,7 +23,7 @@ def followers(
     ----------
     rig_shapes : iterable of str
     face_shapes : sequence of str
-        Of the face; where several have one name behind their nodes, the first is followed.
+        Of the face; where several have one name behind their nodes, none of these is followed.
     moving : collection of str
         Blend shapes that have motion of their own, which they keep. So do those that the reader
         told apart as ``mesh:name``.
@@ -33,18 +33,23 @@ def followers(
     >>> followers(["head_bs.jawOpen", "teeth_bs.jawOpen", "hat_bs.tilt"], ["head_bs.jawOpen"])
     {'teeth_bs.jawOpen': 'head_bs.jawOpen'}
     """
-    leaders: dict[tuple[str, str], str] = {}
-    for name in face_shapes:
-        leaders.setdefault(shape_key(name), name)
+    bare = [bare_name(name) for name in face_shapes]
+    leaders = {
+        own: name
+        for own, name in zip(bare, face_shapes, strict=True)
+        if bare.count(own) == 1 and any(letter.isalpha() for letter in own)
+    }
     kept = {*face_shapes, *moving}
     others = [name for name in rig_shapes if name not in kept and ":" not in name]
-    return {name: leaders[key] for name in others if (key := shape_key(name)) in leaders}
+    return {name: leaders[own] for name in others if (own := bare_name(name)) in leaders}
 
 
 def with_followers(
     pairs: Mapping[str, str], names: Sequence[str], before: FloatArray, after: FloatArray
 ) -> FloatArray:
     """Return corrected weights of which followers changed by as much as what they follow.
+
+    Those that the correction itself changed do not follow: their expression poses name them.
 
     Parameters
     ----------
@@ -58,9 +63,16 @@ def with_followers(
     -------
     (F, T) float64
         Within 0 to 1 where something follows.
+
+    Examples
+    --------
+    >>> before, after = np.array([[0.25, 0.25]]), np.array([[0.5, 0.25]])
+    >>> with_followers({"teeth": "face"}, ("face", "teeth"), before, after).tolist()
+    [[0.5, 0.5]]
     """
     column = {name: i for i, name in enumerate(names)}
     known = [(column[f], column[of]) for f, of in pairs.items() if {f, of} <= column.keys()]
+    known = [(own, lead) for own, lead in known if np.array_equal(after[:, own], before[:, own])]
     if not known:
         return after
     own, lead = (list(each) for each in zip(*known, strict=True))

@@ -202,11 +202,12 @@ def _with_pinned_base(shot: Shot, weights: WeightsTake) -> WeightsTake:
 
 
 def _report_followers(shot: Shot) -> list[Finding]:
-    found = list(shot.followers)
+    found = shot.followers
     if not found or not isinstance(shot.take, MarkerTake):  # curves drive every mesh by name
         return []
-    message = "of other meshes, they move as the face's of the same name: {shapes}"
-    return [finding("SHAPES_FOLLOW", shot.mesh.path, message, found)]
+    message = "of other meshes, they move as the face's of the same name: {shapes} as {leads}"
+    leads = list(dict.fromkeys(found.values()))
+    return [finding("SHAPES_FOLLOW", shot.mesh.path, message, list(found), leads)]
 
 
 def _region_residuals(

@@ -35,6 +35,8 @@ from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["Shot", "ShotResult", "SolvedShot"]
 
+_SAME = 1e-6  # of a weight: weights went through float32
+
 
 @checked
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,11 +115,23 @@ class Shot:
 
     @property
     def followers(self) -> Mapping[str, str]:
-        """Blend shapes of other meshes that follow those of the face: `usdface.shot.followers`."""
-        base, moving = self.base, {pin.shape for pin in self.setup.pins}
-        if base is not None:
-            moving |= {base.names[i] for i in np.flatnonzero(np.any(base.weights, axis=0)).tolist()}
-        return followers(self.rig.shape_names, self.mesh.shape_names, moving)
+        """Blend shapes of other meshes that follow those of the face: `usdface.shot.followers`.
+
+        Those with motion of their own in the base do not. The same motion as the face's is none:
+        on an open stage the base is an earlier result.
+        """
+        pinned = {pin.shape for pin in self.setup.pins}
+        pairs = followers(self.rig.shape_names, self.mesh.shape_names, pinned)
+        return {own: lead for own, lead in pairs.items() if not self._moves_alone(own, lead)}
+
+    def _moves_alone(self, own: str, lead: str) -> bool:
+        """Return whether the base moves a blend shape, and otherwise than its lead."""
+        if self.base is None or own not in self.base.names:
+            return False
+        names, weights = self.base.names, self.base.weights
+        motion = weights[:, names.index(own)]
+        of_lead = weights[:, names.index(lead)] if lead in names else 0.0
+        return bool(np.any(motion)) and not np.allclose(motion, of_lead, rtol=0.0, atol=_SAME)
 
     def with_base(self, names: tuple[str, ...], weights: FloatArray) -> WeightsTake:
         """Return weights (F, S) of blend shapes `names` over the base: F frames, T columns.
