@@ -1,7 +1,9 @@
 """Wrong arguments of public functions and types: one line that says what to give instead."""
 
+import gc
 import inspect
 import pickle
+import weakref
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
@@ -228,3 +230,23 @@ SHOT, _ = usdface.assemble_shot(WORLD.rig, WORLD.take, setup=WORLD.setup())
 RESULT = usdface.ShotResult(
     SHOT, usdface.WeightsTake(("jawOpen",), WORLD.take.times, np.zeros((len(WORLD.take.times), 1)))
 )
+
+
+@checked
+def numbered(names: tuple[int, ...] | tuple[str, ...]) -> int:
+    return len(names)
+
+
+def test_nothing_of_the_caller_is_kept_alive() -> None:
+    """An open stage would be found again below its path by the next to open it."""
+
+    def call() -> "weakref.ref[World]":
+        world = make_world()
+        assert numbered(("a", "b")) == 2
+        return weakref.ref(world)
+
+    gc.disable()
+    try:
+        assert call()() is None
+    finally:
+        gc.enable()

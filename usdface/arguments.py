@@ -136,13 +136,16 @@ def _fit_all(items: Iterable[tuple[Any, Any]], kind: Any) -> list[Any]:
 
 def _fitted_to_one(value: Any, kind: Any, kinds: tuple[Any, ...]) -> Any:
     """Return a value as the first of several kinds that it is; a part that misfits is named."""
-    deepest = _Misfit(value, kind)
+    # The parts of a misfit: an exception that outlives its handler keeps all frames above alive,
+    # with the stages that are open there.
+    deepest: tuple[Any, Any, str] = (value, kind, "")
     for each in sorted(kinds, key=lambda one: one is str):  # a path stays one where it may
         try:
             return _fitted(value, each)
         except _Misfit as misfit:
-            deepest = misfit if misfit.place else deepest
-    raise deepest
+            if misfit.place:
+                deepest = (misfit.value, misfit.kind, misfit.place)
+    raise _Misfit(*deepest)
 
 
 def _fitted_tuple(value: Any, kind: Any, kinds: tuple[Any, ...]) -> tuple[Any, ...]:

@@ -40,7 +40,7 @@ def test_only_the_default_scene_is_read(write_glb, tmp_path: Path) -> None:
     rig, take, found = read_one(write_glb(tmp_path / "x.glb", document, [TRIANGLE]))
     assert (rig.name, rig.source, take) == ("seen", "x.glb", None)
     (lost,) = [f.message for f in found if f.code == "FEATURE_DROPPED"]
-    assert lost == "1 nodes are not in the default scene, and left out: a"
+    assert lost == "1 node is not in the default scene, and left out: a"
     assert [mesh.name for mesh in rig.meshes] == ["b"]
     np.testing.assert_array_equal(rig.meshes[0].points, TRIANGLE + np.array([1, 0, 0]))
 
