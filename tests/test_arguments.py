@@ -240,10 +240,13 @@ def numbered(names: tuple[int, ...] | tuple[str, ...]) -> int:
 def test_nothing_of_the_caller_is_kept_alive() -> None:
     """An open stage would be found again below its path by the next to open it."""
 
-    def call() -> "weakref.ref[World]":
-        world = make_world()
+    class Stage:
+        pass
+
+    def call() -> "weakref.ref[Stage]":
+        stage = Stage()
         assert numbered(("a", "b")) == 2
-        return weakref.ref(world)
+        return weakref.ref(stage)
 
     gc.disable()
     try:
