@@ -10,6 +10,7 @@ from usdface.errors import InputError, did_you_mean
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.geometry.rigid_fit import IN_LINE
+from usdface.plain_text import listed
 from usdface.retarget.neutral import neutral_markers, on_plane, resting_frames
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
@@ -27,6 +28,7 @@ __all__ = [
 
 # A marker more than a head pose takes: with three, every motion of them is one of the head.
 LEAST_MARKERS = 4
+_LISTED = 6  # names in a message
 
 
 def check_bound_markers(setup: RetargetSetup, take: MarkerTake) -> None:
@@ -47,7 +49,7 @@ def check_bound_markers(setup: RetargetSetup, take: MarkerTake) -> None:
     if not count:
         raise InputError(
             f"none of the {len(bound)} bound markers is in the take {take.source}; "
-            f"bound: {', '.join(bound[:6])}, ...; in the take: {', '.join(take.names[:6])}, ...",
+            f"bound: {listed(bound, _LISTED)}; in the take: {listed(take.names, _LISTED)}",
             "MARKER_UNKNOWN",
         )
     if count < LEAST_MARKERS:
