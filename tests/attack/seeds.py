@@ -186,6 +186,16 @@ def _write_takes(place: Path) -> None:
         ",ID,2,2,2\n,,Position,Position,Position\nFrame,Time (Seconds),X,Y,Z\n"
         + "".join(f"{n},{n / 120:.6f},0.1,0.{n},0.3\n" for n in range(4))
     )
+    (place / "vicon.csv").write_text(
+        "Events\n100\nSubject,Context,Name,Time (s)\nFace,Left,Blink,0.5\n\n"
+        "Trajectories\n100\n,,Face:Chin,,,Face:Nose,,\nFrame,Sub Frame,X,Y,Z,X,Y,Z\n"
+        ",,mm,mm,mm,mm,mm,mm\n" + "".join(f"{n},0,1,2,{n},4,5,{n % 3}\n" for n in range(1, 9))
+    )
+    (place / "qualisys.tsv").write_text(
+        "NO_OF_FRAMES\t8\nNO_OF_MARKERS\t2\nFREQUENCY\t100\nDATA_INCLUDED\t3D\n"
+        "MARKER_NAMES\tChin\tNose\nTRAJECTORY_TYPES\tMeasured\tMeasured\n"
+        + "".join(f"{n}\t{n / 100}\t1\t2\t{n}\t4\t5\t{n % 3}\n" for n in range(1, 9))
+    )
     rows = ["frame,marker,x,y,z"]
     rows += [f"{n},{m},{n % 3},2,{n % 5}" for n in range(20) for m in "ab"]
     (place / "long.csv").write_text("\n".join(rows) + "\n")
@@ -284,6 +294,8 @@ def _seeds(place: Path) -> Iterator[Seed]:
     for name in (
         "take.c3d",
         "motive.csv",
+        "vicon.csv",
+        "qualisys.tsv",
         "wide.csv",
         "long.csv",
         "take.trc",

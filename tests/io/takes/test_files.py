@@ -17,6 +17,11 @@ MOTIVE = (
     ",Type,Marker,Marker,Marker\n,Name,A,A,A\n,ID,1,1,1\n,,Position,Position,Position\n"
     "Frame,Time (Seconds),X,Y,Z\n0,0.00,1,2,3\n1,0.01,1,2,3\n"
 )
+VICON = "Trajectories\n100\n,,Face:A,,\nFrame,Sub Frame,X,Y,Z\n,,mm,mm,mm\n1,0,1,2,3\n2,0,1,2,3\n"
+QUALISYS = (
+    "NO_OF_FRAMES\t2\nNO_OF_MARKERS\t1\nFREQUENCY\t100\nDATA_INCLUDED\t3D\nMARKER_NAMES\tA\n"
+    "1\t2\t3\n1\t2\t3\n"
+)
 TRC = (
     "PathFileType\t4\t(X/Y/Z)\ta.trc\n"
     "DataRate\tNumFrames\tNumMarkers\tUnits\n60\t2\t1\tmm\n"
@@ -46,6 +51,9 @@ def c3d_bytes(tmp_path):
         ("a.CSV", LONG, MarkerTake),
         ("a.csv", "\ufeff" + LIVE_LINK, WeightsTake),
         ("a.csv", MOTIVE, MarkerTake),
+        ("a.csv", VICON, MarkerTake),
+        ("a.txt", VICON.replace(",", "\t"), MarkerTake),
+        ("a.tsv", QUALISYS, MarkerTake),
         ("a.csv", TRC.replace("\t", ","), MarkerTake),
         ("a.trc", TRC, MarkerTake),
         ("a.bvh", BVH, MarkerTake),
@@ -61,7 +69,8 @@ def test_suffix_and_content_decide(tmp_path, name, text, kind):
 
 
 def test_options_reach_every_marker_file(tmp_path):
-    for name, text in (("a.csv", MARKERS), ("b.csv", MOTIVE), ("a.trc", TRC), ("a.bvh", BVH)):
+    files = (("a.csv", MARKERS), ("b.csv", MOTIVE), ("c.csv", VICON), ("d.tsv", QUALISYS))
+    for name, text in (*files, ("a.trc", TRC), ("a.bvh", BVH)):
         path = tmp_path / name
         path.write_text(text)
         take, _ = read_take(path, TakeOptions(dimension=2, rate=10))
@@ -109,6 +118,8 @@ def test_what_is_no_take_is_refused(tmp_path):
         (".csv", LONG),
         (".csv", LIVE_LINK),
         (".csv", MOTIVE),
+        (".csv", VICON),
+        (".tsv", QUALISYS),
         (".trc", TRC),
         (".bvh", BVH),
         (".c3d", None),

@@ -1,1 +1,1 @@
-"""Readers of takes: C3D, TRC, CSV, BVH, Live Link Face, USD."""
+"""Readers of takes: C3D, TRC, BVH, USD, tables, and exports of other programs."""

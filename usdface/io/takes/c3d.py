@@ -21,6 +21,7 @@ from usdface.io.takes.c3d_header import (
 )
 from usdface.io.takes.c3d_ignored import report_beside_points, timecode_of
 from usdface.io.takes.c3d_parameters import Parameters, floats, labels_of, text_of, texts_of
+from usdface.io.takes.first_frame import frames_before
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, finish_take
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
@@ -63,10 +64,8 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     findings += report_beside_points(path, parameters, analog_count(header, layout.rate))
     timecode, timecode_findings = timecode_of(path, parameters)
     findings += timecode_findings
-    first = first_frame(header)
-    if first > 1:
-        message = "time 0 is frame {frame_number} of the recording"
-        findings.append(finding("FRAMES_RENUMBERED", str(path), message, first))
+    before, renumbered = frames_before(path, first_frame(header), 1)
+    findings += renumbered
     up_axis, axis_findings = _up_axis(path, parameters, options)
     labels, positions = _labels(parameters, layout.markers), _points(data, layout)
     if computed := _computed(parameters, labels):
@@ -82,7 +81,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         unit_name=text_of(parameters, "POINT:UNITS"),
         up_axis=up_axis,
         start_timecode=timecode,
-        first_frame=max(first - 1, 0),
+        first_frame=before,
     )
     take, take_findings = finish_take(raw, options)
     return take, findings + axis_findings + take_findings

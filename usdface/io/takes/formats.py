@@ -153,6 +153,19 @@ TAKE_READERS = FormatTable(
         _reader("marker CSV", _TEXT_TABLES, "read_csv_markers"),
         _reader("Motive CSV", _TEXT_TABLES, "read_motive", begins=r"format version,"),
         _reader(
+            "Vicon CSV",
+            _TEXT_TABLES,
+            "read_vicon",
+            begins=r"(trajectories|model outputs|devices|joints|segments|events)[,\t]*\n"
+            r"\d+(\.\d+)?[,\t]*\n",
+        ),
+        _reader(
+            "Qualisys TSV",
+            _TEXT_TABLES,
+            "read_qualisys",
+            begins=r"(file_version\t[^\n]*\n)?no_of_frames\t",
+        ),
+        _reader(
             "Live Link Face CSV",
             _TEXT_TABLES,
             "read_livelink",

@@ -11,6 +11,7 @@ from pathlib import Path
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.announced import compare_frames
+from usdface.io.takes.first_frame import frames_before
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import (
     Row,
@@ -28,7 +29,6 @@ from usdface.takes import MarkerTake
 __all__ = ["read_motive"]
 
 _START = re.compile(r"\d+-\d+-\d+ (\d{1,2})\.(\d{2})\.(\d{2})(?:\.(\d+))?(?: ([AP])M)?")
-_MOST_FRAMES = 1 << 31  # a larger number is no frame's
 _HEADER_ROWS = 12  # exports have 6 or 7: metadata, rows that describe the columns, axes
 
 
@@ -67,7 +67,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
     check_size(path, len(data), len(markers))
     columns = [column for triple in markers.values() for column in triple]
     table = read_numbers(path, data, [0, 1, *columns])
-    number = int(positive(data[0][1][0])) if data else 0  # counted from 0
+    before, renumbered = frames_before(path, positive(data[0][1][0]) if data else 0.0, 0)
     rate = positive(about.get("Export Frame Rate") or about.get("Capture Frame Rate", ""))
     start = _start(rows[top][1], data, about, rate)
     raw = RawTake(
@@ -80,15 +80,12 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         assumed_unit="m",
         up_axis="Y",
         start_timecode=start,
-        first_frame=number if number < _MOST_FRAMES else 0,
+        first_frame=before,
     )
     take, findings = finish_take(raw, options)
     if start and "TimeCode" not in rows[top][1]:
         findings.append(finding("TIMECODE_ASSUMED", str(path)))
-    findings = compare_frames(path, announced, len(data)) + findings
-    if number:
-        message = "time 0 is frame {frame_number} of the recording"
-        findings.insert(0, finding("FRAMES_RENUMBERED", str(path), message, number))
+    findings = renumbered + compare_frames(path, announced, len(data)) + findings
     if count := nameless_columns(["named"] * len(rows[top][1]), data):
         ignored.append(f"{count} columns without a header")
     if ignored:

@@ -11,6 +11,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.announced import compare_frames
+from usdface.io.takes.first_frame import frames_before
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import (
     Row,
@@ -24,8 +25,6 @@ from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 
 __all__ = ["read_trc"]
-
-_MOST_FRAMES = 1 << 31  # a larger number is no frame's
 
 
 def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
@@ -59,10 +58,7 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     frames, frame_findings = _frames(path, text, rows[4:], header, width)
     table = read_numbers(path, frames, range(1, width))
     timed = bool(np.isfinite(table[:, 0]).any())
-    first = positive(frames[0][1][0]) if frames else 0.0
-    if 1 < first < _MOST_FRAMES:
-        message = "time 0 is frame {frame_number:g} of the recording"
-        findings.append(finding("FRAMES_RENUMBERED", str(path), message, first))
+    before, renumbered = frames_before(path, positive(frames[0][1][0]) if frames else 0.0, 1)
     raw = RawTake(
         path=path,
         labels=labels,
@@ -71,10 +67,10 @@ def read_trc(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
         frames=None if timed else read_numbers(path, frames, [0])[:, 0],
         rate=positive(header.get("datarate", "")),
         unit_name=header.get("units", ""),
-        first_frame=int(first) - 1 if 1 < first < _MOST_FRAMES else 0,
+        first_frame=before,
     )
     take, take_findings = finish_take(raw, options)
-    return take, findings + frame_findings + take_findings
+    return take, findings + renumbered + frame_findings + take_findings
 
 
 def _labels(path: Path, rows: list[Row], announced: float) -> tuple[tuple[str, ...], list[Finding]]:
