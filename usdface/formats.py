@@ -163,6 +163,10 @@ class TakeReader(Reader):
     read: ReadTake
     options_type: ClassVar[Any] = TakeOptions
 
+    def follows(self, option: str) -> bool:
+        """Return whether an option has an effect: a start timecode has one for every format."""
+        return option == "start_timecode" or super().follows(option)
+
 
 @dataclass(frozen=True, kw_only=True)
 class RigReader(Reader):

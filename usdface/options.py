@@ -5,6 +5,7 @@ Settings that belong to a shot are authored on its prims (see ``usdface/schemas`
 dataclasses here are the values that `usdface shot` writes, and those of missing attributes.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from math import isfinite
@@ -127,6 +128,8 @@ NEXT_MARKERS = 5
 # markers. Features that move less are uninformative.
 MARKER_NOISE = 3e-4
 
+_TIMECODE = re.compile(r"\d{1,2}:[0-5]\d:[0-5]\d[:;]\d+(\.\d+)?")
+
 # Within this time [s] of a pin a weight bends towards it.
 PIN_REACH = 0.2
 # Parts of the performance with an exaggeration: the whole face, and its regions.
@@ -198,6 +201,13 @@ def _row(doc: str = "", *, choices: Any = None, above_zero: bool = False) -> dic
     return {"setting": Setting(doc, choices, above_zero)}
 
 
+def _check_timecode(name: str, value: str) -> None:
+    if not _TIMECODE.fullmatch(value):
+        raise InputError(
+            f"{name!r} is {value!r}; expected HH:MM:SS:FF, as '01:00:00:00'", "SETTING_WRONG"
+        )
+
+
 def _check_share(name: str, value: float) -> None:
     if not 0 <= value <= 1:
         raise InputError(f"{name!r} is {value}; expected 0 to 1", "SETTING_WRONG")
@@ -208,12 +218,13 @@ def _check_share(name: str, value: float) -> None:
 class TakeOptions:
     """Options of reading a take, for all that the file itself does not say.
 
-    `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of
-    an image (y down) of `image_size` [px], filmed with `focal_length` [px]. Samples of 2D tracks
-    with less than `confidence` are occluded; None = the usual threshold of the format. Of images:
-    `dots` is the colour of the dots ("green", "#3a7" or the place "x,y" of one; by default it is
-    detected), `names` a file of names at places, `fixes` a file of corrections; `bind`, a binding
-    file of the `rig`, names the dots by where the bound vertices lie.
+    `units`, `up_axis`, `rate` override the file; `dimension` 2 reads x and y as pixels of an image
+    (y down) of `image_size` [px], filmed with `focal_length` [px]. `start_timecode` is the SMPTE
+    timecode of the first frame. Samples of 2D tracks with less than `confidence` are occluded;
+    None = the usual threshold of the format. Of images: `dots` is the colour of the dots ("green",
+    "#3a7" or the place "x,y" of one; by default it is detected), `names` a file of names at places,
+    `fixes` a file of corrections; `bind`, a binding file of the `rig`, names the dots by where the
+    bound vertices lie.
 
     Examples
     --------
@@ -227,6 +238,7 @@ class TakeOptions:
     dimension: Literal[2, 3] | None = None
     image_size: tuple[int, int] | None = None
     focal_length: float | None = None
+    start_timecode: str | None = None
     dots: str | None = None
     names: str | PathLike[str] | None = None
     fixes: str | PathLike[str] | None = None
@@ -237,6 +249,8 @@ class TakeOptions:
     def __post_init__(self) -> None:
         if self.confidence is not None:
             _check_share("confidence", self.confidence)
+        if self.start_timecode is not None:
+            _check_timecode("start_timecode", self.start_timecode)
         if self.units is not None:
             _check_choice("units", self.units, LengthUnit, "UNIT_UNKNOWN")
         if self.up_axis is not None:

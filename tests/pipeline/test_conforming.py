@@ -110,4 +110,4 @@ def test_the_show_file_is_no_input_and_is_beside_its_model(folder: Path) -> None
 def test_a_take_without_timecode_is_refused(folder: Path, capsys: pytest.CaptureFixture) -> None:
     words = ["conform", str(folder / "reel.edl"), str(folder / "take.usda")]
     assert main([*words, "-o", str(folder / "reel.json")]) == 1
-    assert "set usdface:startTimecode" in capsys.readouterr().err
+    assert "usdface take --start-timecode" in capsys.readouterr().err

@@ -103,6 +103,9 @@ def _add_file_overrides(group: Any) -> None:
         "--focal-length", type=float, metavar="PX", help="of the camera of a 2D take [px]"
     )
     group.add_argument(
+        "--start-timecode", metavar="HH:MM:SS:FF", help="SMPTE timecode of the first frame"
+    )
+    group.add_argument(
         "--confidence",
         type=float,
         help="0 to 1: samples of 2D tracks with less are occluded (default: the format's own)",

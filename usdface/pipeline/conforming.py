@@ -154,8 +154,8 @@ def _clock(path: Path, timecode_rate: float) -> TakeClock:
     take, _ = read_take_prim(default_prim(stage, path))
     if not take.start_timecode:
         raise InputError(
-            f"{path} has no timecode of its first frame; set usdface:startTimecode on its prim, "
-            'as "01:00:00:00"',
+            f"{path} has no timecode of its first frame; name it: usdface take "
+            "--start-timecode 01:00:00:00, or set usdface:startTimecode on its prim",
             "TIMES_WRONG",
         )
     start = timecode_seconds(take.start_timecode, timecode_rate or take.rate, str(path))

@@ -138,6 +138,24 @@ def test_a_blink_that_cameras_saw_is_their_mean(world, tmp_path):
     np.testing.assert_allclose(late.blink[4:6], [0.625, 0.375], atol=1e-6)
 
 
+def test_the_timecode_is_that_of_the_take_that_begins_first(world, tmp_path):
+    files, calibration = world()
+    takes = []
+    for file, timecode in zip(files, ("", "01:00:00:00"), strict=True):
+        take, _ = read_take(file, TakeOptions(rate=25.0, image_size=SIZE))
+        takes.append(tmp_path / f"{file.stem}.usdc")
+        write_take(replace(take, start_timecode=timecode), takes[-1])
+    assert read_views(takes, calibration, OPTIONS)[0].start_timecode == "01:00:00:00"
+    earlier, _ = read_views(takes, calibration, OPTIONS, sync=[0, 1])
+    assert earlier.start_timecode == "01:00:00:00"
+    later, findings = read_views(takes, calibration, OPTIONS, sync=[1, 0])
+    assert later.start_timecode == ""
+    (dropped,) = [f for f in findings if f.code == "FEATURE_DROPPED"]
+    assert dropped.values["timecode"] == "01:00:00:00"
+    given = replace(OPTIONS, start_timecode="02:00:00:00")
+    assert read_views(takes, calibration, given)[0].start_timecode == "02:00:00:00"
+
+
 @pytest.mark.slow
 def test_films_need_no_image_size_of_the_calibration(world, tmp_path):
     """They have their own, which here is none that the cameras were calibrated on."""

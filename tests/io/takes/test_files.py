@@ -79,6 +79,23 @@ def test_options_reach_every_marker_file(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("name", "text"), [("a.csv", MARKERS), ("a.csv", MOTIVE), ("a.csv", LIVE_LINK), ("a.trc", TRC)]
+)
+def test_a_start_timecode_is_that_of_any_take(tmp_path, name, text):
+    path = tmp_path / name
+    path.write_text(text)
+    take, findings = read_take(path, TakeOptions(start_timecode="01:02:03:04"))
+    assert take.start_timecode == "01:02:03:04"
+    assert "TIMECODE_ASSUMED" not in [f.code for f in findings]
+
+
+@pytest.mark.parametrize("text", ["01:02:03", "1 o'clock", "01:60:00:00", "01:00:00:0a"])
+def test_what_is_no_timecode_is_refused(text):
+    with pytest.raises(InputError, match="expected HH:MM:SS:FF"):
+        TakeOptions(start_timecode=text)
+
+
+@pytest.mark.parametrize(
     ("step", "unusual"), [(0.001, True), (0.002, False), (0.125, False), (0.5, True)]
 )
 def test_a_rate_at_which_no_face_is_recorded_is_reported(tmp_path, step, unusual):

@@ -45,6 +45,7 @@ class _Views:
     pixels: FloatArray  # (C, F, M, 2)
     rate: float
     blink: FloatArray | None  # (F,) mean of the cameras that saw it, NaN where none did
+    start_timecode: str  # of a take that begins with the first frame; "" if none does
 
 
 def read_views(
@@ -106,8 +107,14 @@ def read_views(
         frames=views.frames.astype(np.float64),
         rate=views.rate,
         up_axis="Y" if upright else None,
+        start_timecode=options.start_timecode or views.start_timecode,
         first_frame=int(views.frames[0]),
     )
+    timecodes = [take.start_timecode for take in takes if take.start_timecode]
+    if timecodes and not raw.start_timecode:
+        message = "the start timecode of a take that begins in another frame: {timecode}"
+        where, feature = str(paths[0]), "start_timecode"
+        findings.append(finding("FEATURE_DROPPED", where, message, timecodes[0], feature=feature))
     given = TakeOptions(units=options.units, up_axis=options.up_axis)
     take, found = finish_take(raw, given)
     return replace(take, blink=views.blink), findings + agreement + found
@@ -182,7 +189,12 @@ def _joined(
     seen = np.isfinite(pixels[..., 0]).any(axis=(0, 2))
     blink = _mean_blink(takes, [np.searchsorted(every, frames) for frames in numbers], len(every))
     blink = None if blink is None else blink[seen]
-    return _Views(names, every[seen], pixels[:, seen], takes[0].rate, blink)
+    shown = every[seen]
+    starts = [
+        t.start_timecode for t, own in zip(takes, numbers, strict=True) if own[0] in shown[:1]
+    ]
+    timecode = next(filter(None, starts), "")
+    return _Views(names, shown, pixels[:, seen], takes[0].rate, blink, timecode)
 
 
 def _mean_blink(

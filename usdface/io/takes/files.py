@@ -1,5 +1,6 @@
 """Takes from files, each by the reader of its format."""
 
+from dataclasses import replace
 from pathlib import Path
 
 from usdface.errors import InputError
@@ -26,7 +27,7 @@ def read_take(
     ----------
     path : Path
     options : TakeOptions
-        Overrides of the file: units, up axis, rate, dimension.
+        Overrides of the file: units, up axis, rate, dimension, start timecode.
 
     Returns
     -------
@@ -52,6 +53,9 @@ def read_take(
     if reader.origin:
         result = verified_take(reader, path, result)
     take, found = result
+    if options.start_timecode:
+        take = replace(take, start_timecode=options.start_timecode)
+        found = [each for each in found if each.code != "TIMECODE_ASSUMED"]
     return take, findings + found + _rate_findings(take, path, options.rate)
 
 
