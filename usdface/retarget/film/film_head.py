@@ -3,11 +3,10 @@
 An image has no depth, but the character does: its neutral and its blend shapes give every marker a
 third coordinate. With it the head pose is fitted by a perspective camera, and the weights are
 solved in the view of each image, alternately (`usdface.retarget.film.solve_film`). Where the head
-turns, the depths of the performer's own face are estimated, too, and then the places of the markers
-on the skin.
+turns, the depths of the performer's own face are estimated, too, then its blend shapes, and the
+places of the markers on the skin.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -21,16 +20,16 @@ from usdface.retarget.film.filmed_errors import filmed_marker_errors
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.filmed_places import refined_shifts
 from usdface.retarget.film.filmed_take import FilmedTake, Sized, as_they_are
+from usdface.retarget.film.filmed_transfer import with_transferred_shapes
 from usdface.retarget.film.focal_length import film_camera
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget.film.solve_film import SolvedFilm, solve_film
-from usdface.retarget.film.views import Views
+from usdface.retarget.film.solve_film import SolvedFilm, SolveOnSkin, solve_film
 from usdface.retarget.marker_errors import LARGE_ERROR, marker_error_findings
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.places import MOST_MARKERS, guess_in_image
 from usdface.takes import MarkerTake, visible
 
-__all__ = ["FEWEST_FILMED", "FilmedFace", "SolveOnSkin", "film_head"]
+__all__ = ["FEWEST_FILMED", "FilmedFace", "film_head"]
 
 # Alternations of poses and weights, at most.
 _ROUNDS = 10
@@ -50,10 +49,6 @@ _SHARE = 0.25
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
 
-# Solves the weights (F, S) of a take as the camera projects it, by the skin under all bound
-# markers, its views and neutral frames.
-SolveOnSkin = Callable[[DotSkin, MarkerTake, Views, tuple[int, int]], FloatArray]
-
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FilmedFace:
@@ -66,11 +61,14 @@ class FilmedFace:
         Of the character around all B bound markers.
     shifts : (B, 3) float64 [m]
         Of the markers from their vertices.
+    transferred : bool
+        The skin moves as the performer's face does.
     """
 
     head: FilmedHead
     skin: DotSkin
     shifts: FloatArray
+    transferred: bool
 
 
 def film_head(
@@ -82,6 +80,7 @@ def film_head(
     *,
     sized: Sized = as_they_are,
     refined: bool = True,
+    transferred: bool = True,
     weighted: bool = True,
     shown: FloatArray | float = 0.0,
 ) -> tuple[FilmedFace | None, list[Finding]]:
@@ -104,6 +103,8 @@ def film_head(
         Makes of the character's blend shapes those of a calibrated performer.
     refined : bool
         Markers may sit beside their vertices.
+    transferred : bool
+        Blend shapes may be transferred to the performer's face, if `refined`.
     weighted : bool
         Markers that move unlike the face around them get less weight.
     shown : (M, 2) float64 [px], or 0
@@ -131,11 +132,14 @@ def film_head(
     film = FilmedTake(take.with_markers(own), skin.select(bound), neutral, sized, shown)
     camera, findings = film_camera(film, partial(solve, skin))
     errors = np.ones(len(bound))
-    solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
+    on_skin = partial(
+        _on_skin, film, camera, surface, bound, solve, refined=refined, transferred=transferred
+    )
+    solved, skin, shifts, performed = on_skin(errors)
     found = filmed_marker_errors(solved) if weighted else errors
     if (found > LARGE_ERROR).any():
         errors = found
-        solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
+        solved, skin, shifts, performed = on_skin(errors)
         # A part of the errors was hidden by what these markers did to the places of all.
         errors = filmed_marker_errors(solved)
         solved = solve_film(
@@ -147,7 +151,7 @@ def film_head(
             solved, errors=errors, refined=False,
         )  # fmt: skip
     findings += marker_error_findings(errors, film.take.names, take.source)
-    return FilmedFace(solved.head, skin, shifts), findings
+    return FilmedFace(solved.head, skin, shifts, performed), findings
 
 
 def _on_skin(
@@ -157,17 +161,31 @@ def _on_skin(
     bound: IntArray,
     solve: SolveOnSkin,
     errors: FloatArray,
+    *,
     refined: bool,
-) -> tuple[SolvedFilm, DotSkin, FloatArray]:
-    """Solve some frames of a film; return them, the skin under its markers, and their shifts.
+    transferred: bool,
+) -> tuple[SolvedFilm, DotSkin, FloatArray, bool]:
+    """Solve some frames of a film.
 
     Parameters are those of `film_head`, `_with_places` and `solve_film`.
+
+    Returns
+    -------
+    solved : SolvedFilm
+    skin : DotSkin
+        Under all bound markers.
+    shifts : (B, 3) float64 [m]
+    transferred : bool
+        The skin moves as the performer's face does.
     """
-    skin, shifts = surface.skin, np.zeros((len(surface.vertices), 3))
+    skin = surface.skin
     solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS, errors=errors)
-    if refined and len(bound) <= MOST_MARKERS:
-        return _with_places(solved, surface, bound, solve)
-    return solved, skin, shifts
+    if not refined or len(bound) > MOST_MARKERS:
+        return solved, skin, np.zeros((len(surface.vertices), 3)), False
+    performed = surface
+    if transferred:
+        solved, performed = with_transferred_shapes(solved, surface, bound, solve)
+    return *_with_places(solved, performed, bound, solve), performed is not surface
 
 
 def _with_places(
@@ -180,7 +198,7 @@ def _with_places(
     solved : SolvedFilm
         With the markers on their vertices.
     surface : MarkerSurface
-        Around all bound markers.
+        Around all bound markers, which move as there.
     bound : (M,) int64
         Those of the film.
     solve : callable
