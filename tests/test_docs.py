@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command_parsers import command_parsers
 from pxr import Sdf, Usd
 
 from usdface.cli import _parser
@@ -98,6 +99,28 @@ def command_lines(document: Path) -> list[list[str]]:
 def test_commands_and_their_options_exist(document: Path) -> None:
     for words in command_lines(document):
         _parser().parse_args(words[1:])
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_options_that_a_sentence_names_are_of_their_command(document: Path) -> None:
+    """Also of `shot --neutral`, without the program's name."""
+    options = {
+        name: set(parser._option_string_actions) for name, parser in command_parsers().items()
+    }
+    for code in re.findall(r"`(?:usdface )?([^`\n]+)`", document.read_text(encoding="utf-8")):
+        group, _, rest = code.partition(" ")
+        command = f"{group} {rest.split(' ')[0]}" if group == "fuzzy" else group
+        named = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", rest))
+        assert command not in options or named <= options[command], code
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_attributes_that_are_named_exist(document: Path) -> None:
+    files = [*(ROOT / "usdface").rglob("*.py"), ROOT / "usdface" / "schemas" / "schema.usda"]
+    source = "".join(path.read_text(encoding="utf-8") for path in files)
+    for name in re.findall(r"`(usdface:[\w:]*\w)`", document.read_text(encoding="utf-8")):
+        a_pin = name.startswith("usdface:pin:")  # and the name of a blend shape
+        assert a_pin or re.search(rf"{name}\b(?!:)", source), name
 
 
 @pytest.mark.slow
