@@ -12,7 +12,7 @@ import pytest
 from command_parsers import command_parsers
 from pxr import Sdf, Usd
 
-from usdface.cli import _parser
+from usdface.cli import _parser, main
 from usdface.io.usd.fuzzy import read_fuzzy
 
 ROOT = Path(__file__).parents[1]
@@ -132,6 +132,31 @@ def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.Monke
     exec(block, names)
     assert names["weights"].weights.shape == (720, 51)
     assert names["result"].written[0].is_file()
+
+
+def python_of_usd(named: str) -> dict[str, Any]:
+    """What the block of docs/usd.md that has a name defines when it is run."""
+    (block,) = (b for b in blocks(ROOT / "docs" / "usd.md", "python") if named in b)
+    names: dict[str, Any] = {}
+    exec(block, names)
+    return names
+
+
+def test_fallback_types_are_authored_as_usd_md_shows() -> None:
+    stage = python_of_usd("write_fallback_types")["stage"]
+    types = stage.GetRootLayer().pseudoRoot.GetInfo("fallbackPrimTypes")
+    assert list(types["UsdFaceMarkerTake"]) == ["Points"]
+
+
+@pytest.mark.slow
+def test_layers_are_muted_as_usd_md_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path, dirs_exist_ok=True)
+    assert main(["process", str(tmp_path / "shot.usda")]) == 0
+    monkeypatch.chdir(tmp_path)
+    names = python_of_usd("MuteLayer")
+    played = names["stage"].GetAttributeAtPath("/Shot/Character/Face/Anim.blendShapeWeights")
+    strongest, *_ = played.GetPropertyStack(0.0)
+    assert strongest.layer.GetDisplayName() == "solve.usdc"
 
 
 def test_overridden_prims_and_attributes_exist() -> None:
