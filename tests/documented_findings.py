@@ -1,4 +1,4 @@
-"""The keys of findings as docs/reports.md has them.
+"""The keys of findings, and of the report of `process`, as docs/reports.md has them.
 
 `conftest.py` compares every finding that a test makes with them.
 """
@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-__all__ = ["documented_keys", "undocumented"]
+__all__ = ["documented_keys", "undocumented", "undocumented_keys"]
 
 PAGE = Path(__file__).parents[1] / "docs" / "reports.md"
 UNITS = "mm|m|km|um|s|hz|percent|degrees|mib|px"
@@ -18,7 +18,9 @@ CLOCK = {"time_s", "times_s", "start_s", "end_s"}
 
 @cache
 def _rows() -> list[tuple[str, str]]:
-    return re.findall(r"^\| `(\w+)` \| (.*) \|$", PAGE.read_text(encoding="utf-8"), re.MULTILINE)
+    page = PAGE.read_text(encoding="utf-8")
+    of_findings = page[page.index("\n## Findings\n") : page.index("\n## Verdict\n")]
+    return re.findall(r"^\| `(\w+)` \| (.*) \|$", of_findings, re.MULTILINE)
 
 
 @cache
@@ -44,3 +46,17 @@ def undocumented(code: str, values: dict[str, Any]) -> list[str]:
             )
         wrong += [] if fits else [f"{key} = {value!r}"]
     return wrong
+
+
+def undocumented_keys(report: dict[str, Any]) -> set[str]:
+    """Keys of a report of `process`, of its summary and of its details that the page lacks."""
+    page = PAGE.read_text(encoding="utf-8")
+    of_all = set(re.findall(r"^\| `(\w+)` \|", page.split("\n## ")[0], re.MULTILINE))
+    of_process = set(re.findall(r"`(\w+)`", page.split("\n## Process\n")[1].split("\n## ")[0]))
+    details = {
+        *report["residual"],
+        *report["confidence"],
+        *(key for region in report["travel"].values() for key in region),
+        *(key for closing in report.get("closings", []) for key in closing),
+    }
+    return ({*report} - of_all | {*report["summary"]} | details) - of_process

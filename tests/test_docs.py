@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command_parsers import command_parsers
 from pxr import Sdf, Usd
 
-from usdface.cli import _parser
+from usdface.cli import _parser, main
 from usdface.io.usd.fuzzy import read_fuzzy
 
 ROOT = Path(__file__).parents[1]
@@ -100,6 +101,28 @@ def test_commands_and_their_options_exist(document: Path) -> None:
         _parser().parse_args(words[1:])
 
 
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_options_that_a_sentence_names_are_of_their_command(document: Path) -> None:
+    """Also of `shot --neutral`, without the program's name."""
+    options = {
+        name: set(parser._option_string_actions) for name, parser in command_parsers().items()
+    }
+    for code in re.findall(r"`(?:usdface )?([^`\n]+)`", document.read_text(encoding="utf-8")):
+        group, _, rest = code.partition(" ")
+        command = f"{group} {rest.split(' ')[0]}" if group == "fuzzy" else group
+        named = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", rest))
+        assert command not in options or named <= options[command], code
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_attributes_that_are_named_exist(document: Path) -> None:
+    files = [*(ROOT / "usdface").rglob("*.py"), ROOT / "usdface" / "schemas" / "schema.usda"]
+    source = "".join(path.read_text(encoding="utf-8") for path in files)
+    for name in re.findall(r"`(usdface:[\w:]*\w)`", document.read_text(encoding="utf-8")):
+        a_pin = name.startswith("usdface:pin:")  # and the name of a blend shape
+        assert a_pin or re.search(rf"{name}\b(?!:)", source), name
+
+
 @pytest.mark.slow
 def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     shutil.copytree(ROOT / "examples", tmp_path / "examples")
@@ -109,6 +132,31 @@ def test_the_python_of_the_readme_runs(tmp_path: Path, monkeypatch: pytest.Monke
     exec(block, names)
     assert names["weights"].weights.shape == (720, 51)
     assert names["result"].written[0].is_file()
+
+
+def python_of_usd(named: str) -> dict[str, Any]:
+    """What the block of docs/usd.md that has a name defines when it is run."""
+    (block,) = (b for b in blocks(ROOT / "docs" / "usd.md", "python") if named in b)
+    names: dict[str, Any] = {}
+    exec(block, names)
+    return names
+
+
+def test_fallback_types_are_authored_as_usd_md_shows() -> None:
+    stage = python_of_usd("write_fallback_types")["stage"]
+    types = stage.GetRootLayer().pseudoRoot.GetInfo("fallbackPrimTypes")
+    assert list(types["UsdFaceMarkerTake"]) == ["Points"]
+
+
+@pytest.mark.slow
+def test_layers_are_muted_as_usd_md_shows(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path, dirs_exist_ok=True)
+    assert main(["process", str(tmp_path / "shot.usda")]) == 0
+    monkeypatch.chdir(tmp_path)
+    names = python_of_usd("MuteLayer")
+    played = names["stage"].GetAttributeAtPath("/Shot/Character/Face/Anim.blendShapeWeights")
+    strongest, *_ = played.GetPropertyStack(0.0)
+    assert strongest.layer.GetDisplayName() == "solve.usdc"
 
 
 def test_overridden_prims_and_attributes_exist() -> None:

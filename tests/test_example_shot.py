@@ -1,5 +1,6 @@
 """The main job on the example: what README's first command does, judged by what was performed."""
 
+import json
 import re
 import shutil
 import sys
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from documented_findings import undocumented_keys
 from pxr import Usd
 from worlds import animation_of
 
@@ -38,8 +40,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("example")
     for name in FILES:
         shutil.copy(ROOT / "examples" / name, folder)
-    command = ["process", str(folder / "shot.usda"), "--gltf", str(folder / "face.glb")]
-    assert main(command) == 0
+    command = ["process", "shot.usda", "--gltf", "face.glb", "--report", "report.json"]
+    assert main([str(folder / word) if "." in word else word for word in command]) == 0
     return folder
 
 
@@ -67,6 +69,13 @@ def printed(system: ExpressionSystem | None) -> tuple[str, FloatArray]:
 
 def result(folder: Path, muted: str = "") -> WeightsTake:
     return animation_of(folder / "shot.usdface.usda", muted=muted)
+
+
+@pytest.mark.slow
+def test_the_page_of_reports_has_its_keys(folder: Path) -> None:
+    made = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    assert len(made["closings"]) == 6
+    assert undocumented_keys(made) == set()
 
 
 @pytest.mark.slow

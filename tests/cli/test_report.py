@@ -2,6 +2,10 @@ import json
 from pathlib import Path
 
 import pytest
+from documented_findings import undocumented_keys
+from processed import report as written_report
+from processed import shoot
+from worlds import make_world
 
 from usdface.cli.report import print_result, write_report
 from usdface.errors import OutputError
@@ -196,3 +200,10 @@ def test_a_figure_is_in_one_line_of_a_log(capsys: pytest.CaptureFixture[str]) ->
     places = ["left eye, 9 mm from marker lid_upper_left (vertex 1869)"] * 5
     print_result(Result(None, (), (), {"next_markers": places}), "text")
     assert len(capsys.readouterr().out.splitlines()) == 1
+
+
+def test_the_page_has_the_keys_of_process(tmp_path: Path) -> None:
+    shot = shoot(make_world().write(tmp_path))
+    made = written_report(tmp_path, "process", shot, "--cache", tmp_path / "cache")
+    assert undocumented_keys(made) == set()
+    assert undocumented_keys(made | {"new": 1, "summary": {"more": 2}}) == {"new", "more"}

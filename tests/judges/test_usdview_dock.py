@@ -283,7 +283,7 @@ def test_a_stage_without_a_set_up_is_said(application: Any, shot: Path) -> None:
     shown = Usdview(Usd.Stage.Open(str(shot.parent / "rig.usda")))
     dock = opened(shown)
     dock.process()
-    assert "no usdface set-up" in warnings(dock)[0]
+    assert "no usdface setup" in warnings(dock)[0]
     assert not dock.worker.running
     dock.close()
 

@@ -16,6 +16,7 @@ from typing import Any, NoReturn
 from usdface import __version__
 from usdface.blas_threads import limit_from_start
 from usdface.cli.command import FAILED, check_files, options_of
+from usdface.cli.examples import MAIN_JOB
 from usdface.errors import UsdFaceError, did_you_mean
 from usdface.plain_text import plain
 from usdface.signals import say_stopped, was_stopped
@@ -31,9 +32,9 @@ _COMMANDS = {
     "take": ("convert", "convert a recorded take to USD"),
     "markers": ("shot", "choose the most informative vertices for markers"),
     "shot": ("shot", "bind a take to a rig, with expressions and a fuzzy system"),
-    "calibrate": ("calibrate", "measure a performer's gains, as shares of the character's shapes"),
+    "calibrate": ("calibrate", "measure a performer's gains, relative to the character's shapes"),
     "process": ("process", "retarget a shot, correct its expressions, write layers"),
-    "sequence": ("sequence", "process many shots: those that are out of date, side by side"),
+    "sequence": ("sequence", "process many shots: those that are out of date, in parallel"),
     "conform": ("conform", "write a show file for a cut: which range of which take, by timecode"),
     "bind": ("view", "write a page to check and move the places of markers: one HTML file"),
     "view": ("view", "write a page that shows a shot or a face: one HTML file"),
@@ -141,8 +142,10 @@ def _parser(command: str | None = None) -> argparse.ArgumentParser:
     parser = _Parser(
         prog="usdface",
         description="Marker takes onto blend-shape characters, in USD and glTF.",
-        epilog="exit status: 0 done, 1 an error (one line says which), 2 wrong usage, "
+        epilog="\n  ".join(("the main job:", *MAIN_JOB))
+        + "\n\nexit status: 0 done, 1 an error (one line says which), 2 wrong usage,\n"
         "130 interrupted, 143 terminated",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"usdface {__version__}")
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")

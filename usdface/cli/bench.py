@@ -31,7 +31,10 @@ def add_bench(commands: Any, summary: str) -> None:
         "--reference", type=Path, metavar="TAKE", help="performed weights: errors are shown"
     )
     images.add_argument(
-        "--test-frame", type=int, metavar="FRAME", help="default: where the face moves most"
+        "--test-frame",
+        type=int,
+        metavar="FRAME",
+        help="frame index that is compared (default: where the face moves most)",
     )
     images.add_argument("--rate", "--fps", type=float, help="frames per second")
     images.add_argument("--focal-length", type=float, metavar="PX", help="of the camera [px]")

@@ -1,6 +1,15 @@
-"""Two examples for each command, at the end of its help."""
+"""Commands that the help shows: the main job, and two examples of each command."""
 
-__all__ = ["EXAMPLES"]
+__all__ = ["EXAMPLES", "MAIN_JOB"]
+
+MAIN_JOB = (
+    "usdface rig head.glb -o rig.usdc",
+    "usdface take performance.c3d -o take.usdc",
+    "usdface bind rig.usdc --take take.usdc -o bind.html",
+    "usdface shot --rig rig.usdc --take take.usdc --bind bind.json -o shot.usda",
+    "usdface process shot.usda",
+    "usdface view shot.usdface.usda -o shot.html",
+)
 
 EXAMPLES: dict[str, tuple[str, str]] = {
     "rig": (

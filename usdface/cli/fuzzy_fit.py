@@ -53,7 +53,8 @@ def add_fit(actions: Any) -> None:
         "--space",
         choices=("character", "take"),
         default=default.space,
-        help="space of the features (default: %(default)s)",
+        help="measure features on the character, after the solve, or on the markers of the take, "
+        "before it (default: %(default)s)",
     )
     command.add_argument(
         "--hold-out",

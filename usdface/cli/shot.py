@@ -193,7 +193,9 @@ def add_markers(commands: Any, summary: str) -> None:
         default=default.count,
         help="how many markers (default: %(default)s)",
     )
-    command.add_argument("--bind", type=Path, help="present markers, JSON")
+    command.add_argument(
+        "--bind", type=Path, help="binding of the markers that are there already, JSON"
+    )
     command.add_argument(
         "--noise",
         type=float,

@@ -52,8 +52,8 @@ def calibrate(
     Returns
     -------
     Result of Calibration
-        Keys of the summary: ``frames``, ``blend_shapes``, ``gains_known`` and those of
-        `usdface.retarget.calibration.Calibrated.summary`.
+        Keys of the summary: ``frames``, ``blend_shapes``, ``gains_known`` (how many), ``gains``
+        (of the known ones those that differ most from 1, by blend shape).
 
     Raises
     ------

@@ -57,7 +57,8 @@ def explain(
     Returns
     -------
     Result of Explanation
-        `details` are those of the frame (`Explanation.frame`).
+        Keys of the summary: ``frame``, ``time_s``; `details` are those of the frame
+        (`Explanation.frame`).
 
     Raises
     ------

@@ -55,7 +55,8 @@ def write_sequence_job(
     Returns
     -------
     Result of None
-        `written` begins with the template. Keys of the summary: ``shots``, ``tasks``, ``inputs``.
+        `written` begins with the template. Keys of the summary: ``shots``, ``tasks``, ``inputs``,
+        ``root``.
 
     Raises
     ------

@@ -72,6 +72,8 @@ def fit_fuzzy(
     Returns
     -------
     Result of Fitted
+        Keys of the summary: ``emotions``, ``rules``, ``fallback_rules``, ``inputs``,
+        ``neutral_output_max``, with tested labels ``cross_validation``.
 
     Raises
     ------

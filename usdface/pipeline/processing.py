@@ -108,9 +108,8 @@ def process(
     Returns
     -------
     Result of ShotResult
-        `written` begins with the file to open; the keys of `summary` are those of
-        `usdface.shot.report.report_of`, and ``head_carrier``; with a cache ``stages``, each
-        ``"cached"`` or ``"computed"``.
+        `written` begins with the file to open; docs/reports.md has the keys of `summary` and
+        `details`.
 
     Raises
     ------

@@ -67,8 +67,9 @@ def export_scene(
     -------
     Result of Certificate or None
         By how much the glTF is off; None of other formats. Keys of the summary: ``meshes``,
-        ``morph_targets`` (else ``blend_shapes``), ``clips``, ``frames``, and those of
-        `Certificate.summary`.
+        ``morph_targets`` (else ``blend_shapes``), ``clips``, ``frames``; of the certificate
+        ``frames_compared``, ``vertex_error_max_mm``, ``normal_error_max_degrees``,
+        ``weight_error_max``, ``time_drift_s``.
 
     Raises
     ------
@@ -162,7 +163,7 @@ def import_scene(
     Result of Certificate or None
         By how much the USD is off; None where nothing can be compared. Keys of the summary:
         ``meshes``, ``blend_shapes``, ``clips``, ``frames``, with clips ``rate_hz``, and those of
-        `Certificate.summary`.
+        the certificate, as of `export_scene`.
 
     Raises
     ------

@@ -85,8 +85,8 @@ def process_sequence(
     -------
     Result of tuple of Row
         Sorted by trouble, and as plain values in ``details["shots"]``. Keys of the summary:
-        ``shots``, ``processed``, ``kept``, ``failed``, ``missing``, ``workers``, ``verdicts``. A
-        shot that failed is a finding (`SHOT_FAILED`).
+        ``shots``, ``processed``, ``kept``, ``failed``, ``missing``, ``workers``, ``verdicts``,
+        ``peak_memory_mb``. A shot that failed is a finding (`SHOT_FAILED`).
 
     Raises
     ------

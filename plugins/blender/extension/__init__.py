@@ -1,7 +1,7 @@
 """usdface in Blender: a panel that retargets a take, and a USD hook for shots.
 
 Nothing is solved here. The panel runs the `usdface` command in a process of its own and plays its
-result; the hook authors the set-up of a shot on the stage that Blender exports.
+result; the hook authors the setup of a shot on the stage that Blender exports.
 """
 
 import atexit

@@ -49,7 +49,7 @@ class FaceFrame(bpy.types.PropertyGroup):
 
 
 class FaceSettings(bpy.types.PropertyGroup):
-    """The set-up of a face in a scene, and its last result."""
+    """The setup of a face in a scene, and its last result."""
 
     character: PointerProperty(
         type=bpy.types.Object,
@@ -100,9 +100,9 @@ class FaceSettings(bpy.types.PropertyGroup):
         description="0: the take as solved; 1: with corrected expressions",
     )
     export_setup: BoolProperty(
-        name="Set-up into USD exports",
+        name="Setup into USD exports",
         default=True,
-        description="An exported character comes with take and set-up, for `usdface process`",
+        description="An exported character comes with take and setup, for `usdface process`",
     )
     export_process: BoolProperty(
         name="Process on export",
@@ -111,7 +111,7 @@ class FaceSettings(bpy.types.PropertyGroup):
     )
     kept_setup: PointerProperty(
         type=bpy.types.Text,
-        name="Set-up of the imported shot",
+        name="Setup of the imported shot",
         description="Prims that a USD import brought and the next export authors again",
     )
     kept_mesh: PointerProperty(type=bpy.types.Object, name="Its mesh")

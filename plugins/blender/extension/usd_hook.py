@@ -1,4 +1,4 @@
-"""The USD hook: a set-up for what Blender exports, and a memory for what it imports."""
+"""The USD hook: a setup for what Blender exports, and a memory for what it imports."""
 
 import contextlib
 import json
@@ -22,24 +22,24 @@ _SCOPE = "UsdFace"
 
 
 class USDFACE_UH_shot(bpy.types.USDHook):
-    """Authors the set-up of a shot on export; keeps that of an imported one."""
+    """Authors the setup of a shot on export; keeps that of an imported one."""
 
     bl_idname = "USDFACE_UH_shot"
     bl_label = "usdface"
 
     @staticmethod
     def on_export(context) -> bool:
-        """Author the set-up and, if that is switched on, process the file; never lose an export."""
+        """Author the setup and, if that is switched on, process the file; never lose an export."""
         scene = context.get_depsgraph().scene.original
         if INTERNAL["exporting"] or not (scene.usdface.export_setup and is_set_up(scene)):
             return True
         stage = context.get_stage()
-        subject = "the export has no set-up for usdface"
+        subject = "the export has no setup for usdface"
         try:
             with _all_or_nothing(stage):
                 author(scene, stage)
             if scene.usdface.export_process:
-                subject = "the exported shot has its set-up, but was not processed"
+                subject = "the exported shot has its setup, but was not processed"
                 _process(scene, stage)
         except Exception as error:  # whatever it is, the export goes on
             _fail(scene, subject, error)
@@ -47,23 +47,23 @@ class USDFACE_UH_shot(bpy.types.USDHook):
 
     @staticmethod
     def on_import(context) -> bool:
-        """Keep the set-up of a shot, put the clock right, and play its result."""
+        """Keep the setup of a shot, put the clock right, and play its result."""
         try:
             _import(bpy.context.scene, context)
         except Exception as error:  # whatever it is, the import goes on
-            _fail(bpy.context.scene, "the set-up of the imported shot is not kept", error)
+            _fail(bpy.context.scene, "the setup of the imported shot is not kept", error)
         return True
 
 
 def is_set_up(scene: bpy.types.Scene) -> bool:
-    """Whether the panel, or an import, has a set-up to export."""
+    """Whether the panel, or an import, has a setup to export."""
     settings = scene.usdface
     chosen = settings.take_file if settings.take_kind == "FILE" else settings.take_markers
     return bool(settings.kept_setup or chosen)
 
 
 def author(scene: bpy.types.Scene, stage) -> None:
-    """Author the set-up of a scene on the stage that it was exported to.
+    """Author the setup of a scene on the stage that it was exported to.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def _take(scene: bpy.types.Scene, stage) -> tuple:
 
 @contextlib.contextmanager
 def _all_or_nothing(stage):
-    """Give the stage back as it was, if the set-up fails."""
+    """Give the stage back as it was, if the setup fails."""
     from pxr import Sdf
 
     layer = stage.GetRootLayer()
@@ -169,7 +169,7 @@ def _process(scene: bpy.types.Scene, stage) -> None:
 
 
 def export_kept_shot(scene: bpy.types.Scene, folder: Path) -> Path:
-    """Export the character with the set-up that an import kept; return the shot."""
+    """Export the character with the setup that an import kept; return the shot."""
     from pxr import Usd
 
     shot = folder / "shot.usdc"
@@ -190,7 +190,7 @@ def _import(scene: bpy.types.Scene, context) -> None:
         return
     path = Path(stage.GetRootLayer().realPath)
     settings = scene.usdface
-    text = bpy.data.texts.new(f"{path.name} set-up")
+    text = bpy.data.texts.new(f"{path.name} setup")
     text.write(setup_text(path))
     objects = _objects(context.get_prim_map())
     mesh = objects.get(str(bound_mesh_path(setups[0])))
@@ -203,7 +203,7 @@ def _import(scene: bpy.types.Scene, context) -> None:
     settings.first_frame = round(stage.GetStartTimeCode())
     _remove(objects, {str(path) for path in own_prims(stage)})
     if len(setups) > 1:
-        say(scene, "warning", f"the shot has {len(setups)} set-ups; {setups[0].GetPath()} is kept")
+        say(scene, "warning", f"the shot has {len(setups)} setups; {setups[0].GetPath()} is kept")
     if is_processed(setups[0]) and mesh is not None:
         from .playback import play_imported
 

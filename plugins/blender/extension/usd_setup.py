@@ -1,4 +1,4 @@
-"""The set-up of a shot on a USD stage: authored from the panel, or kept from an import."""
+"""The setup of a shot on a USD stage: authored from the panel, or kept from an import."""
 
 from pathlib import Path
 
@@ -45,12 +45,12 @@ def skel_root(prim: Usd.Prim) -> str:
 
 
 def setups_of(stage: Usd.Stage) -> list[Usd.Prim]:
-    """Return the set-ups of a stage."""
+    """Return the setups of a stage."""
     return [prim for prim in stage.Traverse() if prim.GetTypeName() == _RETARGET]
 
 
 def is_processed(retarget: Usd.Prim) -> bool:
-    """Whether a result lies over a set-up."""
+    """Whether a result lies over a setup."""
     return retarget.GetAttribute(_RESIDUAL).GetNumTimeSamples() > 0
 
 
@@ -60,15 +60,15 @@ def own_prims(stage: Usd.Stage) -> list[Sdf.Path]:
 
 
 def bound_mesh_path(retarget: Usd.Prim) -> Sdf.Path | None:
-    """Return the path of the mesh that a set-up is bound to."""
+    """Return the path of the mesh that a setup is bound to."""
     targets = retarget.GetRelationship(_MESH).GetForwardedTargets()
     return targets[0] if targets else None
 
 
 def setup_text(path: Path) -> str:
-    """Return the set-up and the take of a shot as the text of a layer, without results.
+    """Return the setup and the take of a shot as the text of a layer, without results.
 
-    The shot has one set-up at least; the first is returned.
+    The shot has one setup at least; the first is returned.
     """
     stage = Usd.Stage.Open(str(path))
     results = [
@@ -111,7 +111,7 @@ def setup_text(path: Path) -> str:
 
 
 def restore(stage: Usd.Stage, text: str, mesh: Usd.Prim, scope: Sdf.Path) -> None:
-    """Author a kept set-up on a stage, for a mesh of it, in its units and on its clock."""
+    """Author a kept setup on a stage, for a mesh of it, in its units and on its clock."""
     from usdface.schemas import write_fallback_types
 
     source = Sdf.Layer.CreateAnonymous(".usda")

@@ -1,4 +1,4 @@
-"""The work of the chaser, on any stage: set-up and retarget, by the options of an export."""
+"""The work of the chaser, on any stage: setup and retarget, by the options of an export."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -9,7 +9,7 @@ import usdface
 
 __all__ = ["OPTIONS", "SETUP", "apply"]
 
-# Where the set-up is authored, unless the option `scope` names another prim
+# Where the setup is authored, unless the option `scope` names another prim
 SETUP = "/UsdFace"
 # Options of the chaser: all are strings, as Maya gives them
 OPTIONS = {
@@ -17,7 +17,7 @@ OPTIONS = {
     "bind": "the binding, .json; without it places of the markers are proposed",
     "rig": "path of the SkelRoot, where the export has several",
     "neutral": "first and last neutral frame of the take: 0-29; or auto",
-    "scope": f"prim that holds the set-up; {SETUP} if left out",
+    "scope": f"prim that holds the setup; {SETUP} if left out",
     "gains": "emotions more or less: joy=0.5,anger=0",
     "exaggeration": "factors on the solve: 1.1,brows=1.4",
     "express": "0: no expression layer",
@@ -26,11 +26,11 @@ OPTIONS = {
     "skip_hooks": "hooks that do not run: studio-hooks,other-hooks",
     "on_error": "stop: an error of usdface ends the export; else it is reported and the face stays",
 }
-_ONCE = "an export has its set-up already, or the options name a take to make one with: take=FILE"
+_ONCE = "an export has its setup already, or the options name a take to make one with: take=FILE"
 
 
 def apply(stage: Usd.Stage, options: Mapping[str, str]) -> usdface.Result:
-    """Set a face up, if the stage has no set-up, and retarget it; author on the edit target.
+    """Set a face up, if the stage has no setup, and retarget it; author on the edit target.
 
     Parameters
     ----------

@@ -26,12 +26,12 @@ def shot_file(stage: Usd.Stage) -> tuple[Path | None, str]:
     setups = [prim for prim in stage.Traverse() if prim.GetTypeName() == _SETUP]
     if not setups:
         return None, (
-            "this stage has no usdface set-up: make a shot of your rig and take first, with "
+            "this stage has no usdface setup: make a shot of your rig and take first, with "
             "`usdface shot --rig RIG --take TAKE -o shot.usda`, and open that"
         )
     if len(setups) > 1:
         names = ", ".join(str(prim.GetPath()) for prim in setups)
-        return None, (f"this stage has {len(setups)} set-ups ({names}); open the shot of one face")
+        return None, (f"this stage has {len(setups)} setups ({names}); open the shot of one face")
     if root.anonymous or not root.realPath:
         return None, "this stage is not saved; save it as a file first"
     path = Path(root.realPath)

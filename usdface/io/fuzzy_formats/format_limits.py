@@ -99,14 +99,14 @@ def differs(
         (expression.face_unit != "none", "features in face units"),
     ]
     lost_features = (
-        ([*common, *beyond], "only as comments that usdface reads; another program answers"),
-        (words, "in words that its standard does not have; a program refuses them or answers"),
+        ([*common, *beyond], "only as comments that usdface reads; another program evaluates"),
+        (words, "in words that its standard does not have; a program refuses them or evaluates"),
     )
     findings = []
     for group, how in lost_features:
         names = [name for here, name in group if here]
         if names:
-            message = f"{suffix} holds {{features}} {how} differently"
+            message = f"{suffix} holds {{features}} {how} the system differently"
             findings.append(finding("MEANING_DIFFERS", suffix, message, names))
     return findings
 
