@@ -213,6 +213,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the binding names a curve that the take does not have",
     ),
     "CHANNEL_IGNORED": ("info", "nothing", "a channel that usdface does not use was left out"),
+    "FACES_LEFT_OUT": (
+        "warning",
+        "check_recording",
+        "several faces were tracked; the one that is seen in most frames is read",
+    ),
     # films of painted dots
     "DOTS_FOUND": ("info", "nothing", "dots were found in the images, by their colour"),
     "DOTS_IGNORED": ("info", "look_at_frames", "short-lived detections of dots are left out"),

@@ -126,16 +126,6 @@ def test_a_blink_that_the_other_detector_denies_is_no_pulse(write):
     np.testing.assert_allclose(read_openface(path)[0].blink, [0.4, 0.08, np.nan])
 
 
-def test_of_several_faces_the_first_is_read(write):
-    path = write(
-        OPENFACE, "1, 0, 0.000, 0.98, 1, 1, 2, 3, 4", "1, 1, 0.000, 0.98, 1, 9, 9, 9, 9",
-        "2, 0, 0.040, 0.98, 1, 1, 2, 3, 4",
-    )  # fmt: skip
-    take, findings = read_openface(path)
-    np.testing.assert_allclose(take.positions[:, 0], [[1.5, -3.5]] * 2)
-    assert any("1 other faces" in found.message for found in findings)
-
-
 def test_a_file_of_openface_that_is_cut_short_is_refused_with_its_line(write):
     """The last 3 was 30: a place that is wrong without a trace."""
     whole = (OPENFACE, "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40")
