@@ -87,8 +87,10 @@ def test_a_face_that_openface_lost_is_occluded(write):
         OPENFACE, "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40", "2, 0, 0.040, 0.1, 0, 10, 20, 30, 40",
         "3, 0, 0.080, 0.75, 1, 10, 20, 30, 40",
     )  # fmt: skip
-    take, _ = read_openface(path)
+    take, findings = read_openface(path)
     assert (take.rate, take.names) == (25, ("landmark_0", "landmark_1"))
+    (lost,) = [found for found in findings if found.code == "CONFIDENCE_LOW"]
+    assert lost.message == "2 samples that the program calls lost are taken as occluded"
     assert take.visible[:, 0].tolist() == [True, False, True]
     np.testing.assert_allclose(take.positions[0], [[10.5, -30.5], [20.5, -40.5]])
     take, _ = read_openface(path, TakeOptions(confidence=0.9))
