@@ -276,6 +276,16 @@ def test_a_shot_is_made_anew_from_a_changed_binding_but_not_over_edits(place: Pa
     (place / "bind.json").write_text(bind)
     row = run_shot({"plan": plan.as_dict()})
     assert shot.read_bytes() == edited and row["findings"]["SHOT_KEPT"] == 1
+    # Until shot or files change again there is nothing to do, and the table still tells.
+    (row,) = process_sequence(show(place), gather=True).value
+    assert row.state == "kept" and row.findings["SHOT_KEPT"] == 1
+    (place / "bind.json").write_text(bind.replace('"end": 3', '"end": 1'))
+    assert state(place) == "missing"
+    shot.unlink()
+    row = run_shot({"plan": plan.as_dict()})
+    assert "SHOT_KEPT" not in row["findings"]
+    (place / "bind.json").write_text(bind)
+    assert state(place) == "missing"  # the record of the edited shot is not that of the new one
 
 
 def state_naming(place: Path, **named: str) -> str:

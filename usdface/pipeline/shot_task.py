@@ -18,7 +18,13 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.shot import make_shot
 from usdface.result import Result, peak_memory
 from usdface.shot.shot import ShotResult
-from usdface.show.making_record import is_made, making_findings, note_making, read_making
+from usdface.show.making_record import (
+    is_made,
+    making_findings,
+    note_kept,
+    note_making,
+    read_making,
+)
 from usdface.show.plan import Making, ShotPlan, plan_of
 from usdface.show.record import Record, read_record, record_of, record_path, write_record
 from usdface.show.table import Row
@@ -128,6 +134,9 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
     try:
         check_replaced([(plan.file, "shot")])
     except OutputError:
+        edited = [*read, plan.file]
+        kept = record_of(folder, read=edited, absent=missing, options=making.options)
+        note_kept(plan, making, kept)
         message = "its rig, take or binding changed, but it was edited since: it is kept as it is"
         return [*making_findings(known, plan.name), finding("SHOT_KEPT", plan.name, message)]
     result = make_shot(
