@@ -1,7 +1,7 @@
 """One shot of a sequence, in a worker: made if it must be, processed, recorded."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +61,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
     register_schemas()
     plan = plan_of(task["plan"])
     plan.file.parent.mkdir(parents=True, exist_ok=True)
-    findings = _made(plan, plan.making) if plan.making else []
+    findings, made = _made(plan, plan.making) if plan.making else ([], ())
     if plan.making and plan.making.performer and plan.making.calibration is None:
         findings.append(finding("PERFORMER_UNCALIBRATED", plan.making.performer))
     folder, options = plan.file.parent, plan.options
@@ -81,7 +81,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
         from usdface.pipeline.viewing import view
 
         written += view(plan.paths.root, plan.page_path).written
-    row = _row(plan, result, findings, written)
+    row = _row(plan, result, findings, [*made, *written])
     if before.key_now(folder, options) == before.key:  # else the next run does it again
         done = record_of(
             folder,
@@ -119,15 +119,16 @@ def _record(plan: ShotPlan, options: object) -> Record:
     return record_of(plan.file.parent, read=others, absent=missing, options=options)
 
 
-def _made(plan: ShotPlan, making: Making) -> list[Finding]:
+def _made(plan: ShotPlan, making: Making) -> tuple[list[Finding], Sequence[Path]]:
     """Make the shot if it is missing or out of date; an edited one is kept.
 
-    The findings are those of the run that made it: they concern the shot as long as it is that one.
+    Returns findings and the files that were written. The findings are those of the run that made
+    it: they concern the shot as long as it is that one.
     """
     folder, known = plan.file.parent, read_making(plan.file)
     there = all(path.is_file() for path in (plan.file, *making.layers))
     if there and is_made(known, making, folder):
-        return making_findings(known, plan.name)
+        return making_findings(known, plan.name), ()
     read = files_read(*making.files)
     missing = [path for file in (making.rig, making.take) for path in named_files(file)[1]]
     before = record_of(folder, read=read, absent=missing, options=making.options)
@@ -138,7 +139,7 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
         kept = record_of(folder, read=edited, absent=missing, options=making.options)
         note_kept(plan, making, kept)
         message = "its rig, take or binding changed, but it was edited since: it is kept as it is"
-        return [*making_findings(known, plan.name), finding("SHOT_KEPT", plan.name, message)]
+        return [*making_findings(known, plan.name), finding("SHOT_KEPT", plan.name, message)], ()
     result = make_shot(
         making.rig,
         making.take,
@@ -154,11 +155,11 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
     )
     if before.key_now(folder, making.options) == before.key:
         note_making(plan, making, before, result.findings)
-    return list(result.findings)
+    return list(result.findings), result.written
 
 
 def _row(
-    plan: ShotPlan, result: Result[ShotResult], made: list[Finding], written: list[Path]
+    plan: ShotPlan, result: Result[ShotResult], made: list[Finding], written: Sequence[Path]
 ) -> Row:
     summary, verdict = result.summary, result.verdict
     findings = (*made, *result.findings)
