@@ -19,6 +19,7 @@ _NAMED = (tokens.PIN_PREFIX, tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX)
 _MANY = (tokens.EXPRESSIONS,)
 # May vary by the schema, but the rule base is that of the whole take.
 _OF_RULES = (tokens.RULE_WEIGHT, tokens.ENABLED)
+_IN_SYSTEM = (tokens.FUZZY_RULE, tokens.FUZZY_VARIABLE)  # prims that a fuzzy system consists of
 
 
 def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
@@ -81,12 +82,16 @@ def _has_samples(prim: Usd.Prim, name: str) -> bool:
 
 
 def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
-    """Report a child without a type: an override of an undefined prim, or a forgotten type."""
-    parent = prim.GetParent()
-    if prim.GetTypeName() or not parent.IsDefined():
-        return
+    """Report a child without effect: an override of an undefined prim, no type, or another one."""
+    parent, kind = prim.GetParent(), prim.GetTypeName()
     name, where = prim.GetName(), f"<{prim.GetPath()}>"
-    if not prim.IsDefined():
+    if kind:
+        if parent.GetTypeName() == tokens.FUZZY_SYSTEM and kind not in _IN_SYSTEM:
+            expected = did_you_mean(kind, _IN_SYSTEM) or f"; expected {' or '.join(_IN_SYSTEM)}"
+            yield where, f"{name} is a {kind}, and is ignored with all in it{expected}"
+    elif not parent.IsDefined():
+        return
+    elif not prim.IsDefined():
         siblings = [child.GetName() for child in parent.GetChildren()]
         message = f"the override of {name} changes nothing: no layer defines it"
         yield where, message + did_you_mean(name, siblings)
