@@ -912,6 +912,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "two rules have the same antecedent and different consequents",
     ),
     "RANGE_UNCOVERED": ("warning", "correct_rules", "no term covers a part of an input's range"),
+    "TERM_FAR": (
+        "warning",
+        "correct_rules",
+        "no motion of a face reaches a term; it may be in another unit than the system's",
+    ),
     "ROLE_ASSUMED": (
         "info",
         "correct_rules",
