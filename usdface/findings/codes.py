@@ -894,6 +894,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "process_again",
         "a shot was not processed: its take does not move the face",
     ),
+    "EDIT_HIDDEN": (
+        "warning",
+        "correct_stage",
+        "a layer edits an earlier result, and the new result lies over it",
+    ),
     "RESULT_HIDDEN": (
         "warning",
         "correct_stage",
