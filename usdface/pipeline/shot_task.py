@@ -10,6 +10,7 @@ import numpy as np
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.inputs import files_read
+from usdface.io.layer_paths import layer_paths
 from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.named_files import named_files
 from usdface.options import BindOptions, DeliverOptions, ProcessOptions
@@ -33,13 +34,21 @@ __all__ = ["is_shot", "run_shot"]
 
 
 def is_shot(path: Path) -> bool:
-    """Return whether a USD file has the setup of a shot; also where it cannot be opened."""
+    """Return whether a USD file has the setup of a shot; also where it cannot be opened.
+
+    A layer over a result, as an animator's, is none: another result would hide what it edits. The
+    layers of its own result may be in a shot (`process --in-place`).
+    """
+    from usdface.io.usd.generation import stage_generations
     from usdface.io.usd.played_shot import has_setup
     from usdface.io.usd.stage import open_stage
 
     register_schemas()
     try:
-        return has_setup(open_stage(path))
+        stage = open_stage(path)
+        own = {layer.resolve() for layer in layer_paths(path).layers}
+        results = {layer.resolve() for layer in stage_generations(stage)}
+        return has_setup(stage) and results <= own
     except InputError:
         return True  # the table says why it is not processed
 
