@@ -754,6 +754,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "the take does not show the focal length; a usual one is taken",
     ),
+    "FOCAL_LENGTH_UNUSUAL": (
+        "warning",
+        "check_recording",
+        "no lens has the field of view that the focal length gives; it may be in millimetres",
+    ),
     "HEAD_IN_PLANE": (
         "warning",
         "add_markers",
