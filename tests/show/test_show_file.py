@@ -106,6 +106,41 @@ layer = {mia = "sets/anna_on_mia.usda"}"""
         read_show_file(show(tmp_path, wrong))
 
 
+@pytest.mark.parametrize(
+    ("own", "message"),
+    [
+        (
+            'performer = "ben"',
+            "mia.usda holds the bind of one shot .* 010_mia has anna_on_mia.json",
+        ),
+        ('performer = "anna"\nbind = "mended.json"', "and 030 mended.json; give each a layer"),
+        ('performer = "ben"\ncharacter_layer = "sets/ben.usda"', ""),
+    ],
+)
+def test_one_layer_for_two_bindings_is_refused(tmp_path: Path, own: str, message: str) -> None:
+    """The first shot would write it, and the other be solved with the first one's binding."""
+    more = f"""[performers.ben]
+[[shots]]
+take = "takes/030.usdc"
+character = "mia"
+{own}
+"""
+    place = show(tmp_path, SHOW + more)
+    if not message:
+        assert len(read_show_file(place)) == 4
+        return
+    with pytest.raises(InputError, match=message):
+        read_show_file(place)
+
+
+def test_one_layer_for_two_calibrations_is_refused(tmp_path: Path) -> None:
+    files = """calibration = {mia = "a.json", tom = "b.json"}
+layer = "sets/anna.usda\""""
+    text = SHOW.replace('calibration = "anna.json"', files)
+    with pytest.raises(InputError, match=r"anna.usda holds the calibration .* a.json and 010_tom"):
+        read_show_file(show(tmp_path, text))
+
+
 def test_a_misspelt_performer_of_a_binding_is_refused(tmp_path: Path) -> None:
     """Else its shots would be bound by proposal; other performers may have a binding, or none."""
     wrong = SHOW.replace("bind = {anna = ", "bind = {ana = ")

@@ -39,7 +39,7 @@ from typing import Any
 
 from usdface.errors import InputError, did_you_mean
 from usdface.options import CorrectionOptions, DeliverOptions, ProcessOptions
-from usdface.show.plan import FILES, LAYERS, Making, ShotPlan
+from usdface.show.plan import FILES, LAYERS, Making, ShotPlan, check_shared_layers
 from usdface.show.show_values import (
     as_list,
     as_switch,
@@ -98,6 +98,7 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
     (name, count), *_ = Counter(plan.name for plan in plans).most_common(1) or [("", 0)]
     if count > 1:
         raise InputError(f"{path}: two shots are named {name!r}", "NAME_REPEATED")
+    check_shared_layers(plans)
     return plans
 
 
