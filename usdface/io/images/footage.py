@@ -125,7 +125,7 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
         raise InputError(f"{options.fixes}: {error}", error.code) from error
     if not tracks.names:
         raise InputError(
-            f"{film.path}: no dots are found by the channel {model.channel.name}; name another "
+            f"{film.path}: no dots are found ({model.channel.name}); name another "
             "colour, or the place of a dot in the first image: --dots",
             "TAKE_EMPTY",
         )
