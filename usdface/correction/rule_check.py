@@ -47,8 +47,9 @@ def _far_terms(system: ExpressionSystem) -> list[Finding]:
         return []
     within = np.linspace(-_REACH, _REACH, 2001)
     message = (
-        "no motion of a face, below a face unit of some 6 cm, reaches {names} of {variable} by "
-        'half; if the inputs are in millimetres, set the face unit of the system to "none"'
+        "no motion of a face, below a face unit of some 6 cm, reaches half of the terms of "
+        "{variable}: {names}; if the inputs are in millimetres, set the face unit of the system "
+        'to "none"'
     )
     findings = []
     for variable in system.fuzzy.inputs:
@@ -58,7 +59,7 @@ def _far_terms(system: ExpressionSystem) -> list[Finding]:
             if membership(term.kind, term.parameters, within).max() < _REACHED
         ]
         if far:
-            findings.append(finding("TERM_FAR", variable.name, message, far, variable.name))
+            findings.append(finding("TERM_FAR", variable.name, message, variable.name, far))
     return findings
 
 

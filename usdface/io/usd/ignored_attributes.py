@@ -33,7 +33,13 @@ def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
     examined = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
     findings: dict[str, Finding] = {}
     for prim in examined:
-        for path, *message in (*_attributes(prim), *_undefined_child(prim)):
+        unlisted = prim.GetTypeName() == tokens.EXPRESSION and prim not in prims
+        found = (
+            *_attributes(prim),
+            *_undefined_child(prim),
+            *(_unlisted(prim) if unlisted else ()),
+        )
+        for path, *message in found:
             findings[path] = finding("SETTING_UNREAD", path, *message)
     return list(findings.values())
 
@@ -79,6 +85,12 @@ def _targets(prim: Usd.Prim, name: str) -> list[Sdf.Path]:
 def _has_samples(prim: Usd.Prim, name: str) -> bool:
     attribute = prim.GetAttribute(name)
     return bool(attribute) and bool(attribute.GetNumTimeSamples() or attribute.HasSpline())
+
+
+def _unlisted(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
+    """Report an expression beside those of a shot that the shot does not name."""
+    message = f"{prim.GetName()} is no target of {tokens.EXPRESSIONS}, and is ignored; add it there"
+    yield f"<{prim.GetPath()}>", message
 
 
 def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
