@@ -230,6 +230,20 @@ def test_a_hook_that_cannot_be_loaded_stops_the_run(install: Install, shot: Path
     assert [f.code for f in result.findings if f.code.startswith("HOOK")] == ["HOOK_SKIPPED"]
 
 
+@pytest.mark.parametrize("form", ["json", "text"])
+def test_a_hook_that_prints_leaves_the_json_alone(
+    install: Install, shot: Path, form: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    source = "def told(weights, shot):\n    print('floor 2')\n"
+    install("acme_told", source, entries(weights_solved="acme_told:told"))
+    run("process", shot, "--format", form)
+    printed = capfd.readouterr()
+    if form == "json":
+        assert json.loads(printed.out)["verdict"] and "floor 2" in printed.err
+    else:
+        assert "floor 2" in printed.out and "verdict" in printed.out
+
+
 def test_an_unknown_name_to_skip_is_an_error_before_any_work(install: Install, shot: Path) -> None:
     install("acme_half", HALF, entries(weights_solved="acme_half:half"))
     with pytest.raises(InputError, match="did you mean acme_half"):

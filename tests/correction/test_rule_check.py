@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 from expression_systems import expression_system
 
@@ -36,6 +38,29 @@ def test_a_rule_about_a_negative_distance_never_fires() -> None:
     for measure, codes in (("signed", []), ("absolute", ["RULE_UNREACHABLE"])):
         system = expression_system(variables, (rule,), (MarkerFeature("a", "y", measure),))
         assert [f.code for f in check_rules(system)] == codes
+
+
+@pytest.mark.parametrize(
+    ("unit", "term", "is_far"),
+    [
+        ("marker_spread", Term("raised", "ramp", (0.5, 4.2)), True),
+        ("marker_spread", Term("raised", "gaussian", (5.0, 1.0)), True),
+        ("marker_spread", Term("raised", "ramp", (0.02, 0.08)), False),
+        ("marker_spread", Term("raised", "trapezoidal", (0.02, 0.08, 10.0, 10.0)), False),
+        ("none", Term("raised", "ramp", (0.5, 4.2)), False),
+    ],
+)
+def test_terms_in_millimetres_in_a_system_in_face_units(
+    unit: str, term: Term, is_far: bool
+) -> None:
+    """The rule base is sound, and the rule never fires as it is meant."""
+    rule = parse_rule("IF a_y IS raised THEN joy IS 1")
+    variables = Variable("a_y", "input", (term,)), Variable("joy", "output")
+    system = replace(expression_system(variables, (rule,)), face_unit=unit)
+    far = [f for f in check_rules(system) if f.code == "TERM_FAR"]
+    found = [(f.code, f.where, dict(f.values)) for f in far]
+    expected = [("TERM_FAR", "a_y", {"names": ["raised"], "variable": "a_y"})]
+    assert found == (expected if is_far else [])
 
 
 @pytest.mark.usefixtures("as_users_have_it")

@@ -25,7 +25,7 @@ def test_what_was_written_is_read(tmp_path: Path) -> None:
 
 def test_a_gain_is_enough(tmp_path: Path) -> None:
     path = tmp_path / "who.json"
-    path.write_text('{"shapes": {"smile": {"gain": 0.8}}}')
+    path.write_text('{"shapes": {"smile": {"gain": 0.8, "gains of monday": 0.9, "peak": 1}}}')
     found = read_calibration_file(path)
     gains, offsets = found.of(("jaw", "smile"))
     assert gains.tolist() == [1.0, 0.8] and offsets.tolist() == [0.0, 0.0]
@@ -39,6 +39,8 @@ def test_a_gain_is_enough(tmp_path: Path) -> None:
         ('{"shapes": 3}', "expected"),
         ('{"shapes": {"a": 1.2}}', "'a'"),
         ('{"shapes": {"a": {"gain": "1"}}}', "'a'"),
+        ('{"shapes": {"a": {"gian": 1.2, "peak": 1}}}', "'a' has 'gian'; did you mean gain"),
+        ('{"shapes": {"a": {"gain": 1.2, "ofset": 0.1}}}', "'a' has 'ofset'; .* offset"),
         ('{"shapes": {"a": {"gain": NaN}}}', "'a'"),
         ('{"shapes": {"a": {"gain": true}}}', "'a'"),
         ('{"shapes": {"a": {"gain": 1.1}, "a": {"gain": 1.5}}}', "'a' occurs twice"),

@@ -81,6 +81,9 @@ def test_the_sequence_goes_on_and_the_table_says_why(
     }
     assert "written by again" in str(rows["twice"]["error"])
     assert not (folder / "same.usda").exists()
+    # Also the shot that was made, on which its result lies, and the layers that it shares.
+    written = {Path(name).name for name in rows["good"]["written"]}
+    assert {"good.usda", "mia.usda", "good.usdface.usda"} <= written
     assert "../sets/mia.usda" in (folder / "shots/good.usda").read_text()
     page = (folder / "show.html").read_text()
     assert 'href="shots/good.usdface.html"' in page

@@ -20,7 +20,7 @@ from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.file_kind import kind_of_usd
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
-from usdface.pipeline import process_sequence
+from usdface.pipeline import process, process_sequence
 from usdface.pipeline.sequence import plans_of
 from usdface.pipeline.shot_task import is_shot, run_shot
 from usdface.show import keys
@@ -276,6 +276,16 @@ def test_a_shot_is_made_anew_from_a_changed_binding_but_not_over_edits(place: Pa
     (place / "bind.json").write_text(bind)
     row = run_shot({"plan": plan.as_dict()})
     assert shot.read_bytes() == edited and row["findings"]["SHOT_KEPT"] == 1
+    # Until shot or files change again there is nothing to do, and the table still tells.
+    (row,) = process_sequence(show(place), gather=True).value
+    assert row.state == "kept" and row.findings["SHOT_KEPT"] == 1
+    (place / "bind.json").write_text(bind.replace('"end": 3', '"end": 1'))
+    assert state(place) == "missing"
+    shot.unlink()
+    row = run_shot({"plan": plan.as_dict()})
+    assert "SHOT_KEPT" not in row["findings"]
+    (place / "bind.json").write_text(bind)
+    assert state(place) == "missing"  # the record of the edited shot is not that of the new one
 
 
 def state_naming(place: Path, **named: str) -> str:
@@ -430,6 +440,17 @@ def test_a_record_of_another_form_is_none(place: Path) -> None:
         assert state(place) == "missing"
     record.write_text(whole)
     assert state(place) == "kept"
+
+
+def test_a_layer_over_a_result_is_no_shot(place: Path) -> None:
+    """As an animator's: its result would lie over what it edits."""
+    shots = place / "shots"
+    over = Sdf.Layer.CreateNew(str(shots / "a_anim.usda"))
+    over.subLayerPaths.append("./a.usdface.usda")
+    over.Save()
+    assert is_shot(shots / "a.usda") and not is_shot(shots / "a_anim.usda")
+    process(shots / "a.usda", in_place=True)  # a result in the shot itself
+    assert is_shot(shots / "a.usda")
 
 
 @pytest.mark.parametrize("layers", ["@./a.usda@", "@./b.usda@"])

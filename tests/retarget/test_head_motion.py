@@ -74,6 +74,21 @@ def test_short_takes_are_fine(count: int) -> None:
     assert np.isfinite(smooth.translations).all() and len(smooth.rotations) == count
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-3])
+def test_a_head_out_of_sight_at_an_end_of_the_take_is_held(noise: float) -> None:
+    """The curve would go on as a straight line: here through a whole turn."""
+    turn = Rotation.from_rotvec(np.outer(np.linspace(-4.0, 4.0, len(TIMES)), [0.0, 1.0, 0.2]))
+    pose = Pose(turn.as_matrix(), np.outer(TIMES, [0.3, 0.0, 0.1]))
+    seen = ALL.copy()
+    seen[:150] = seen[250:] = False
+    held = smooth_motion(pose, TIMES, FACE, noise, seen)
+    for end, first in ((slice(None, 151), 150), (slice(249, None), 249)):
+        for found in (held.rotations, held.translations):
+            np.testing.assert_allclose(found[end], np.broadcast_to(found[first], found[end].shape))
+    away = (Rotation.from_matrix(held.rotations[150:250]) * turn[150:250].inv()).magnitude()
+    assert away.max() < 0.02
+
+
 def test_without_noise_nothing_is_smoothed() -> None:
     assert smooth_motion(POSE, TIMES, FACE, 0.0, ALL) is POSE
 

@@ -87,6 +87,9 @@ def test_another_take_gets_none_of_its_frames_and_is_told(saved: RetargetSetup, 
     assert resolved.setup.origin == origin_of(MESH, take)
     named = resolve_binding(WORLD.rig, take, saved, options=BindOptions(neutral=(1, 2)))
     assert named.setup.neutral == (1, 2) and not named.neutral_found
+    for neutral in ((1, 2), "auto"):  # the remedy that the finding names
+        told = resolve_binding(WORLD.rig, take, saved, options=BindOptions(neutral=neutral))
+        assert "FRAMES_NOT_CARRIED" not in {f.code for f in binding_findings(told, take)}
 
 
 def test_a_neutral_of_the_rig_belongs_to_no_take(saved: RetargetSetup) -> None:

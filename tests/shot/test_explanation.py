@@ -14,6 +14,7 @@ from usdface.arrays import FloatArray
 from usdface.cli import main
 from usdface.cli.print_fuzzy import print_explanation
 from usdface.correction.expression_layer import SideTrace
+from usdface.errors import InputError
 from usdface.face.mirror import Side
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.norms import most_of
@@ -22,6 +23,7 @@ from usdface.fuzzy.rules import Condition, Proposition
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.take_write import write_take
+from usdface.options import ProcessOptions
 from usdface.pipeline import explain
 from usdface.schemas import tokens
 from usdface.setup.expression import Expression
@@ -62,6 +64,27 @@ def test_it_explains_what_process_writes(shot: Path, explained: Explanation) -> 
     fired = system.GetAttribute(tokens.FIRING)
     authored = [fired.Get(code) for code in fired.GetTimeSamples()]
     np.testing.assert_allclose(explained.trace.firing, authored, atol=1e-6)
+
+
+def test_a_run_with_other_options_is_explained_with_them(
+    shot: Path, explained: Explanation, capsys: pytest.CaptureFixture[str]
+) -> None:
+    factors = ["--exaggeration", "mouth=1.3", "--no-closure"]
+    root = shot.with_name("larger.usda")
+    assert main(["process", str(shot), *factors, "-o", str(root)]) == 0
+    stage = Usd.Stage.Open(str(root))  # held, because prims expire with it
+    system = stage.GetPrimAtPath("/Shot/Fuzzy")
+    capsys.readouterr()
+    command = ["fuzzy", "explain", str(shot), *factors, "--frame", str(FRAME), "--format", "json"]
+    assert main(command) == 0
+    shown = json.loads(capsys.readouterr().out)["emotions"]
+    for name, output in shown.items():
+        assert output == pytest.approx(
+            system.GetAttribute(tokens.EMOTION_PREFIX + name).Get(float(FRAME)), abs=1e-3
+        )
+    assert shown != explained.frame(FRAME)["emotions"]
+    with pytest.raises(InputError, match="no correction to explain"):
+        explain(shot, options=ProcessOptions(express=False))
 
 
 def test_a_frame_adds_up(explained: Explanation) -> None:

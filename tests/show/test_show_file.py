@@ -91,6 +91,56 @@ def test_plans_come_back_from_plain_values_and_from_json(tmp_path: Path) -> None
         show_json(plans, tmp_path / "shots")
 
 
+def test_a_performer_has_a_file_and_a_layer_for_each_character(tmp_path: Path) -> None:
+    """Gains are shares of a character's shapes: those on one say nothing of another."""
+    files = """calibration = {mia = "anna_on_mia.json", tom = "anna_on_tom.json"}
+layer = {mia = "sets/anna_on_mia.usda"}"""
+    text = SHOW.replace('calibration = "anna.json"', files)
+    makings = [plan.making for plan in read_show_file(show(tmp_path, text)) if plan.making]
+    names = [making.calibration and making.calibration.name for making in makings]
+    assert names == ["anna_on_mia.json", "anna_on_tom.json", "anna_on_mia.json"]
+    layers = [making.performer_layer and making.performer_layer.name for making in makings]
+    assert layers == ["anna_on_mia.usda", None, "anna_on_mia.usda"]
+    wrong = text.replace("calibration = {mia = ", "calibration = {mai = ")
+    with pytest.raises(InputError, match="anna: no calibration for 'mia'; did you mean mai"):
+        read_show_file(show(tmp_path, wrong))
+
+
+@pytest.mark.parametrize(
+    ("own", "message"),
+    [
+        (
+            'performer = "ben"',
+            "mia.usda holds the bind of one shot .* 010_mia has anna_on_mia.json",
+        ),
+        ('performer = "anna"\nbind = "mended.json"', "and 030 mended.json; give each a layer"),
+        ('performer = "ben"\ncharacter_layer = "sets/ben.usda"', ""),
+    ],
+)
+def test_one_layer_for_two_bindings_is_refused(tmp_path: Path, own: str, message: str) -> None:
+    """The first shot would write it, and the other be solved with the first one's binding."""
+    more = f"""[performers.ben]
+[[shots]]
+take = "takes/030.usdc"
+character = "mia"
+{own}
+"""
+    place = show(tmp_path, SHOW + more)
+    if not message:
+        assert len(read_show_file(place)) == 4
+        return
+    with pytest.raises(InputError, match=message):
+        read_show_file(place)
+
+
+def test_one_layer_for_two_calibrations_is_refused(tmp_path: Path) -> None:
+    files = """calibration = {mia = "a.json", tom = "b.json"}
+layer = "sets/anna.usda\""""
+    text = SHOW.replace('calibration = "anna.json"', files)
+    with pytest.raises(InputError, match=r"anna.usda holds the calibration .* a.json and 010_tom"):
+        read_show_file(show(tmp_path, text))
+
+
 def test_a_misspelt_performer_of_a_binding_is_refused(tmp_path: Path) -> None:
     """Else its shots would be bound by proposal; other performers may have a binding, or none."""
     wrong = SHOW.replace("bind = {anna = ", "bind = {ana = ")

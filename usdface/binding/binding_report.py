@@ -35,8 +35,8 @@ def binding_findings(
         findings += proposal_findings(resolved.proposal, take.source)
     if resolved.other_take:
         message = (
-            "neutral and peak frames of the binding are those of {other_take}; here they are "
-            "detected again"
+            "neutral and peak frames of the binding are those of {other_take}; they are left out, "
+            "and detected here where they are needed"
         )
         findings.append(finding("FRAMES_NOT_CARRIED", take.source, message, resolved.other_take))
     if resolved.by_unit:

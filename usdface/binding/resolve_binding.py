@@ -114,7 +114,9 @@ def _of_markers(
     """Return the binding of a take of markers: vertices proposed, or given with their frames."""
     other_take = ""
     if given is not None and given.origin is not None and take_differs(given.origin, take):
-        other_take, given = _names_frames(given), _without_frames(given)
+        # Frames that the options name, or want detected, replace those of the binding anyway.
+        other_take = _names_frames(given) if options.neutral is None else ""
+        given = _without_frames(given)
     proposing = given is None or options.propose
     find_neutral = _neutral_is_missing(take, given, options)
     setup = _requested(given or RetargetSetup(Binding((), np.zeros(0, dtype=np.int64))), options)

@@ -8,6 +8,7 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout
 from functools import cache
 from importlib import import_module
 from io import StringIO, TextIOWrapper
@@ -100,7 +101,8 @@ def _run(parsed: argparse.Namespace) -> int:
         os.environ["USDFACE_TRUSTED"] = "1"
     try:
         check_files(parsed)
-        status: int = parsed.run(parsed)
+        with _apart_from_others(parsed):
+            status: int = parsed.run(parsed)
         return status
     except BrokenPipeError:
         return FAILED
@@ -117,6 +119,16 @@ def _run(parsed: argparse.Namespace) -> int:
 
             print(json.dumps({"error": {"code": error.code, "message": str(error)}}))
         return FAILED
+
+
+def _apart_from_others(parsed: argparse.Namespace) -> AbstractContextManager[object]:
+    """Keep standard output for what a program reads, JSON or a binding.
+
+    Hooks and readers of other packages that print do so on standard error meanwhile.
+    """
+    parsed.stdout = sys.stdout
+    alone = parsed.format == "json" or getattr(parsed, "print_bind", False)
+    return redirect_stdout(sys.stderr) if alone and sys.stdout is not None else nullcontext()
 
 
 def _print_rest(*, quiet: bool) -> bool:

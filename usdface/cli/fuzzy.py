@@ -8,6 +8,7 @@ from typing import Any
 from usdface import pipeline
 from usdface.cli.command import add_command, add_output, add_overwrite, add_skip_hook, report
 from usdface.cli.fuzzy_fit import KEPT, add_fit
+from usdface.cli.process_options import add_run_options, run_options
 from usdface.cli.progress import progress
 
 __all__ = ["add_fuzzy"]
@@ -35,6 +36,7 @@ def add_fuzzy(commands: Any, summary: str) -> None:
     command.add_argument(
         "--figure", type=Path, metavar="FILE", help="also draw the frame: .png, .svg, .pdf"
     )
+    add_run_options(command)
     add_skip_hook(command)
     command = add_command(
         actions, "neutral", _neutral, "check which emotions fire on a neutral face"
@@ -58,6 +60,7 @@ def _explain(parsed: argparse.Namespace) -> int:
             frame=parsed.frame,
             time=parsed.time,
             figure=parsed.figure,
+            options=run_options(parsed),
             skip_hooks=parsed.skip_hooks,
             on_progress=step,
         )

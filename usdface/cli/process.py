@@ -15,9 +15,10 @@ from usdface.cli.command import (
     settings,
 )
 from usdface.cli.option_rules import check_together
+from usdface.cli.process_options import add_run_options, run_options
 from usdface.cli.progress import progress
 from usdface.errors import InputError
-from usdface.options import EXAGGERATION_PARTS, DeliverOptions, ProcessOptions
+from usdface.options import DeliverOptions, ProcessOptions
 
 if TYPE_CHECKING:
     from usdface.result import Result
@@ -51,7 +52,7 @@ def add_process(commands: Any, summary: str) -> None:
     _add_files(command)
     _add_delivery(command)
     _add_switches(command)
-    _add_factors(command)
+    add_run_options(command)
     command.add_argument(
         "--cache",
         default="",
@@ -89,7 +90,7 @@ def _add_files(command: argparse.ArgumentParser) -> None:
 
 
 def _add_switches(command: argparse.ArgumentParser) -> None:
-    """Add the options for steps that are left out, or done in another way than the shot says."""
+    """Add the options for steps that are left out."""
     command.add_argument(
         "--no-express",
         dest="express",
@@ -97,39 +98,7 @@ def _add_switches(command: argparse.ArgumentParser) -> None:
         help="no correction: emotions stay as solved",
     )
     command.add_argument(
-        "--no-closure",
-        dest="closure",
-        action="store_false",
-        help="no completed closures: eyes and lips stay as solved and corrected",
-    )
-    command.add_argument(
         "--no-head", dest="head", action="store_false", help="the character's head stays still"
-    )
-    command.add_argument(
-        "--no-clean",
-        dest="clean",
-        action="store_false",
-        help="solve the markers as recorded, without clean-up",
-    )
-    command.add_argument(
-        "--solve",
-        choices=("take", "frame"),
-        help="all frames together or each alone (default: as the shot says)",
-    )
-
-
-def _add_factors(command: argparse.ArgumentParser) -> None:
-    command.add_argument(
-        "--exaggeration",
-        default="",
-        metavar="FACTORS",
-        help="play the solve larger or smaller, 1 = as solved: 1.2, or brows=1.5,eyes=1.3",
-    )
-    command.add_argument(
-        "--gains",
-        default="",
-        metavar="FACTORS",
-        help="show emotions more or less, 1 = as designed: joy=0.5,anger=0",
     )
 
 
@@ -184,7 +153,7 @@ def _add_delivery(command: argparse.ArgumentParser) -> None:
 
 
 def _process(parsed: argparse.Namespace) -> int:
-    options = _options(parsed)
+    options = run_options(parsed)
     check_together(parsed, _NEEDS, _EXCLUDES)
     if parsed.workers is not None and parsed.workers < 1:
         raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
@@ -210,15 +179,6 @@ def _process(parsed: argparse.Namespace) -> int:
             on_progress=step,
         )
     return report(parsed, result)
-
-
-def _options(parsed: argparse.Namespace) -> ProcessOptions:
-    given = settings(parsed, ProcessOptions)
-    factors = {
-        "exaggeration": _factors("exaggeration", parsed.exaggeration, EXAGGERATION_PARTS[0]),
-        "gains": _factors("gains", parsed.gains),
-    }
-    return ProcessOptions(**given | factors)
 
 
 def _delivery(parsed: argparse.Namespace) -> DeliverOptions:
@@ -256,18 +216,3 @@ def _check_outputs(parsed: argparse.Namespace) -> None:
 
 def _outputs(parsed: argparse.Namespace) -> dict[str, Any]:
     return {name: getattr(parsed, name) for name in _OUTPUTS}
-
-
-def _factors(option: str, text: str, otherwise: str = "") -> dict[str, float]:
-    """Return the factors of a list such as 1.2,brows=1.5; a number alone is that of `otherwise`."""
-    factors = {}
-    for word in text.split(",") if text else ():
-        part, _, number = word.rpartition("=")
-        try:
-            if not (part or otherwise):
-                raise ValueError(word)
-            factors[part or otherwise] = float(number)
-        except ValueError as error:
-            expected = "a number, or a region and a number: brows=1.5" if otherwise else "joy=0.5"
-            raise InputError(f"--{option} {word}: expected {expected}", "SETTING_WRONG") from error
-    return factors

@@ -3,7 +3,7 @@
 import argparse
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 from usdface import pipeline
 from usdface.cli.command import add_command, add_output, add_overwrite, report, settings
@@ -153,7 +153,7 @@ def _shot(parsed: argparse.Namespace) -> int:
         raise
     status = report(parsed, result, file=sys.stderr if parsed.print_bind else None)
     if parsed.print_bind:
-        _print_bind(result.value.setup)
+        _print_bind(result.value.setup, parsed.stdout)
     return status
 
 
@@ -163,13 +163,13 @@ def _print_unsure(parsed: argparse.Namespace, error: InputError) -> None:
         if path:
             print(f"wrote {path}", file=sys.stderr)
     if parsed.print_bind:
-        _print_bind(error.setup)  # type: ignore[attr-defined]
+        _print_bind(error.setup, parsed.stdout)  # type: ignore[attr-defined]
 
 
-def _print_bind(setup: Any) -> None:
+def _print_bind(setup: Any, stdout: TextIO) -> None:
     from usdface.io.bind_file import bind_json
 
-    print(bind_json(setup), end="")
+    print(bind_json(setup), end="", file=stdout)
 
 
 def _frames(option: str, words: list[str] | None, expected: str, most: int = 1000) -> Any:

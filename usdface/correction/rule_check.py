@@ -7,13 +7,18 @@ from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import rules_firing_at
 from usdface.fuzzy.lint import rule_findings
+from usdface.fuzzy.membership import membership
 from usdface.fuzzy.rules import Rule
 
 __all__ = ["check_rules", "fires_at_neutral"]
 
+# A face unit is about six centimetres: no marker moves so far. A term that is hardly reached by
+# then is one in millimetres; one with a distant foot alone is open at that side, as a whole.
+_REACH, _REACHED = 1.0, 0.5
+
 
 def check_rules(system: ExpressionSystem) -> list[Finding]:
-    """Return RULE_FIRES_AT_NEUTRAL for each rule that does, and the lint of the rule base.
+    """Return RULE_FIRES_AT_NEUTRAL for each rule that does, TERM_FAR, the lint of the rule base.
 
     ADVICE_FAILED where the rules cannot be checked.
     """
@@ -33,7 +38,29 @@ def _check(system: ExpressionSystem) -> list[Finding]:
     ]
     read = zip(system.fuzzy.inputs, system.features, strict=True)
     lower_bounds = {v.name: 0.0 for v, feature in read if feature.measure == "absolute"}
-    return neutral + rule_findings(system.fuzzy, lower_bounds)
+    return neutral + _far_terms(system) + rule_findings(system.fuzzy, lower_bounds)
+
+
+def _far_terms(system: ExpressionSystem) -> list[Finding]:
+    """Report terms in face units that no motion of a face reaches by half."""
+    if system.face_unit == "none":
+        return []
+    within = np.linspace(-_REACH, _REACH, 2001)
+    message = (
+        "no motion of a face, below a face unit of some 6 cm, reaches half of the terms of "
+        "{variable}: {names}; if the inputs are in millimetres, set the face unit of the system "
+        'to "none"'
+    )
+    findings = []
+    for variable in system.fuzzy.inputs:
+        far = [
+            term.name
+            for term in variable.terms
+            if membership(term.kind, term.parameters, within).max() < _REACHED
+        ]
+        if far:
+            findings.append(finding("TERM_FAR", variable.name, message, variable.name, far))
+    return findings
 
 
 def fires_at_neutral(system: ExpressionSystem) -> list[Rule]:

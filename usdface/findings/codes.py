@@ -213,6 +213,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the binding names a curve that the take does not have",
     ),
     "CHANNEL_IGNORED": ("info", "nothing", "a channel that usdface does not use was left out"),
+    "FACES_LEFT_OUT": (
+        "warning",
+        "check_recording",
+        "several faces were tracked; the one that is seen in most frames is read",
+    ),
     # films of painted dots
     "DOTS_FOUND": ("info", "nothing", "dots were found in the images, by their colour"),
     "DOTS_IGNORED": ("info", "look_at_frames", "short-lived detections of dots are left out"),
@@ -749,6 +754,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "the take does not show the focal length; a usual one is taken",
     ),
+    "FOCAL_LENGTH_UNUSUAL": (
+        "warning",
+        "check_recording",
+        "no lens has the field of view that the focal length gives; it may be in millimetres",
+    ),
     "HEAD_IN_PLANE": (
         "warning",
         "add_markers",
@@ -889,6 +899,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "process_again",
         "a shot was not processed: its take does not move the face",
     ),
+    "EDIT_HIDDEN": (
+        "warning",
+        "correct_stage",
+        "a layer edits an earlier result, and the new result lies over it",
+    ),
     "RESULT_HIDDEN": (
         "warning",
         "correct_stage",
@@ -907,6 +922,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "two rules have the same antecedent and different consequents",
     ),
     "RANGE_UNCOVERED": ("warning", "correct_rules", "no term covers a part of an input's range"),
+    "TERM_FAR": (
+        "warning",
+        "correct_rules",
+        "no motion of a face reaches a term; it may be in another unit than the system's",
+    ),
     "ROLE_ASSUMED": (
         "info",
         "correct_rules",

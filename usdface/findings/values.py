@@ -12,6 +12,7 @@ from usdface.plain_text import listed, plain
 __all__ = ["Prose", "filled_in", "plain_values"]
 
 _LISTED = 8  # names that a message lists
+_RUN = 3  # numbers in a row, from which on they are a range
 _LONGEST, _MOST = 400, 200  # characters of a text, entries of a list in a report
 _DIGITS = 6
 _WHOLE = 1e15  # whole numbers below it are exact
@@ -45,8 +46,23 @@ class _Template(Formatter):
 
     def format_field(self, value: Any, format_spec: str) -> str:
         if isinstance(value, Sequence) and not isinstance(value, str):
-            return listed(value, _LISTED)
+            return listed(_in_runs(value), _LISTED)
         return format(value, format_spec) if format_spec else str(value)
+
+
+def _in_runs(values: Sequence[Any]) -> Sequence[Any]:
+    """Return whole numbers with those that follow one another as "3 to 9"; others as they are."""
+    if not all(type(value) is int for value in values):
+        return values
+    runs: list[list[int]] = []
+    for value in values:
+        if runs and value == runs[-1][-1] + 1:
+            runs[-1].append(value)
+        else:
+            runs.append([value])
+    return [
+        text for run in runs for text in (run if len(run) < _RUN else [f"{run[0]} to {run[-1]}"])
+    ]
 
 
 _TEMPLATE = _Template()

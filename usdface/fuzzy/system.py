@@ -140,7 +140,7 @@ class FuzzySystem:
         if isinstance(value, str) and value not in named:
             raise InputError(
                 f"{rule.named}: {output.name} has no term {value!r}; "
-                f"give it a number, or one of {', '.join(named) or 'none'}"
+                f"give it a number{', or one of ' + ', '.join(named) if named else ''}"
             )
         if isinstance(value, str):
             return

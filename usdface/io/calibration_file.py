@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 from usdface.io.json_fingerprint import FINGERPRINT, sign
 from usdface.io.json_values import checked_object, whole_number
 from usdface.io.takes.text_table import read_text
@@ -35,6 +35,7 @@ from usdface.setup.performer_face import PerformerFace
 __all__ = ["calibration_json", "read_calibration_file"]
 
 _LARGEST = 16_000_000  # bytes
+_COUNT, _COMMENTS = ("gain", "offset"), ("deviation", "peak")
 _MOST_POINTS = 2**53
 _PLACES = 7  # of metres: far below the noise of any marker
 _DIGITS = 4  # of an amplitude; a hundredth of its usual deviation (AMPLITUDE_SPREAD)
@@ -65,6 +66,8 @@ def read_calibration_file(path: Path) -> Calibration:
         raise InputError(
             f'{path}: expected {{"shapes": {{"jawOpen": {{"gain": 1.1}}, ...}}}}', "SCHEMA_BROKEN"
         )
+    for name, entry in shapes.items():
+        _refuse_misspelt(path, name, entry)
     gains = [_number(path, name, entry, "gain", 1.0) for name, entry in shapes.items()]
     offsets = [_number(path, name, entry, "offset", 0.0) for name, entry in shapes.items()]
     try:
@@ -105,6 +108,15 @@ def _vectors(rows: list[object], axes: int, count: int = 0) -> FloatArray:
     """Return vectors (N, 3), or rows of `count` of them (N, count, 3)."""
     values = np.array(rows, dtype=np.float64)
     return values.reshape(0, *([count] if axes == 2 else []), 3) if not len(rows) else values
+
+
+def _refuse_misspelt(path: Path, name: str, entry: object) -> None:
+    """Refuse a key that is nearly one that counts: taken as a comment, its value would be lost."""
+    keys = list(entry) if isinstance(entry, dict) else []
+    meant = [each for each in _COUNT if each not in keys]
+    for key in keys:
+        if key not in (*_COUNT, *_COMMENTS) and (hint := did_you_mean(key, meant)):
+            raise InputError(f"{path}: {name!r} has {key!r}{hint}", "SCHEMA_BROKEN")
 
 
 def _number(path: Path, name: str, entry: object, key: str, default: float) -> float:

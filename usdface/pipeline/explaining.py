@@ -1,6 +1,7 @@
 """Inspection of a shot's fuzzy system: `usdface fuzzy explain` and `usdface fuzzy neutral`."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from usdface.arguments import checked
@@ -36,6 +37,7 @@ def explain(
     time: float | None = None,
     figure: StrPath | None = None,
     skip_hooks: Sequence[str] = (),
+    options: ProcessOptions = ProcessOptions(),
     on_progress: OnProgress | None = None,
 ) -> Result[Explanation]:
     """Explain why a frame of a shot gets its emotions: features, memberships, rules, weights.
@@ -52,6 +54,8 @@ def explain(
         Draw the explanation: .png, .svg or .pdf.
     skip_hooks : sequence of str, optional
         Hooks of other packages that do not run: distributions, or "distribution:entry point".
+    options : ProcessOptions
+        Those that the shot is processed with: with others its result is another.
     on_progress : callable, optional
 
     Returns
@@ -81,8 +85,10 @@ def explain(
         hooks, skipped = installed_hooks(skip_hooks)
         read, findings = _read(path)
         _check_frame(read.take.times, frame, time)
-    options = ProcessOptions(trace=True)
-    solved = retarget(read, options=options, hooks=hooks, on_progress=progress)
+    if not options.express:
+        raise InputError("express is False: then there is no correction to explain")
+    traced = replace(options, trace=True)
+    solved = retarget(read, options=traced, hooks=hooks, on_progress=progress)
     explanation = explain_result(solved)
     index = explanation.peak if frame is None else frame
     if time is not None:

@@ -16,12 +16,13 @@ from usdface.io.atomic import StrPath, all_or_none
 from usdface.io.generation import generation_of, outdated_gltf
 from usdface.io.plugins import hook_report, installed_hooks
 from usdface.io.usd.animation import closure_animation, express_animation, solve_animation
-from usdface.io.usd.animation_write import apply_animation
+from usdface.io.usd.animation_write import animation_path, apply_animation
 from usdface.io.usd.detached_meshes import report_detached
 from usdface.io.usd.layers import open_shot
 from usdface.io.usd.own_motion import report_replaced
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
+from usdface.io.usd.stronger_opinions import edits_hidden
 from usdface.io.usd.undriven_meshes import report_undriven
 from usdface.options import DeliverOptions, ProcessOptions
 from usdface.pipeline.earlier_result import correct_earlier
@@ -162,6 +163,8 @@ def process(
     with progress.step("deliver") if deliver else nullcontext():
         lost += outputs.write_deliverable(written[0], staged, delivery)
     written += outputs.others(read)
+    joints = solved.head_motion is not None or bool(solved.eye_motions)
+    lost += edits_hidden(stage, animation_path(staged.prims), joints)
     lost += outdated_gltf(written[0].parent, generation, written)
     found = (*reported.findings, *lost)
     return replace(reported, written=tuple(written), findings=found, seconds=progress.seconds)

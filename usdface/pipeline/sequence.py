@@ -15,7 +15,7 @@ from usdface.io.plugins import check_skipped
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
 from usdface.show.discovery import find_shots
-from usdface.show.making_record import is_made, read_making
+from usdface.show.making_record import is_settled
 from usdface.show.page import table_page
 from usdface.show.places import places
 from usdface.show.plan import ShotPlan, same_outputs
@@ -215,11 +215,10 @@ def _known(
 
 def _kept(plan: ShotPlan) -> Row | None:
     """Return the row of a result that is up to date."""
-    folder = plan.file.parent
-    if plan.making is not None and not is_made(read_making(plan.file), plan.making, folder):
+    if not is_settled(plan):
         return None
     record = read_record(record_path(plan.file))
-    if record is None or not record.is_current(folder, plan.options):
+    if record is None or not record.is_current(plan.file.parent, plan.options):
         return None
     row = row_from(record.row)
     if row is None:

@@ -1,7 +1,7 @@
 """One shot of a sequence, in a worker: made if it must be, processed, recorded."""
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.inputs import files_read
+from usdface.io.layer_paths import layer_paths
 from usdface.io.overwrite_protection import check_replaced
 from usdface.io.usd.named_files import named_files
 from usdface.options import BindOptions, DeliverOptions, ProcessOptions
@@ -18,7 +19,13 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.pipeline.shot import make_shot
 from usdface.result import Result, peak_memory
 from usdface.shot.shot import ShotResult
-from usdface.show.making_record import is_made, making_findings, note_making, read_making
+from usdface.show.making_record import (
+    is_made,
+    making_findings,
+    note_kept,
+    note_making,
+    read_making,
+)
 from usdface.show.plan import Making, ShotPlan, plan_of
 from usdface.show.record import Record, read_record, record_of, record_path, write_record
 from usdface.show.table import Row
@@ -27,13 +34,21 @@ __all__ = ["is_shot", "run_shot"]
 
 
 def is_shot(path: Path) -> bool:
-    """Return whether a USD file has the setup of a shot; also where it cannot be opened."""
+    """Return whether a USD file has the setup of a shot; also where it cannot be opened.
+
+    A layer over a result, as an animator's, is none: another result would hide what it edits. The
+    layers of its own result may be in a shot (`process --in-place`).
+    """
+    from usdface.io.usd.generation import stage_generations
     from usdface.io.usd.played_shot import has_setup
     from usdface.io.usd.stage import open_stage
 
     register_schemas()
     try:
-        return has_setup(open_stage(path))
+        stage = open_stage(path)
+        own = {layer.resolve() for layer in layer_paths(path).layers}
+        results = {layer.resolve() for layer in stage_generations(stage)}
+        return has_setup(stage) and results <= own
     except InputError:
         return True  # the table says why it is not processed
 
@@ -55,7 +70,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
     register_schemas()
     plan = plan_of(task["plan"])
     plan.file.parent.mkdir(parents=True, exist_ok=True)
-    findings = _made(plan, plan.making) if plan.making else []
+    findings, made = _made(plan, plan.making) if plan.making else ([], ())
     if plan.making and plan.making.performer and plan.making.calibration is None:
         findings.append(finding("PERFORMER_UNCALIBRATED", plan.making.performer))
     folder, options = plan.file.parent, plan.options
@@ -75,7 +90,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
         from usdface.pipeline.viewing import view
 
         written += view(plan.paths.root, plan.page_path).written
-    row = _row(plan, result, findings, written)
+    row = _row(plan, result, findings, [*made, *written])
     if before.key_now(folder, options) == before.key:  # else the next run does it again
         done = record_of(
             folder,
@@ -113,23 +128,27 @@ def _record(plan: ShotPlan, options: object) -> Record:
     return record_of(plan.file.parent, read=others, absent=missing, options=options)
 
 
-def _made(plan: ShotPlan, making: Making) -> list[Finding]:
+def _made(plan: ShotPlan, making: Making) -> tuple[list[Finding], Sequence[Path]]:
     """Make the shot if it is missing or out of date; an edited one is kept.
 
-    The findings are those of the run that made it: they concern the shot as long as it is that one.
+    Returns findings and the files that were written. The findings are those of the run that made
+    it: they concern the shot as long as it is that one.
     """
     folder, known = plan.file.parent, read_making(plan.file)
     there = all(path.is_file() for path in (plan.file, *making.layers))
     if there and is_made(known, making, folder):
-        return making_findings(known, plan.name)
+        return making_findings(known, plan.name), ()
     read = files_read(*making.files)
     missing = [path for file in (making.rig, making.take) for path in named_files(file)[1]]
     before = record_of(folder, read=read, absent=missing, options=making.options)
     try:
         check_replaced([(plan.file, "shot")])
     except OutputError:
+        edited = [*read, plan.file]
+        kept = record_of(folder, read=edited, absent=missing, options=making.options)
+        note_kept(plan, making, kept)
         message = "its rig, take or binding changed, but it was edited since: it is kept as it is"
-        return [*making_findings(known, plan.name), finding("SHOT_KEPT", plan.name, message)]
+        return [*making_findings(known, plan.name), finding("SHOT_KEPT", plan.name, message)], ()
     result = make_shot(
         making.rig,
         making.take,
@@ -145,11 +164,11 @@ def _made(plan: ShotPlan, making: Making) -> list[Finding]:
     )
     if before.key_now(folder, making.options) == before.key:
         note_making(plan, making, before, result.findings)
-    return list(result.findings)
+    return list(result.findings), result.written
 
 
 def _row(
-    plan: ShotPlan, result: Result[ShotResult], made: list[Finding], written: list[Path]
+    plan: ShotPlan, result: Result[ShotResult], made: list[Finding], written: Sequence[Path]
 ) -> Row:
     summary, verdict = result.summary, result.verdict
     findings = (*made, *result.findings)

@@ -15,6 +15,7 @@ from usdface.io.images.sequence import is_pattern, may_be_images
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.overwrite_protection import check_replaced
 from usdface.io.takes.camera_views import read_views
+from usdface.io.takes.field_of_view import report_field_of_view
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.usd.save_layers import check_usd_name
@@ -102,6 +103,7 @@ def make_take(
             take, findings = read_views(sources, calibration, options, sync)
         elif filmed:
             take, footage, findings = _read_images(sources[0], options)
+            findings += report_field_of_view(take, sources[0])
         else:
             take, findings = read_take(sources[0], options)
     with progress.step("write"), all_or_none():

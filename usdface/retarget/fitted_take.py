@@ -278,7 +278,10 @@ def _fit(
     fit, share = best_fit(fits, lambda fit: corrected(fit).regularisation.misfit)
     if share == 1.0:
         return fit, []
-    message = "the places of the markers alone leave {misfit_percent:.0f} % of its misfit"
+    message = (
+        "the shapes of the performer's file are not used, its places and gains are: without the "
+        "shapes {misfit_percent:.0f} % of the misfit of the markers are left"
+    )
     return fit, [finding("PERFORMER_SHAPES_UNUSED", take.source, message, 100 * share)]
 
 

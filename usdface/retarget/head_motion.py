@@ -97,6 +97,8 @@ def smooth_motion(
     most probable (Whittaker 1923, the weight by marginal likelihood). A frame is weighted by how
     well its visible markers determine the pose; with fewer than three it does not count. Nor does
     a frame beyond 2.5 rad, which keeps its pose; a head that turns around keeps all of them.
+    Before the first frame that counts and after the last one the head is held: the curve would go
+    on as a straight line, and turn a head that leaves the picture about itself.
 
     Parameters
     ----------
@@ -125,6 +127,8 @@ def smooth_motion(
     smooth = np.stack(
         [_smooth(c, times, p) for c, p in zip(curves.T, precisions.T, strict=True)], axis=1
     )
+    counted = np.flatnonzero(known)
+    smooth = smooth[np.arange(len(times)).clip(counted[0], counted[-1])]
     turned = Rotation.from_rotvec(smooth[:, 3:])
     own = far & shown
     return Pose(

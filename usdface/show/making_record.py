@@ -2,6 +2,9 @@
 
 Names count beside the content of files, since the shot refers to its files by them: another take
 that the show file names is another shot, also where the old one did not change.
+
+A shot that was edited, and kept although its files changed, has a record of that in ``kept.json``,
+with the edited shot among its files: until either changes again there is nothing to do.
 """
 
 from collections.abc import Iterable
@@ -14,7 +17,7 @@ from usdface.findings.codes import CODES
 from usdface.show.plan import Making, ShotPlan
 from usdface.show.record import Record, read_record, record_path, relative_name, write_record
 
-__all__ = ["is_made", "making_findings", "note_making", "read_making"]
+__all__ = ["is_made", "is_settled", "making_findings", "note_kept", "note_making", "read_making"]
 
 
 def read_making(shot: Path) -> Record | None:
@@ -26,10 +29,21 @@ def note_making(
     plan: ShotPlan, making: Making, record: Record, findings: Iterable[Finding]
 ) -> None:
     """Write the record of a shot that was made, with the names of its files and the findings."""
-    folder = plan.file.parent
-    names = {role: relative_name(path, folder) for role, path in making.named.items()}
-    row = {"named": names, "findings": [found.code for found in findings]}
+    row = {**_named(plan, making), "findings": [found.code for found in findings]}
     write_record(record_path(plan.file, "made"), replace(record, row=row))
+
+
+def note_kept(plan: ShotPlan, making: Making, record: Record) -> None:
+    """Write the record of a shot that was kept; its own file is among those of the record."""
+    write_record(record_path(plan.file, "kept"), replace(record, row=_named(plan, making)))
+
+
+def is_settled(plan: ShotPlan) -> bool:
+    """Return whether a shot needs not be made: it is as planned, or was kept for its edits."""
+    if plan.making is None:
+        return True
+    records = (read_record(record_path(plan.file, name)) for name in ("made", "kept"))
+    return any(is_made(record, plan.making, plan.file.parent) for record in records)
 
 
 def is_made(record: Record | None, making: Making, folder: Path) -> bool:
@@ -47,6 +61,11 @@ def making_findings(record: Record | None, name: str) -> list[Finding]:
     codes = record.row.get("findings") if record is not None else None
     known = [code for code in codes if code in CODES] if isinstance(codes, list) else []
     return [finding(code, name) for code in known]
+
+
+def _named(plan: ShotPlan, making: Making) -> dict[str, dict[str, str]]:
+    folder = plan.file.parent
+    return {"named": {role: relative_name(path, folder) for role, path in making.named.items()}}
 
 
 def _is_named(path: Path, name: str, folder: Path) -> bool:

@@ -5,9 +5,18 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
+from usdface.errors import InputError
 from usdface.io.layer_paths import LayerPaths, layer_paths
 
-__all__ = ["FILES", "LAYERS", "Making", "ShotPlan", "plan_of", "same_outputs"]
+__all__ = [
+    "FILES",
+    "LAYERS",
+    "Making",
+    "ShotPlan",
+    "check_shared_layers",
+    "plan_of",
+    "same_outputs",
+]
 
 # Arguments of `usdface shot`, by the attributes of `Making`: files that it reads, and layers that
 # shots share.
@@ -157,6 +166,34 @@ def plan_of(plain: Mapping[str, Any]) -> ShotPlan:
         making = Making(**{**making, **paths})
     values = {**plain, "file": Path(plain["file"]), "making": making}
     return ShotPlan(**{**values, "skip_hooks": tuple(plain["skip_hooks"])})
+
+
+def check_shared_layers(plans: Sequence[ShotPlan]) -> None:
+    """Refuse a layer that shots share although what it holds differs between them.
+
+    The first shot would write it, and the others be solved with the binding or calibration of that.
+
+    Raises
+    ------
+    InputError
+        If it is so; the message names the layer and the files.
+    """
+    for layer, content in (("character_layer", "bind"), ("performer_layer", "calibration")):
+        files: dict[Path, dict[Path, str]] = {}
+        for plan in plans:
+            place, file = (getattr(plan.making, name, None) for name in (layer, content))
+            if place is not None and file is not None:
+                files.setdefault(place.resolve(), {}).setdefault(file.resolve(), plan.name)
+        for place, held in files.items():
+            if len(held) > 1:
+                (first, one), (second, other), *_ = held.items()
+                raise InputError(
+                    f"{place} holds the {content} of one shot for all that share it, but {one} has "
+                    f"{first.name} and {other} {second.name}; give each a layer of its own: "
+                    'layer = {NAME = "FILE", ...} by performer or character, or '
+                    f"{layer} of the shot",
+                    "SETTING_WRONG",
+                )
 
 
 def same_outputs(plans: Sequence[ShotPlan]) -> dict[int, tuple[Path, str]]:

@@ -39,7 +39,7 @@ from typing import Any
 
 from usdface.errors import InputError, did_you_mean
 from usdface.options import CorrectionOptions, DeliverOptions, ProcessOptions
-from usdface.show.plan import FILES, LAYERS, Making, ShotPlan
+from usdface.show.plan import FILES, LAYERS, Making, ShotPlan, check_shared_layers
 from usdface.show.show_values import (
     as_list,
     as_switch,
@@ -54,6 +54,7 @@ __all__ = ["read_show_file"]
 _LARGEST = 64_000_000  # bytes
 _CORRECTION = tuple(part.name for part in fields(CorrectionOptions))
 _SETUP = (*FILES, *LAYERS, "neutral", *_CORRECTION)
+_BY_OTHER = ("bind", "calibration", "layer")  # of a performer by character, or the other way
 _TOP = ("folder", "files", "process", "characters", "performers", "shots")
 _SHOT = (*_SETUP, "name", "file", "performer", "character", "characters", "process")
 _BESIDE = ("gltf", "page", "deliver", "skip_hooks")  # of [process], not of `ProcessOptions`
@@ -97,6 +98,7 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
     (name, count), *_ = Counter(plan.name for plan in plans).most_common(1) or [("", 0)]
     if count > 1:
         raise InputError(f"{path}: two shots are named {name!r}", "NAME_REPEATED")
+    check_shared_layers(plans)
     return plans
 
 
@@ -143,7 +145,10 @@ def _shots(
 
 
 def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) -> dict[str, Any]:
-    """Return the table of a character or a performer, its `bind` for the `other` of the two."""
+    """Return the table of a character or a performer, what is by the `other` of the two for that.
+
+    A binding, a performer's file and its layer are of one performer on one character.
+    """
     tables = as_table(document.get(kind, {}), f"{kind}")
     if not name:
         return {}
@@ -152,16 +157,18 @@ def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) 
         raise InputError(f"{where}: there is no {kind[:-1]} {name!r}{near}", "SETTING_WRONG")
     table = dict(as_table(tables[name], f"{kind}.{name}"))
     check_keys(table, (*_SETUP, "layer"), f"{where}: {kind}.{name}")
+    for key in _BY_OTHER:
+        if not isinstance(each := table.get(key), dict):
+            continue
+        table.pop(key)
+        if other in each:
+            table[key] = each[other]
+        elif near := did_you_mean(other, set(each) - set(_others(document, kind))):
+            raise InputError(
+                f"{where}: {kind}.{name}: no {key} for {other!r}{near}", "SETTING_WRONG"
+            )
     if "layer" in table:
         table[f"{kind[:-1]}_layer"] = table.pop("layer")
-    if isinstance(bind := table.get("bind"), dict):
-        table.pop("bind")
-        if other in bind:
-            table["bind"] = bind[other]
-        elif near := did_you_mean(other, set(bind) - set(_others(document, kind))):
-            raise InputError(
-                f"{where}: {kind}.{name}: no bind for {other!r}{near}", "SETTING_WRONG"
-            )
     return table
 
 

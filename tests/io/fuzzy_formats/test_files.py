@@ -149,3 +149,16 @@ def test_a_system_that_is_not_there_is_unreadable_in_every_format(tmp_path, suff
     with pytest.raises(InputError) as caught:
         read_fuzzy_file(tmp_path / f"gone{suffix}")
     assert caught.value.code == "FILE_UNREADABLE"
+
+
+def test_what_a_usd_file_holds_in_vain_is_reported_with_the_file(tmp_path):
+    path = tmp_path / "mine.usda"
+    write_fuzzy_file(path, paper_system())
+    text = path.read_text()
+    assert read_fuzzy_file(path)[1] == []
+    path.write_text(text.replace("usdface:blendTime", "usdface:blend_time"))
+    (found,) = read_fuzzy_file(path)[1]
+    assert (found.code, found.where) == ("SETTING_UNREAD", f"{path}: </Fuzzy>.usdface:blend_time")
+    path.write_text(text.replace('def UsdFaceFuzzyRule "rule_01"', 'def UsdFaceRule "rule_01"'))
+    (found,) = read_fuzzy_file(path)[1]
+    assert found.where.endswith("</Fuzzy/rule_01>") and "ignored" in found.message

@@ -234,6 +234,24 @@ def test_dots_of_a_colour_that_is_not_there_are_refused(
         codes(film[0], dots=dots)
 
 
+def test_what_a_file_of_dots_has_wrong_is_told_with_the_file(
+    film: tuple[Path, FloatArray], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fixes, names = tmp_path / "fixes.csv", tmp_path / "names.csv"
+    fixes.write_text("frame,name,hidden\n3,dot_99,true\n")
+    with pytest.raises(InputError, match=r"fixes.csv: a correction is of the marker 'dot_99'"):
+        read_footage(film[0], TakeOptions(fixes=str(fixes)))
+    monkeypatch.setattr(footage_module, "scan", lambda *_: pytest.fail("the images were read"))
+    fixes.write_text(f"frame,name,hidden\n{COUNT},dot_01,true\n")
+    names.write_text("name,x,y,frame\nchin,50,50,70\n")
+    for message, options in (
+        (r"fixes.csv: 'dot_01' is in frame 12; the film has the frames 0 to 11", {"fixes": fixes}),
+        (r"names.csv: 'chin' is in frame 70; the film has the frames", {"names": names}),
+    ):
+        with pytest.raises(InputError, match=message):
+            read_footage(film[0], TakeOptions(**{key: str(file) for key, file in options.items()}))
+
+
 def test_images_without_dots_are_refused_in_one_line(tmp_path: Path) -> None:
     save(paint(layout()[:0]), tmp_path / "face.1.png")
     with pytest.raises(InputError, match="no dots are found"):

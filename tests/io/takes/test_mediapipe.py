@@ -46,7 +46,7 @@ def test_what_frames_have_beside_the_landmarks_of_one_face_is_announced(tmp_path
     path = tmp_path / "a.json"
     path.write_text(json.dumps([{"faceLandmarks": [seen]}, *frames]))
     _, findings = read_take(path, TakeOptions(rate=25.0, image_size=SIZE))
-    assert ignored(findings) == ["z", "faceBlendshapes", "presence", "other faces"]
+    assert ignored(findings) == ["z", "faceBlendshapes", "presence"]
     stamped = [{"landmarks": FACE, "timestamp_ms": 0}, {"landmarks": FACE}]
     path.write_text(json.dumps({"frames": stamped, "fps": 25, "blendshapes": [[0.5]]}))
     _, findings = read_take(path, TakeOptions(image_size=SIZE))

@@ -87,8 +87,10 @@ def test_a_face_that_openface_lost_is_occluded(write):
         OPENFACE, "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40", "2, 0, 0.040, 0.1, 0, 10, 20, 30, 40",
         "3, 0, 0.080, 0.75, 1, 10, 20, 30, 40",
     )  # fmt: skip
-    take, _ = read_openface(path)
+    take, findings = read_openface(path)
     assert (take.rate, take.names) == (25, ("landmark_0", "landmark_1"))
+    (lost,) = [found for found in findings if found.code == "CONFIDENCE_LOW"]
+    assert lost.message == "2 samples that the program calls lost are taken as occluded"
     assert take.visible[:, 0].tolist() == [True, False, True]
     np.testing.assert_allclose(take.positions[0], [[10.5, -30.5], [20.5, -40.5]])
     take, _ = read_openface(path, TakeOptions(confidence=0.9))
@@ -124,16 +126,6 @@ def test_a_blink_that_the_other_detector_denies_is_no_pulse(write):
         "2, 0, 0.040, 0.98, 1, 10, 20, 30, 40, 2, 0", "3, 0, 0.080, 0.2, 0, 1, 2, 3, 4, 2, 0",
     )  # fmt: skip
     np.testing.assert_allclose(read_openface(path)[0].blink, [0.4, 0.08, np.nan])
-
-
-def test_of_several_faces_the_first_is_read(write):
-    path = write(
-        OPENFACE, "1, 0, 0.000, 0.98, 1, 1, 2, 3, 4", "1, 1, 0.000, 0.98, 1, 9, 9, 9, 9",
-        "2, 0, 0.040, 0.98, 1, 1, 2, 3, 4",
-    )  # fmt: skip
-    take, findings = read_openface(path)
-    np.testing.assert_allclose(take.positions[:, 0], [[1.5, -3.5]] * 2)
-    assert any("1 other faces" in found.message for found in findings)
 
 
 def test_a_file_of_openface_that_is_cut_short_is_refused_with_its_line(write):

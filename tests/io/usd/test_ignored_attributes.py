@@ -70,7 +70,15 @@ def findings_by_place(tmp_path: Path, where: str, text: str) -> dict[str, str]:
         ),
         ("Shot/Fuzzy/rule_07", "float usdface:weight = 0", "", "no layer defines it"),
         ("Shot/Expressions/joyy", "float usdface:gain = 0", "", "did you mean joy?"),
+        (
+            "Shot/Expressions",
+            'def UsdFaceExpression "smug" {\n}',
+            "/smug",
+            "no target of usdface:expressions",
+        ),
         ("Shot/Fuzzy", 'def "rule_07" {\n}', "/rule_07", "write def UsdFaceFuzzyRule"),
+        ("Shot/Fuzzy", 'def UsdFaceFuzyRule "mine" {\n}', "/mine", "mean UsdFaceFuzzyRule?"),
+        ("Shot/Fuzzy", 'def Scope "mine" {\n}', "/mine", "UsdFaceFuzzyRule or"),
     ],
 )
 def test_what_nothing_reads_is_named(

@@ -62,6 +62,22 @@ def test_on_an_open_stage_it_is_reported(shot: Path) -> None:
         assert [each.values["names"] for each in found] == [[WEIGHTS]] * own
 
 
+def test_edits_of_a_result_that_a_new_one_hides_are_reported(shot: Path) -> None:
+    """An animator's layer over the result is processed, in place of the shot."""
+    process(shot)
+    edits = Sdf.Layer.CreateNew(str(shot.with_name("anim.usda")))
+    edits.subLayerPaths.append("./shot.usdface.usda")
+    edits.Save()
+    assert "EDIT_HIDDEN" not in [
+        each.code for each in process(shot.with_name("anim.usda")).findings
+    ]
+    with_attribute(shot.with_name("anim.usda"), WEIGHTS, Sdf.ValueTypeNames.FloatArray, [0.1] * 12)
+    result = process(shot.with_name("anim.usda"))
+    (found,) = [each for each in result.findings if each.code == "EDIT_HIDDEN"]
+    assert found.where == "anim.usda" and found.values["names"] == [WEIGHTS]
+    assert animation_of(result.written[0]).weights.max() > 0.5  # not the edits
+
+
 OURS = """over "A"
 {
     uniform token[] names = ["a", "b"]

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from pxr import Usd
@@ -18,6 +19,7 @@ from usdface.io.fuzzy_formats.write_fis import fis_text
 from usdface.io.fuzzy_formats.write_fll import fll_text
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
 from usdface.io.usd.held_layers import hold_layers, hold_specs
+from usdface.io.usd.ignored_attributes import ignored_attributes
 from usdface.io.usd.stage import open_stage
 from usdface.schemas import tokens, write_fallback_types
 
@@ -52,7 +54,11 @@ def read_fuzzy_file(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
     if len(found) != 1:
         names = ", ".join(map(str, found)) or "none"
         raise InputError(f"{path}: expected one {tokens.FUZZY_SYSTEM}, found {names}")
-    return read_fuzzy(stage, str(found[0])), []
+    unread = [
+        replace(each, where=f"{path}: {each.where}")
+        for each in ignored_attributes([stage.GetPrimAtPath(found[0])])
+    ]
+    return read_fuzzy(stage, str(found[0])), unread
 
 
 def write_fuzzy_file(path: Path, system: ExpressionSystem) -> list[Finding]:

@@ -1,5 +1,6 @@
 """Takes from films of a face with painted dots."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ from usdface.footage.choose_channel import choose_model, colour_at, model_of_col
 from usdface.footage.colour_channel import Pixels, parse_colour
 from usdface.footage.detect import DotModel
 from usdface.footage.face_names import BoundVertices
+from usdface.footage.fixes import Fix
+from usdface.footage.labels import NamedPlace
 from usdface.footage.scan import scan
 from usdface.footage.track import track_dots
 from usdface.footage.tracks import Tracks
@@ -108,17 +111,42 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
     named = read_named_places(Path(options.names)) if options.names else ()
     fixes = read_fixes(Path(options.fixes)) if options.fixes else ()
     film = open_film(path)
+    if film.files:  # of a movie the number is known when it was read
+        _check_frames(len(film.files), {str(options.names): named, str(options.fixes): fixes})
     model = _model(film, options.dots)
     frames = list(scan(film.loads(), model))
     if len(film.unreadable) == len(frames):
         raise InputError(next(iter(film.unreadable.values())), "FILE_UNREADABLE")
-    tracks = track_dots(frames, named, fixes, face)
+    try:
+        tracks = track_dots(frames, named, fixes, face)
+    except InputError as error:
+        if error.code != "MARKER_UNKNOWN":  # of a correction
+            raise
+        raise InputError(f"{options.fixes}: {error}", error.code) from error
+    if not tracks.names:
+        raise InputError(
+            f"{film.path}: no dots are found ({model.channel.name}); name another "
+            "colour, or the place of a dot in the first image: --dots",
+            "TAKE_EMPTY",
+        )
     take, findings = _take(film, tracks, options)
     return (
         take,
         Footage(film, model, tracks),
         [*assumed, *_found(film, model, tracks), *_named(film, tracks, face), *findings],
     )
+
+
+def _check_frames(count: int, rows: Mapping[str, Sequence[NamedPlace] | Sequence[Fix]]) -> None:
+    """Refuse, before the images are read, rows of a file whose frame the film does not have."""
+    for file, own in rows.items():
+        outside = next((row for row in own if not 0 <= row.frame < count), None)
+        if outside is not None:
+            raise InputError(
+                f"{file}: {outside.name!r} is in frame {outside.frame}; the film has the frames 0 "
+                f"to {count - 1}, counted from 0",
+                "FRAMES_OUTSIDE",
+            )
 
 
 def _bound_vertices(options: TakeOptions) -> tuple[BoundVertices | None, list[Finding]]:

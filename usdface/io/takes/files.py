@@ -6,6 +6,7 @@ from pathlib import Path
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.images.sequence import is_pattern
+from usdface.io.takes.field_of_view import report_field_of_view
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.verify_take import verified_take
@@ -56,7 +57,8 @@ def read_take(
     if options.start_timecode:
         take = replace(take, start_timecode=options.start_timecode)
         found = [each for each in found if each.code != "TIMECODE_ASSUMED"]
-    return take, findings + found + _rate_findings(take, path, options.rate)
+    unusual = _rate_findings(take, path, options.rate) + report_field_of_view(take, path)
+    return take, findings + found + unusual
 
 
 def _rate_findings(

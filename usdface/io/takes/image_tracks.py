@@ -231,6 +231,10 @@ def _trusted_places(tracks: ImageTracks, options: TakeOptions) -> tuple[FloatArr
     if not count:
         return places, []
     message = "{sample_count} samples with a confidence below {threshold:g} are taken as occluded"
+    if not threshold:  # a program's word for failure is no number that a person could set
+        message = "{sample_count} samples that the program calls lost are taken as occluded"
+        lost = finding("CONFIDENCE_LOW", str(tracks.path), message, count, threshold=threshold)
+        return places, [lost]
     return places, [finding("CONFIDENCE_LOW", str(tracks.path), message, count, threshold)]
 
 

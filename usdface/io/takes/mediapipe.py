@@ -4,11 +4,14 @@ x and y run from 0 to 1 of the image's width and height, from the top left corne
 
 * JSON: a list of frames, or an object that has one as ``frames``. A frame is a list of landmarks,
   or an object that has one as ``landmarks``, ``face_landmarks`` or ``faceLandmarks``, and perhaps
-  ``frame`` and ``timestamp_ms``. A landmark is ``{"x", "y", "z"}`` or ``[x, y, z]``. Of several
-  faces the first is read. The object may have ``width``, ``height`` and ``fps``. Where more frames
-  have blend shapes than landmarks, those are read (`usdface.io.takes.mediapipe_shapes`).
+  ``frame`` and ``timestamp_ms``. A landmark is ``{"x", "y", "z"}`` or ``[x, y, z]``. The object may
+  have ``width``, ``height`` and ``fps``. Where more frames have blend shapes than landmarks, those
+  are read (`usdface.io.takes.mediapipe_shapes`).
 * CSV, a row for each landmark: ``frame, landmark, x, y`` (``landmark_id``, ``landmark_index``);
-  or a row for each frame: ``x_0, y_0, ...``, ``0_x, 0_y, ...`` or ``landmark_0_x, ...``.
+  or a row for each frame: ``x_0, y_0, ...``, ``0_x, 0_y, ...`` or ``landmark_0_x, ...``; and
+  perhaps ``timestamp_ms`` and ``face`` (``face_id``, ``face_index``).
+
+Of several faces that of most frames is read.
 """
 
 import re
@@ -23,8 +26,10 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
 from usdface.io.takes.json_text import number, read_json
+from usdface.io.takes.mediapipe_faces import LANDMARKS, faces_of, main_faces, place_of
 from usdface.io.takes.mediapipe_shapes import SHAPES, read_scores, score_faces, scores_take
 from usdface.io.takes.raw_take import DEFAULTS, check_size
+from usdface.io.takes.several_faces import rows_of_face
 from usdface.io.takes.text_table import Row, read_numbers
 from usdface.io.takes.track_text import TrackTable
 from usdface.io.takes.wide_tracks import read_table, samples_of_columns
@@ -35,9 +40,10 @@ __all__ = ["read_mediapipe"]
 
 _FRAME = ("frame", "frame_index", "frame_idx", "frame_number", "frame_id")
 _LANDMARK = ("landmark", "landmark_index", "landmark_idx", "landmark_id", "landmark_name")
-_LANDMARKS = ("landmarks", "face_landmarks", "faceLandmarks", "multi_face_landmarks", "landmark")
 _FRAMES = ("frames", "results", "data")
 _OF_FILE = (*_FRAMES, "fps", "width", "height", "image_width", "image_height")
+_FACE = ("face", "face_id", "face_index", "face_idx")
+_TIME = "timestamp_ms"
 _WIDE = re.compile(r"(?:(?:landmark|lm|point)?_?(\d{1,4})[_.]([xy])|([xy])_?(\d{1,4}))")
 _TIMES_LACKING = "timestamp_ms, which some frames lack"
 _MOST = 10_000  # landmarks of a face; MediaPipe's has 478
@@ -61,9 +67,9 @@ def read_mediapipe(
         document = read_json(path)
         frames = _frames(path, document)
         scores = [read_scores(each) for each in frames]
-        if sum(map(bool, scores)) > sum(bool(_face(each)) for each in frames):
+        if sum(map(bool, scores)) > sum(bool(faces_of(each)) for each in frames):
             return _of_scores(path, document, frames, scores, options)
-        table, times = _of_frames(path, frames)
+        table, times, left_out = _of_frames(path, frames)
         unread = _unread_of_frames(frames)
         if times is None and any(_has_time(frame) for frame in frames):
             unread.append(_TIMES_LACKING)
@@ -75,7 +81,7 @@ def read_mediapipe(
             rate = _rate(document)
     else:
         rows = read_table(path)
-        table, times = _of_rows(path, rows), None
+        table, times, left_out = _of_rows(path, rows)
         unread = _unread_columns(rows[0][1])
     places = normalised(path, table.numbers[:, 1:3], "MediaPipe")
     size = needed_image_size(path, options, "0 to 1", width, height)
@@ -90,7 +96,8 @@ def read_mediapipe(
         rate=rate,
         ignored=["z", *unread],
     )
-    return finish_tracks(tracks, options)
+    take, findings = finish_tracks(tracks, options)
+    return take, left_out + findings
 
 
 def _of_scores(
@@ -105,9 +112,9 @@ def _of_scores(
     numbers = np.array([_frame_number(frame, index) for index, frame in enumerate(frames)])
     take, findings = scores_take(path, scores, seconds, numbers, _rate(document), options.rate)
     unread = [name for name in _unread_of_frames(frames) if name not in SHAPES]
-    if any(map(_face, frames)):
+    if any(map(faces_of, frames)):
         unread.append("landmarks, which fewer frames have")
-    if "other faces" not in unread and any(score_faces(frame) > 1 for frame in frames):
+    if any(score_faces(frame) > 1 for frame in frames):
         unread.append("other faces")
     stamped = [_has_time(frame) for frame, own in zip(frames, scores, strict=True) if own]
     if any(stamped) and not all(stamped):
@@ -149,9 +156,11 @@ def _frames(path: Path, document: Any) -> list[Any]:
     return frames
 
 
-def _of_frames(path: Path, frames: Sequence[Any]) -> tuple[TrackTable, FloatArray | None]:
-    """Return the samples, and the time of each [s] where frames have times."""
-    faces = [_face(frame) for frame in frames]
+def _of_frames(
+    path: Path, frames: Sequence[Any]
+) -> tuple[TrackTable, FloatArray | None, list[Finding]]:
+    """Return the samples of one face, the time of each [s] where frames have times, findings."""
+    faces, left_out = main_faces(path, frames)
     count = max(map(len, faces), default=0)
     if not count:
         raise InputError(
@@ -168,36 +177,26 @@ def _of_frames(path: Path, frames: Sequence[Any]) -> tuple[TrackTable, FloatArra
         numbers[index, :, 0] = _frame_number(frame, index)
         seconds[index] = _time(frame)
         if face:
-            numbers[index, : len(face), 1:] = [_place(landmark) for landmark in face]
+            numbers[index, : len(face), 1:] = [place_of(landmark) for landmark in face]
     table = TrackTable(
         tuple(f"landmark_{n}" for n in range(count)),
         np.tile(np.arange(count), len(frames)),
         numbers.reshape(-1, 3),
         (),
     )
-    return table, np.repeat(seconds, count) if np.isfinite(seconds).all() else None
-
-
-def _face(frame: Any) -> list[Any]:
-    """Return the landmarks of the first face in a frame; none if it has none."""
-    for _ in range(4):  # an object, of a list of faces, of objects, of landmarks
-        if isinstance(frame, dict):
-            frame = next((frame[key] for key in _LANDMARKS if key in frame), None)
-        elif isinstance(frame, list) and frame and not _is_landmark(frame[0]):
-            frame = frame[0]
-    return frame if isinstance(frame, list) and frame and _is_landmark(frame[0]) else []
+    times = np.repeat(seconds, count) if np.isfinite(seconds).all() else None
+    return table, times, left_out
 
 
 def _unread_of_frames(frames: Sequence[Any]) -> list[str]:
     """Return the contents of frames beside the landmarks of one face, as its blend shapes."""
-    known = {*_LANDMARKS, *_FRAME, "timestamp_ms"}
+    known = {*LANDMARKS, *_FRAME, "timestamp_ms"}
     objects = [frame for frame in frames if isinstance(frame, dict)]
     found = {str(key): None for frame in objects for key in frame if key not in known}
-    marks = (landmark for frame in frames for landmark in _face(frame)[:1])
+    marks = (landmark for frame in frames for face in faces_of(frame) for landmark in face[:1])
     named = (mark for mark in marks if isinstance(mark, dict))
     found |= {str(key): None for mark in named for key in mark if key not in ("x", "y", "z")}
-    more = any(_face_count(frame) > 1 for frame in frames)
-    return [*found, *(["other faces"] if more else [])]
+    return [*found]
 
 
 def _unread_of_file(document: Any) -> list[str]:
@@ -209,48 +208,35 @@ def _has_time(frame: Any) -> bool:
     return isinstance(frame, dict) and np.isfinite(number(frame.get("timestamp_ms")))
 
 
-def _face_count(frame: Any) -> int:
-    """Return how many faces a frame has."""
-    if isinstance(frame, dict):
-        frame = next((frame[key] for key in _LANDMARKS if key in frame), None)
-    if not isinstance(frame, list) or not frame or _is_landmark(frame[0]):
-        return 1
-    return len(frame)
-
-
 def _unread_columns(header: Sequence[str]) -> list[str]:
     """Return the columns of a table that are no frame, landmark or place."""
-    known = {*_FRAME, *_LANDMARK, "x", "y", "z"}
+    known = {*_FRAME, *_LANDMARK, *_FACE, _TIME, "x", "y", "z"}
     names = [name for name in header if name and name.lower() not in known]
     # z stands where x does.
     return [name for name in names if not _WIDE.fullmatch(name.lower().replace("z", "x"))]
 
 
-def _is_landmark(value: Any) -> bool:
-    if isinstance(value, dict):
-        return "x" in value and "y" in value
-    return (
-        isinstance(value, list) and len(value) in (2, 3) and not isinstance(value[0], list | dict)
-    )
-
-
-def _place(landmark: Any) -> tuple[float, float]:
-    if isinstance(landmark, dict):
-        return number(landmark.get("x")), number(landmark.get("y"))
-    if isinstance(landmark, list) and len(landmark) > 1:
-        return number(landmark[0]), number(landmark[1])
-    return np.nan, np.nan
-
-
-def _of_rows(path: Path, rows: Sequence[Row]) -> TrackTable:
+def _of_rows(path: Path, rows: list[Row]) -> tuple[TrackTable, FloatArray | None, list[Finding]]:
+    """Return the samples of one face, the time of each [s] where rows have times, findings."""
     header = [name.lower() for name in rows[0][1]]
     columns = {name: column for column, name in reversed(list(enumerate(header)))}
     frame = next((columns[name] for name in _FRAME if name in columns), -1)
     landmark = next((columns[name] for name in _LANDMARK if name in columns), -1)
+    face = next((columns[name] for name in _FACE if name in columns), None)
+    mine, left_out = rows_of_face(path, rows[1:], face, frame)
     if landmark >= 0 and {"x", "y"} <= columns.keys():
-        return _long(path, rows[1:], frame, landmark, columns)
+        table = _long(path, mine, frame, landmark, columns)
+    else:
+        table = _wide(path, mine, frame, columns)
+    if _TIME not in columns:
+        return table, None, left_out
+    clock = read_numbers(path, mine, [columns[_TIME]])[:, 0] / 1000.0
+    return table, np.repeat(clock, len(table.frames) // max(len(mine), 1)), left_out
+
+
+def _wide(path: Path, rows: Sequence[Row], frame: int, columns: Mapping[str, int]) -> TrackTable:
     points: dict[int, dict[str, int]] = {}
-    for column, name in enumerate(header):
+    for name, column in columns.items():
         if match := _WIDE.fullmatch(name):
             points.setdefault(int(match[1] or match[4]), {})[match[2] or match[3]] = column
     whole = {n: axes for n, axes in sorted(points.items()) if len(axes) == 2}
@@ -259,8 +245,8 @@ def _of_rows(path: Path, rows: Sequence[Row]) -> TrackTable:
             f"{path}: expected the columns frame, landmark, x, y or x_0, y_0, x_1, ...",
             "COLUMNS_WRONG",
         )
-    wide = [(f"landmark_{n}", [axes["x"], axes["y"]]) for n, axes in whole.items()]
-    return samples_of_columns(path, rows[1:], frame, wide)
+    points_of = [(f"landmark_{n}", [axes["x"], axes["y"]]) for n, axes in whole.items()]
+    return samples_of_columns(path, rows, frame, points_of)
 
 
 def _long(

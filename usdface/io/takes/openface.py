@@ -19,6 +19,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
 from usdface.io.takes.raw_take import DEFAULTS
+from usdface.io.takes.several_faces import rows_of_face
 from usdface.io.takes.wide_tracks import read_table, samples_of_columns
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
@@ -34,7 +35,7 @@ _OPTIONAL = ("timestamp", _BLINK, _PRESENT, *_GAZE, *_POSE)
 
 
 def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
-    """Read the landmarks in the image of the first face.
+    """Read the landmarks in the image of one face; of several that of most frames.
 
     A frame without success is occluded, as is one with less confidence than the options ask.
 
@@ -61,8 +62,9 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         "landmarks in space",
         "other action units" if blinks else "action units",
     ]
-    rows, others = _of_first_face(rows, columns.get("face_id"))
-    ignored += [f"{others} other faces"] if others else []
+    rows, left_out = rows_of_face(
+        path, rows, columns.get("face_id"), columns["frame"], columns["success"]
+    )
     shared = [name for name in (*_ROW, *_OPTIONAL) if name in columns]
     points = [(f"landmark_{n}", [columns[f"x_{n}"], columns[f"y_{n}"]]) for n in numbers]
     table = samples_of_columns(
@@ -84,20 +86,8 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         gaze=_gaze(values, success) if gazes else None,
         ignored=ignored,
     )
-    return finish_tracks(tracks, options)
-
-
-def _of_first_face(
-    rows: list[tuple[int, list[str]]], column: int | None
-) -> tuple[list[tuple[int, list[str]]], int]:
-    """Return the rows of the first face, and how many others there are."""
-    if column is None:
-        return rows, 0
-    faces = {cells[column] for _, cells in rows if len(cells) > column}
-    if len(faces) < 2:
-        return rows, 0
-    first = rows[0][1][column]
-    return [row for row in rows if len(row[1]) > column and row[1][column] == first], len(faces) - 1
+    take, findings = finish_tracks(tracks, options)
+    return take, left_out + findings
 
 
 def _gaze(values: Mapping[str, FloatArray], success: BoolArray) -> FloatArray:

@@ -19,6 +19,7 @@ _NAMED = (tokens.PIN_PREFIX, tokens.EMOTION_PREFIX, tokens.RESIDUAL_PREFIX)
 _MANY = (tokens.EXPRESSIONS,)
 # May vary by the schema, but the rule base is that of the whole take.
 _OF_RULES = (tokens.RULE_WEIGHT, tokens.ENABLED)
+_IN_SYSTEM = (tokens.FUZZY_RULE, tokens.FUZZY_VARIABLE)  # prims that a fuzzy system consists of
 
 
 def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
@@ -32,7 +33,13 @@ def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
     examined = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
     findings: dict[str, Finding] = {}
     for prim in examined:
-        for path, *message in (*_attributes(prim), *_undefined_child(prim)):
+        unlisted = prim.GetTypeName() == tokens.EXPRESSION and prim not in prims
+        found = (
+            *_attributes(prim),
+            *_undefined_child(prim),
+            *(_unlisted(prim) if unlisted else ()),
+        )
+        for path, *message in found:
             findings[path] = finding("SETTING_UNREAD", path, *message)
     return list(findings.values())
 
@@ -80,13 +87,23 @@ def _has_samples(prim: Usd.Prim, name: str) -> bool:
     return bool(attribute) and bool(attribute.GetNumTimeSamples() or attribute.HasSpline())
 
 
+def _unlisted(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
+    """Report an expression beside those of a shot that the shot does not name."""
+    message = f"{prim.GetName()} is no target of {tokens.EXPRESSIONS}, and is ignored; add it there"
+    yield f"<{prim.GetPath()}>", message
+
+
 def _undefined_child(prim: Usd.Prim) -> Iterable[tuple[str, ...]]:
-    """Report a child without a type: an override of an undefined prim, or a forgotten type."""
-    parent = prim.GetParent()
-    if prim.GetTypeName() or not parent.IsDefined():
-        return
+    """Report a child without effect: an override of an undefined prim, no type, or another one."""
+    parent, kind = prim.GetParent(), prim.GetTypeName()
     name, where = prim.GetName(), f"<{prim.GetPath()}>"
-    if not prim.IsDefined():
+    if kind:
+        if parent.GetTypeName() == tokens.FUZZY_SYSTEM and kind not in _IN_SYSTEM:
+            expected = did_you_mean(kind, _IN_SYSTEM) or f"; expected {' or '.join(_IN_SYSTEM)}"
+            yield where, f"{name} is a {kind}, and is ignored with all in it{expected}"
+    elif not parent.IsDefined():
+        return
+    elif not prim.IsDefined():
         siblings = [child.GetName() for child in parent.GetChildren()]
         message = f"the override of {name} changes nothing: no layer defines it"
         yield where, message + did_you_mean(name, siblings)

@@ -9,10 +9,11 @@ from pxr import Sdf, Usd
 
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
+from usdface.io.usd.generation import layer_generation
 from usdface.io.usd.held_layers import hold_specs
 from usdface.io.usd.overs import prims_of
 
-__all__ = ["check_shown", "check_weights_shown", "hidden_by"]
+__all__ = ["check_shown", "check_weights_shown", "edits_hidden", "hidden_by"]
 
 
 def check_weights_shown(animation: str, stronger: Sdf.Layer) -> None:
@@ -65,6 +66,40 @@ def hidden_by(overs: Sdf.Layer, stage: Usd.Stage) -> list[Finding]:
     return [
         finding("RESULT_HIDDEN", layer.GetDisplayName(), message, paths, where)
         for layer, paths in hidden.items()
+    ]
+
+
+def edits_hidden(stage: Usd.Stage, animation: str, moves_joints: bool) -> list[Finding]:
+    """Return EDIT_HIDDEN for each layer of a shot that edits an earlier result below it.
+
+    The new result lies over them all.
+
+    Parameters
+    ----------
+    stage : Usd.Stage
+        The shot.
+    animation : str
+        Path of the SkelAnimation that results are authored on.
+    moves_joints : bool
+        Whether the new result has its joints, too.
+    """
+    prim = stage.GetPrimAtPath(animation)
+    edited: dict[Sdf.Layer, list[str]] = {}
+    results = []
+    for name in ("blendShapeWeights", *(("rotations", "translations") if moves_joints else ())):
+        attribute = prim.GetAttribute(name) if prim else None
+        layers = [spec.layer for spec in attribute.GetPropertyStack()] if attribute else []
+        made = [number for number, layer in enumerate(layers) if layer_generation(layer)]
+        for layer in layers[: made[0]] if made else ():
+            edited.setdefault(layer, []).append(f"{animation}.{name}")
+        results += [layers[number].GetDisplayName() for number in made]
+    message = (
+        "it edits {names} of an earlier result ({layer}), and the new one hides that: process the "
+        "shot itself, and lay the edits over its result"
+    )
+    return [
+        finding("EDIT_HIDDEN", layer.GetDisplayName(), message, names, results[0])
+        for layer, names in edited.items()
     ]
 
 

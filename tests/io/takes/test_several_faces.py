@@ -1,0 +1,109 @@
+"""Films with a passer-by: the face that is read is the performer's, and the others are reported."""
+
+import json
+
+import numpy as np
+import pytest
+
+from usdface.io.takes.files import read_take
+from usdface.io.takes.mediapipe import read_mediapipe
+from usdface.io.takes.several_faces import follow_faces
+from usdface.options import TakeOptions
+
+OPTIONS = TakeOptions(rate=25.0, image_size=(100, 100))
+PERFORMER, PASSER_BY = 10.0, 70.0  # px, of x
+
+
+def left_out(findings):
+    return [found for found in findings if found.code == "FACES_LEFT_OUT"]
+
+
+def openface(tmp_path, *rows):
+    """Rows of frame, face, success and x."""
+    header = "frame, face_id, timestamp, confidence, success, x_0, y_0"
+    lines = [f"{n}, {face}, {n / 25}, 0.9, {good}, {x}, 30" for n, face, good, x in rows]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([header, *lines]) + "\n")
+    return path
+
+
+def test_a_passer_by_in_the_first_images_is_not_taken_for_the_performer(tmp_path):
+    rows = [(1, 0, 1, PASSER_BY), *((n, 1, 1, PERFORMER) for n in range(1, 6))]
+    take, findings = read_take(openface(tmp_path, *rows))
+    np.testing.assert_allclose(take.positions[:, 0, 0], [PERFORMER + 0.5] * 5)
+    (found,) = left_out(findings)
+    assert dict(found.values) == {"face": "face 1", "face_count": 2, "frame_count": 5}
+    assert "left out: face 0 (1)" in found.message
+
+
+def test_frames_in_which_a_face_is_lost_do_not_count(tmp_path):
+    rows = [(n, 0, int(n == 1), PASSER_BY) for n in range(1, 6)]
+    rows += [(n, 1, 1, PERFORMER) for n in (1, 2)]
+    take, _ = read_take(openface(tmp_path, *rows))
+    assert take.positions[0, 0, 0] == PERFORMER + 0.5
+
+
+def test_of_faces_that_are_seen_equally_often_the_first_is_read(tmp_path):
+    rows = [(1, 0, 1, PERFORMER), (1, 1, 1, PASSER_BY)]
+    take, findings = read_take(openface(tmp_path, *rows))
+    assert take.positions[0, 0, 0] == PERFORMER + 0.5 and left_out(findings)
+
+
+def test_a_face_that_is_found_again_under_another_number_is_pointed_out(tmp_path):
+    rows = [(n, 0, 1, PERFORMER) for n in range(1, 4)]
+    rows += [(n, 1, 1, PERFORMER) for n in (5, 6)] + [(2, 2, 1, PASSER_BY)]
+    (found,) = left_out(read_take(openface(tmp_path, *rows))[1])
+    assert "if face 1 is the same person, found again, give both one number" in found.message
+
+
+def test_one_face_needs_no_finding(tmp_path):
+    _, findings = read_take(openface(tmp_path, (1, 0, 1, PERFORMER), (2, 0, 1, PERFORMER)))
+    assert not left_out(findings)
+
+
+@pytest.mark.parametrize("column", ["face", "face_id", "face_index"])
+def test_a_table_of_mediapipe_with_several_faces(tmp_path, column):
+    rows = [f"{n},{face},{mark},{x / 100},0.3" for n in range(3) for mark in (0, 1)
+            for face, x in ((0, PASSER_BY), (1, PERFORMER)) if face or n == 0]  # fmt: skip
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([f"frame,{column},landmark,x,y", *rows]) + "\n")
+    take, findings = read_take(path, OPTIONS)
+    np.testing.assert_allclose(take.positions[..., 0], PERFORMER)
+    assert dict(left_out(findings)[0].values)["frame_count"] == 3
+
+
+@pytest.mark.parametrize(
+    "header", ["frame,timestamp_ms,landmark,x,y", "timestamp_ms,frame,x_0,y_0"]
+)
+def test_times_of_a_table_of_mediapipe_give_its_rate(tmp_path, header):
+    wide = "x_0" in header
+    rows = [f"{40 * n},{n},0.5,0.5" if wide else f"{n},{40 * n},0,0.5,0.5" for n in range(4)]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([header, *rows]) + "\n")
+    take, findings = read_mediapipe(path, TakeOptions(image_size=(100, 100)))
+    assert take.rate == 25
+    np.testing.assert_allclose(take.times, [0, 0.04, 0.08, 0.12])
+    assert "RATE_ASSUMED" not in [found.code for found in findings]
+
+
+def face(x):
+    return [{"x": x / 100, "y": 0.3}, {"x": x / 100, "y": 0.4}]
+
+
+def test_faces_that_mediapipe_lists_in_another_order_are_followed(tmp_path):
+    both = [[face(PERFORMER + n), face(PASSER_BY - n)] for n in range(6)]
+    frames = [own[::-1] if n in (2, 3) else own for n, own in enumerate(both)]
+    frames += [[face(PERFORMER + 6)], []]
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps([{"face_landmarks": own} for own in frames]))
+    take, findings = read_take(path, OPTIONS)
+    expected = [*(PERFORMER + np.arange(7.0)), np.nan]
+    np.testing.assert_allclose(take.positions[:, 0, 0], expected)
+    (found,) = left_out(findings)
+    assert "face 0 (first at 0.10, 0.35 of frame 0) (7 frames)" in found.message
+
+
+def test_a_person_keeps_a_number_while_out_of_sight():
+    a, b = np.array([0.1, 0.5]), np.array([0.9, 0.5])
+    frames = [[a], [b, a], [b], [], [a, b], [a + 0.05]]
+    assert follow_faces(frames) == [[0], [1, 0], [1], [], [0, 1], [0]]

@@ -1,0 +1,118 @@
+"""The face that is read of several that a tracker saw: the one that is seen in most frames.
+
+A passer-by is seen for a moment, a performer throughout. Where a program numbers faces, its numbers
+count. Where it only lists those of a frame, in any order, each is followed by its place.
+"""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from usdface.arrays import FloatArray
+from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
+from usdface.io.takes.text_table import Row
+from usdface.plain_text import listed
+
+__all__ = ["faces_left_out", "follow_faces", "rows_of_face"]
+
+_LISTED = 8  # faces that the finding names
+
+
+def faces_left_out(
+    path: Path, face: str, counts: Mapping[str, int], apart: Sequence[str] = ()
+) -> Finding:
+    """Report the faces that are not read.
+
+    Parameters
+    ----------
+    path : Path
+    face : str
+        The one that is read.
+    counts : dict of str to int
+        In how many frames each is seen.
+    apart : sequence of str
+        Those of the others that are seen in no frame of it, and may be the same person.
+    """
+    others = {name: count for name, count in counts.items() if name != face}
+    detail = listed([f"{name} ({count})" for name, count in others.items()], _LISTED)
+    advice = "leave only the performer's samples in the file"
+    if apart:
+        advice += (
+            f"; if {listed(apart, _LISTED)} is the same person, found again, give both one number"
+        )
+    message = (
+        "of {face_count} faces that of most frames is read: {face} ({frame_count} frames); "
+        "left out: {detail}; {advice}"
+    )
+    values = len(counts), face, counts[face], Prose(detail), Prose(advice)
+    return finding("FACES_LEFT_OUT", str(path), message, *values)
+
+
+def rows_of_face(
+    path: Path, rows: list[Row], column: int | None, frame: int, success: int | None = None
+) -> tuple[list[Row], list[Finding]]:
+    """Return the rows of the face that is seen in most frames.
+
+    Parameters
+    ----------
+    path : Path
+    rows : list
+        Those with data, of all faces.
+    column, frame, success : int
+        Columns of the face's number, of the frame's, and of 1 where the face is tracked. None or
+        -1 = there is none.
+    """
+    if column is None:
+        return rows, []
+    width = max(column, frame, success or 0) + 1
+    whole = [(at, cells) for at, (_, cells) in enumerate(rows) if len(cells) >= width]
+    counts = {cells[column]: 0 for _, cells in whole}
+    if len(counts) < 2:
+        return rows, []
+    tracked = [each for each in whole if success is None or each[1][success][:1] == "1"]
+    frames = {(cells[column], cells[frame] if frame >= 0 else at) for at, cells in tracked}
+    counts |= Counter(face for face, _ in frames)
+    face = max(counts, key=counts.__getitem__)
+    named = {f"face {name}": count for name, count in counts.items()}
+    shown = {at for name, at in frames if name == face}
+    together = {name for name, at in frames if at in shown}
+    apart = [f"face {name}" for name, count in counts.items() if count and name not in together]
+    mine = [row for row in rows if len(row[1]) < width or row[1][column] == face]
+    return mine, [faces_left_out(path, f"face {face}", named, apart)]
+
+
+def follow_faces(frames: Sequence[Sequence[FloatArray]]) -> list[list[int]]:
+    """Return who each face of each frame is: the person that was last seen nearest to it.
+
+    Parameters
+    ----------
+    frames : sequence of sequence of (2,) float
+        Place of each face in each frame, in any unit.
+
+    Returns
+    -------
+    list of list of int
+        Numbers of persons, from 0 in the order in which they appear.
+    """
+    if max(map(len, frames), default=0) < 2:
+        return [[0] * len(places) for places in frames]
+    from scipy.optimize import linear_sum_assignment  # costs more to import than most takes need
+
+    last: list[FloatArray] = []
+    people = []
+    for places in frames:
+        mine = [-1] * len(places)
+        if last and places:
+            away = np.linalg.norm(np.array(places)[:, None] - np.array(last), axis=2)
+            for face, person in zip(*linear_sum_assignment(np.nan_to_num(away)), strict=True):
+                mine[face] = int(person)
+        for face, place in enumerate(places):
+            if mine[face] < 0:
+                mine[face] = len(last)
+                last.append(place)
+            last[mine[face]] = place
+        people.append(mine)
+    return people
