@@ -16,6 +16,7 @@ HEAD = make_head()
 SURFACE = HEAD.surface
 PATCH = SURFACE.patch
 BOUND = np.arange(len(HEAD.vertices))
+NONE = np.zeros((len(BOUND), 3))
 
 
 def bend(points: FloatArray) -> FloatArray:
@@ -45,7 +46,7 @@ def at_markers(surface: MarkerSurface) -> FloatArray:
 
 def test_of_another_face_the_shapes_are_its_own_where_these_leave_less() -> None:
     before = solved(SURFACE, bend(HEAD.points), OWN)
-    after, performed = with_transferred_shapes(before, SURFACE, BOUND, known)
+    after, performed = with_transferred_shapes(before, SURFACE, BOUND, NONE, known)
     assert after.left < before.left
     off = np.abs(at_markers(performed) - OWN).mean()
     assert off < 0.6 * np.abs(CHARACTERS - OWN).mean()
@@ -54,7 +55,7 @@ def test_of_another_face_the_shapes_are_its_own_where_these_leave_less() -> None
 
 def test_of_another_face_that_moves_as_the_character_nothing_changes() -> None:
     before = solved(SURFACE, bend(HEAD.points), CHARACTERS)
-    after, performed = with_transferred_shapes(before, SURFACE, BOUND, known)
+    after, performed = with_transferred_shapes(before, SURFACE, BOUND, NONE, known)
     assert after is before and performed is SURFACE
 
 
@@ -63,5 +64,5 @@ def test_a_mesh_without_faces_keeps_its_shapes() -> None:
     bare = replace(HEAD.mesh, face_counts=none, face_indices=none)
     surface = MarkerSurface(bare, HEAD.vertices)
     before = solved(surface, bend(HEAD.points), OWN)
-    after, performed = with_transferred_shapes(before, surface, BOUND, known)
+    after, performed = with_transferred_shapes(before, surface, BOUND, NONE, known)
     assert after is before and performed is surface

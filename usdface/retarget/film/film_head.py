@@ -26,7 +26,7 @@ from usdface.retarget.film.one_camera import PinholeCamera
 from usdface.retarget.film.solve_film import SolvedFilm, SolveOnSkin, solve_film
 from usdface.retarget.marker_errors import LARGE_ERROR, marker_error_findings
 from usdface.retarget.neutral import neutral_markers
-from usdface.retarget.places import MOST_MARKERS, guess_in_image
+from usdface.retarget.places import MOST_MARKERS, PlaceGuess, guess_in_image
 from usdface.takes import MarkerTake, visible
 
 __all__ = ["FEWEST_FILMED", "FilmedFace", "film_head"]
@@ -178,36 +178,47 @@ def _on_skin(
     transferred : bool
         The skin moves as the performer's face does.
     """
-    skin = surface.skin
+    skin, shifts = surface.skin, np.zeros((len(surface.vertices), 3))
     solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS, errors=errors)
     if not refined or len(bound) > MOST_MARKERS:
-        return solved, skin, np.zeros((len(surface.vertices), 3)), False
+        return solved, skin, shifts, False
+    guess = guess_in_image(solved.head.rest[:, :2], solved.film.face)
+    if guess.spread <= _EXACT * surface.reach:
+        return solved, skin, shifts, False
+    solved, shifts = _with_places(solved, surface, bound, solve, guess, shifts)
     performed = surface
     if transferred:
-        solved, performed = with_transferred_shapes(solved, surface, bound, solve)
-    return *_with_places(solved, performed, bound, solve), performed is not surface
+        solved, performed = with_transferred_shapes(solved, surface, bound, shifts, solve)
+    if performed is not surface:
+        solved, shifts = _with_places(solved, performed, bound, solve, guess, shifts)
+    return solved, performed.at(shifts).skin, shifts, performed is not surface
 
 
 def _with_places(
-    solved: SolvedFilm, surface: MarkerSurface, bound: IntArray, solve: SolveOnSkin
-) -> tuple[SolvedFilm, DotSkin, FloatArray]:
-    """Return a film as solved with places that leave less of it, the skin there, and the shifts.
+    solved: SolvedFilm,
+    surface: MarkerSurface,
+    bound: IntArray,
+    solve: SolveOnSkin,
+    guess: PlaceGuess,
+    shifts: FloatArray,
+) -> tuple[SolvedFilm, FloatArray]:
+    """Return a film as solved with places that leave less of it, and their shifts.
 
     Parameters
     ----------
     solved : SolvedFilm
-        With the markers on their vertices.
+        With the markers at some places.
     surface : MarkerSurface
         Around all bound markers, which move as there.
     bound : (M,) int64
         Those of the film.
     solve : callable
+    guess : PlaceGuess
+        Of these M.
+    shifts : (B, 3) float64 [m]
+        Of the places from the vertices.
     """
-    skin, own, shifts = surface.skin, surface.select(bound), np.zeros((len(surface.vertices), 3))
-    guess = guess_in_image(solved.head.rest[:, :2], solved.film.face)
-    if guess.spread <= _EXACT * surface.reach:
-        return solved, skin, shifts
-    share = 1.0
+    own, share = surface.select(bound), 1.0
     for _ in range(_PLACE_STEPS):
         whole = refined_shifts(solved, shifts[bound], guess, own, search=share == 1.0)
         there = shifts.copy()
@@ -219,9 +230,9 @@ def _with_places(
         )  # fmt: skip
         before = solved.left
         if again.left < before:
-            solved, skin, shifts = again, moved, there
+            solved, shifts = again, there
         if again.left > (1.0 - _LOWER) * before:
             if share < 1.0:
                 break
             share = _SHARE
-    return solved, skin, shifts
+    return solved, shifts

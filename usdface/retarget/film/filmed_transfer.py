@@ -3,9 +3,7 @@
 from dataclasses import replace
 from functools import partial
 
-import numpy as np
-
-from usdface.arrays import IntArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.transferred_shapes import transferred_surface
 from usdface.retarget.film.solve_film import SolvedFilm, SolveOnSkin, solve_film
@@ -17,7 +15,11 @@ _ROUNDS = 3
 
 
 def with_transferred_shapes(
-    solved: SolvedFilm, surface: MarkerSurface, bound: IntArray, solve: SolveOnSkin
+    solved: SolvedFilm,
+    surface: MarkerSurface,
+    bound: IntArray,
+    shifts: FloatArray,
+    solve: SolveOnSkin,
 ) -> tuple[SolvedFilm, MarkerSurface]:
     """Return a film as solved with the performer's own shapes, and the skin that moves so.
 
@@ -26,19 +28,21 @@ def with_transferred_shapes(
     Parameters
     ----------
     solved : SolvedFilm
-        With the markers on their vertices.
+        With the markers at these places.
     surface : MarkerSurface
         Of the character around all bound markers.
     bound : (M,) int64
         Those of the film.
+    shifts : (B, 3) float64 [m]
+        Of the places from the vertices.
     solve : callable
     """
     own = surface.select(bound)
-    other = transferred_surface(own, own.at(np.zeros((len(bound), 3))), solved.head.rest)
+    other = transferred_surface(own, own.at(shifts[bound]), solved.head.rest)
     if other is None:
         return solved, surface
     performed = surface.with_shapes(other.mesh.shapes)
-    skin = performed.skin
+    skin = performed.at(shifts).skin
     again = solve_film(
         replace(solved.film, skin=skin.select(bound)), solved.head.camera, partial(solve, skin),
         _ROUNDS, solved, errors=solved.head.errors,
