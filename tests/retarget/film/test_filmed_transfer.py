@@ -7,6 +7,7 @@ from filmed import CAMERA, filmed_markers
 from skins import make_head
 
 from usdface.arrays import FloatArray
+from usdface.face.dot_skin import DotSkin
 from usdface.face.marker_surface import MarkerSurface
 from usdface.retarget.film.filmed_take import FilmedTake
 from usdface.retarget.film.filmed_transfer import with_transferred_shapes
@@ -33,10 +34,10 @@ def known(*_: object) -> FloatArray:
     return HEAD.weights
 
 
-def solved(surface: MarkerSurface, rest: FloatArray, offsets: FloatArray) -> SolvedFilm:
+def solved(skin: DotSkin, rest: FloatArray, offsets: FloatArray) -> SolvedFilm:
     """A film of a performer's markers (M, 3) that blend shapes (S, M, 3) move."""
     take = filmed_markers(rest + np.einsum("fs,smd->fmd", HEAD.weights, offsets), 20.0, noise=0.2)
-    film = FilmedTake(take, surface.skin, (0, 9), lambda shapes: shapes, 0.0)
+    film = FilmedTake(take, skin, (0, 9), lambda shapes: shapes, 0.0)
     return solve_film(film, CAMERA, known, 10)
 
 
@@ -45,17 +46,25 @@ def at_markers(surface: MarkerSurface) -> FloatArray:
 
 
 def test_of_another_face_the_shapes_are_its_own_where_these_leave_less() -> None:
-    before = solved(SURFACE, bend(HEAD.points), OWN)
-    after, performed = with_transferred_shapes(before, SURFACE, BOUND, NONE, known)
+    before = solved(SURFACE.skin, bend(HEAD.points), OWN)
+    after, performed, _ = with_transferred_shapes(before, SURFACE, BOUND, NONE, known)
     assert after.left < before.left
     off = np.abs(at_markers(performed) - OWN).mean()
     assert off < 0.6 * np.abs(CHARACTERS - OWN).mean()
     np.testing.assert_array_equal(performed.mesh.points, HEAD.mesh.points)
 
 
+def test_places_that_only_made_up_for_the_characters_shapes_are_given_up() -> None:
+    beside = HEAD.beside(0.001, seed=3)
+    before = solved(SURFACE.at(beside).skin, bend(HEAD.points), OWN)
+    after, performed, shifts = with_transferred_shapes(before, SURFACE, BOUND, beside, known)
+    assert after.left < before.left and performed is not SURFACE
+    assert not shifts.any()
+
+
 def test_of_another_face_that_moves_as_the_character_nothing_changes() -> None:
-    before = solved(SURFACE, bend(HEAD.points), CHARACTERS)
-    after, performed = with_transferred_shapes(before, SURFACE, BOUND, NONE, known)
+    before = solved(SURFACE.skin, bend(HEAD.points), CHARACTERS)
+    after, performed, _ = with_transferred_shapes(before, SURFACE, BOUND, NONE, known)
     assert after is before and performed is SURFACE
 
 
@@ -63,6 +72,6 @@ def test_a_mesh_without_faces_keeps_its_shapes() -> None:
     none = np.zeros(0, np.int64)
     bare = replace(HEAD.mesh, face_counts=none, face_indices=none)
     surface = MarkerSurface(bare, HEAD.vertices)
-    before = solved(surface, bend(HEAD.points), OWN)
-    after, performed = with_transferred_shapes(before, surface, BOUND, NONE, known)
+    before = solved(surface.skin, bend(HEAD.points), OWN)
+    after, performed, _ = with_transferred_shapes(before, surface, BOUND, NONE, known)
     assert after is before and performed is surface

@@ -188,7 +188,7 @@ def _on_skin(
     solved, shifts = _with_places(solved, surface, bound, solve, guess, shifts)
     performed = surface
     if transferred:
-        solved, performed = with_transferred_shapes(solved, surface, bound, shifts, solve)
+        solved, performed, shifts = with_transferred_shapes(solved, surface, bound, shifts, solve)
     if performed is not surface:
         solved, shifts = _with_places(solved, performed, bound, solve, guess, shifts)
     return solved, performed.at(shifts).skin, shifts, performed is not surface

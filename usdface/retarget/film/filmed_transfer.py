@@ -3,6 +3,8 @@
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.marker_surface import MarkerSurface
 from usdface.face.transferred_shapes import transferred_surface
@@ -20,10 +22,11 @@ def with_transferred_shapes(
     bound: IntArray,
     shifts: FloatArray,
     solve: SolveOnSkin,
-) -> tuple[SolvedFilm, MarkerSurface]:
-    """Return a film as solved with the performer's own shapes, and the skin that moves so.
+) -> tuple[SolvedFilm, MarkerSurface, FloatArray]:
+    """Return a film as solved with the performer's own shapes, the skin that moves so, and places.
 
-    Both are as they were where these shapes leave more of the film than the character's.
+    All are as they were where these shapes leave more of the film than the character's. Markers are
+    at the given places, or on their vertices: some places only make up for the character's shapes.
 
     Parameters
     ----------
@@ -37,14 +40,17 @@ def with_transferred_shapes(
         Of the places from the vertices.
     solve : callable
     """
-    own = surface.select(bound)
-    other = transferred_surface(own, own.at(shifts[bound]), solved.head.rest)
-    if other is None:
-        return solved, surface
-    performed = surface.with_shapes(other.mesh.shapes)
-    skin = performed.at(shifts).skin
-    again = solve_film(
-        replace(solved.film, skin=skin.select(bound)), solved.head.camera, partial(solve, skin),
-        _ROUNDS, solved, errors=solved.head.errors,
-    )  # fmt: skip
-    return (again, performed) if again.left < solved.left else (solved, surface)
+    best, own = (solved, surface, shifts), surface.select(bound)
+    for places in (shifts, np.zeros_like(shifts)):
+        other = transferred_surface(own, own.at(places[bound]), solved.head.rest)
+        if other is None:
+            return best
+        performed = surface.with_shapes(other.mesh.shapes)
+        skin = performed.at(places).skin
+        again = solve_film(
+            replace(solved.film, skin=skin.select(bound)), solved.head.camera,
+            partial(solve, skin), _ROUNDS, solved, errors=solved.head.errors,
+        )  # fmt: skip
+        if again.left < best[0].left:
+            best = again, performed, places
+    return best
