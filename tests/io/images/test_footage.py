@@ -64,6 +64,16 @@ def codes(folder: Path, **options: object) -> tuple[MarkerTake, list[str]]:
     return take, [finding.code for finding in findings]
 
 
+def test_the_first_frame_of_a_film_has_the_timecode_that_is_given(
+    film: tuple[Path, FloatArray], tmp_path: Path
+) -> None:
+    """Images mostly have none; a program reads them in another way than `usdface take`."""
+    given = TakeOptions(rate=30.0, start_timecode="02:00:00:00")
+    made = make_take(film[0], tmp_path / "take.usda", options=given)
+    assert made.value.start_timecode == "02:00:00:00"
+    assert read_take(film[0], options=given)[0].start_timecode == "02:00:00:00"
+
+
 def error(take: MarkerTake, places: FloatArray) -> FloatArray:
     """Distance (F, M) of each marker from the dot that it is at the first frame."""
     shown = np.stack([take.positions[..., 0], -take.positions[..., 1]], axis=-1)
@@ -204,6 +214,7 @@ def test_a_later_image_does_not_say_when_the_film_begins(tmp_path: Path) -> None
     (tmp_path / "face.0.exr").write_bytes(b"")
     take, found = codes(tmp_path)
     assert take.start_timecode == "" and "FEATURE_DROPPED" in found
+    assert "FEATURE_DROPPED" not in codes(tmp_path, start_timecode="01:02:03:00")[1]
 
 
 @pytest.mark.slow
@@ -455,5 +466,5 @@ def test_many_doubts_are_some_findings(film: tuple[Path, FloatArray]) -> None:
     _, footage, _ = read_footage(film[0], TakeOptions())
     tracks = replace(footage.tracks, doubts=tuple(Doubt(k % 20, k, k) for k in range(400)))
     opened.unreadable.update({k: "spoilt" for k in range(50)})
-    found = [f.code for f in footage_module._found(opened, footage.model, tracks)]
+    found = [f.code for f in footage_module._found(opened, footage.model, tracks, "")]
     assert found.count("TRACK_DOUBTED") == found.count("IMAGE_UNREADABLE") == 21

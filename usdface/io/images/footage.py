@@ -133,7 +133,12 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
     return (
         take,
         Footage(film, model, tracks),
-        [*assumed, *_found(film, model, tracks), *_named(film, tracks, face), *findings],
+        [
+            *assumed,
+            *_found(film, model, tracks, take.start_timecode),
+            *_named(film, tracks, face),
+            *findings,
+        ],
     )
 
 
@@ -213,13 +218,13 @@ def _take(film: Film, tracks: Tracks, options: TakeOptions) -> tuple[MarkerTake,
         deviation=tracks.deviation,
         seconds=np.array(film.times) if film.times else None,
         rate=film.header.rate,
-        start_timecode=film.timecode,
+        start_timecode=options.start_timecode or film.timecode,
     )
     focal = options.focal_length or film.header.focal or None
     return finish_take(raw, replace(options, image_size=film.header.size, focal_length=focal))
 
 
-def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
+def _found(film: Film, model: DotModel, tracks: Tracks, timecode: str) -> list[Finding]:
     where = str(film.path)
     message = "{dot_count} dots, by the channel {channel}"
     found = [finding("DOTS_FOUND", where, message, len(tracks.names), model.channel.name)]
@@ -234,7 +239,7 @@ def _found(film: Film, model: DotModel, tracks: Tracks) -> list[Finding]:
     if abs(film.header.pixel_aspect - 1.0) > _SQUARE:
         message = "the pixels of the images are {ratio:g} times as wide as high"
         found.append(finding("PIXELS_NOT_SQUARE", where, message, film.header.pixel_aspect))
-    if film.header.timecode and not film.timecode:
+    if film.header.timecode and not timecode:
         message = "the time code of the first image, which cannot be read"
         found.append(finding("FEATURE_DROPPED", where, message, feature="start_timecode"))
     if film.missing:
