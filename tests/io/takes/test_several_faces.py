@@ -72,6 +72,21 @@ def test_a_table_of_mediapipe_with_several_faces(tmp_path, column):
     assert dict(left_out(findings)[0].values)["frame_count"] == 3
 
 
+@pytest.mark.parametrize("nobody", ["", "-1", "nan"])
+@pytest.mark.parametrize("others", [0, 1])
+def test_frames_in_which_nobody_is_seen_are_of_no_other_face(tmp_path, nobody, others):
+    """A row without a face says that none was found there."""
+    rows = [f"{n},0,0.1,0.3" for n in (0, 2, 3)] + [f"{n},{nobody},," for n in (1, 4)]
+    rows += [f"{n},1,0.7,0.3" for n in (1, 3)] * others
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["frame,face,x_0,y_0", *rows]) + "\n")
+    take, findings = read_mediapipe(path, OPTIONS)
+    np.testing.assert_allclose(
+        take.positions[:, 0, 0], [PERFORMER, np.nan, PERFORMER, PERFORMER, np.nan]
+    )
+    assert [found.values["face_count"] for found in left_out(findings)] == [2] * others
+
+
 @pytest.mark.parametrize(
     "header", ["frame,timestamp_ms,landmark,x,y", "timestamp_ms,frame,x_0,y_0"]
 )

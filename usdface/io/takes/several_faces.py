@@ -19,6 +19,7 @@ from usdface.plain_text import listed
 __all__ = ["faces_left_out", "follow_faces", "rows_of_face"]
 
 _LISTED = 8  # faces that the finding names
+_NOBODY = frozenset({"", "-1", "nan", "na", "none", "null"})  # in the column of the face's number
 
 
 def faces_left_out(
@@ -54,7 +55,7 @@ def faces_left_out(
 def rows_of_face(
     path: Path, rows: list[Row], column: int | None, frame: int, success: int | None = None
 ) -> tuple[list[Row], list[Finding]]:
-    """Return the rows of the face that is seen in most frames.
+    """Return the rows of the face that is seen in most frames, and those in which no face is.
 
     Parameters
     ----------
@@ -67,21 +68,35 @@ def rows_of_face(
     """
     if column is None:
         return rows, []
-    width = max(column, frame, success or 0) + 1
-    whole = [(at, cells) for at, (_, cells) in enumerate(rows) if len(cells) >= width]
-    counts = {cells[column]: 0 for _, cells in whole}
+    whose = [
+        (_cell(cells, column), _cell(cells, frame) if frame >= 0 else at)
+        for at, (_, cells) in enumerate(rows)
+    ]
+    counts = {face: 0 for face, _ in whose if face.lower() not in _NOBODY}
     if len(counts) < 2:
         return rows, []
-    tracked = [each for each in whole if success is None or each[1][success][:1] == "1"]
-    frames = {(cells[column], cells[frame] if frame >= 0 else at) for at, cells in tracked}
-    counts |= Counter(face for face, _ in frames)
+    tracked = {
+        each
+        for each, (_, cells) in zip(whose, rows, strict=True)
+        if each[0] in counts and (success is None or _cell(cells, success)[:1] == "1")
+    }
+    counts |= Counter(face for face, _ in tracked)
     face = max(counts, key=counts.__getitem__)
-    named = {f"face {name}": count for name, count in counts.items()}
-    shown = {at for name, at in frames if name == face}
-    together = {name for name, at in frames if at in shown}
+    shown = {at for name, at in tracked if name == face}
+    together = {name for name, at in tracked if at in shown}
     apart = [f"face {name}" for name, count in counts.items() if count and name not in together]
-    mine = [row for row in rows if len(row[1]) < width or row[1][column] == face]
+    own = {at for name, at in whose if name == face}
+    mine = [
+        row
+        for row, (name, at) in zip(rows, whose, strict=True)
+        if name == face or len(row[1]) <= column or (name not in counts and at not in own)
+    ]
+    named = {f"face {name}": count for name, count in counts.items()}
     return mine, [faces_left_out(path, f"face {face}", named, apart)]
+
+
+def _cell(cells: Sequence[str], column: int) -> str:
+    return cells[column] if column < len(cells) else ""
 
 
 def follow_faces(frames: Sequence[Sequence[FloatArray]]) -> list[list[int]]:
