@@ -120,6 +120,12 @@ def test_a_header_that_is_cut_off_is_told(read, kept):
         read(text_of(trajectories()[:kept]))
 
 
+def test_a_header_without_units_is_told_and_no_frame_taken_for_them(read):
+    rows = trajectories()
+    with pytest.raises(InputError, match="and units below 'Trajectories'"):
+        read(text_of([*rows[:4], *rows[5:]]))
+
+
 def test_a_row_that_is_cut_off_is_told(read):
     with pytest.raises(InputError, match="cut off within this row"):
         read(text_of(trajectories())[:-30])

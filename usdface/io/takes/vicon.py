@@ -52,7 +52,11 @@ def read_vicon(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
         )
     end = min((start for start in sections if start > top), default=len(rows))
     section, ignored = rows[top:end], [rows[start][1][0] for start in sections if start != top]
-    if len(section) < _HEADER_ROWS or section[3][1][0].lower() != "frame":
+    if (
+        len(section) < _HEADER_ROWS
+        or section[3][1][0].lower() != "frame"
+        or section[4][1][0].isdecimal()  # a frame, where units are expected
+    ):
         raise InputError(
             f"{path}, line {section[0][0]}: expected rate, names, the row "
             "'Frame, Sub Frame, X, Y, Z ...' and units below 'Trajectories'; export it again",
