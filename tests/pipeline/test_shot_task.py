@@ -451,6 +451,8 @@ def test_a_layer_over_a_result_is_no_shot(place: Path) -> None:
     assert is_shot(shots / "a.usda") and not is_shot(shots / "a_anim.usda")
     process(shots / "a.usda", in_place=True)  # a result in the shot itself
     assert is_shot(shots / "a.usda")
+    shutil.copy(shots / "a.usda", shots / "b.usda")  # the next version, over the same result
+    assert is_shot(shots / "b.usda") and not is_shot(shots / "a_anim.usda")
 
 
 @pytest.mark.parametrize("layers", ["@./a.usda@", "@./b.usda@"])

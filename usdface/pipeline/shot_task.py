@@ -36,11 +36,12 @@ __all__ = ["is_shot", "run_shot"]
 def is_shot(path: Path) -> bool:
     """Return whether a USD file has the setup of a shot; also where it cannot be opened.
 
-    A layer over a result, as an animator's, is none: another result would hide what it edits. The
-    layers of its own result may be in a shot (`process --in-place`).
+    A layer over a result, as an animator's, is none: another result would hide what it edits. A
+    shot may have layers of a result in itself (`process --in-place`), its own, or those of the
+    version that it was copied from.
     """
     from usdface.io.usd.generation import stage_generations
-    from usdface.io.usd.played_shot import has_setup
+    from usdface.io.usd.played_shot import defines_setup, has_setup
     from usdface.io.usd.stage import open_stage
 
     register_schemas()
@@ -48,7 +49,7 @@ def is_shot(path: Path) -> bool:
         stage = open_stage(path)
         own = {layer.resolve() for layer in layer_paths(path).layers}
         results = {layer.resolve() for layer in stage_generations(stage)}
-        return has_setup(stage) and results <= own
+        return has_setup(stage) and (results <= own or defines_setup(stage))
     except InputError:
         return True  # the table says why it is not processed
 

@@ -1,12 +1,12 @@
 """Reading a processed shot from its stage: the shot, and the contents of its result layers."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from pxr import Usd
+from pxr import Sdf, Usd
 
 from usdface.arrays import FloatArray
 from usdface.clips import Clip, JointsTake
@@ -22,7 +22,7 @@ from usdface.shot.played_shot import PlayedShot
 from usdface.takes import WeightsTake
 from usdface.verdict.judge import Verdict, verdict_from
 
-__all__ = ["has_setup", "read_played_shot"]
+__all__ = ["defines_setup", "has_setup", "read_played_shot"]
 
 _LONGEST_VERDICT = 100_000  # characters
 _CLOSURES = {
@@ -34,7 +34,18 @@ _CLOSURES = {
 
 def has_setup(stage: Usd.Stage) -> bool:
     """Return whether a stage has the setup of a shot."""
-    return any(prim.GetTypeName() == tokens.RETARGET for prim in stage.Traverse())
+    return any(_setups(stage))
+
+
+def defines_setup(stage: Usd.Stage) -> bool:
+    """Return whether the root layer of a stage itself defines the setup of a shot."""
+    layer = stage.GetRootLayer()
+    specs = (layer.GetPrimAtPath(prim.GetPath()) for prim in _setups(stage))
+    return any(spec is not None and spec.specifier == Sdf.SpecifierDef for spec in specs)
+
+
+def _setups(stage: Usd.Stage) -> Iterator[Usd.Prim]:
+    return (prim for prim in stage.Traverse() if prim.GetTypeName() == tokens.RETARGET)
 
 
 def read_played_shot(
