@@ -47,6 +47,8 @@ def test_a_rule_about_a_negative_distance_never_fires() -> None:
         ("marker_spread", Term("raised", "gaussian", (5.0, 1.0)), True),
         ("marker_spread", Term("raised", "ramp", (0.02, 0.08)), False),
         ("marker_spread", Term("raised", "trapezoidal", (0.02, 0.08, 10.0, 10.0)), False),
+        ("marker_spread", Term("raised", "triangular", (0.0101, 0.0104, 0.0107)), False),
+        ("marker_spread", Term("raised", "gaussian", (-0.00051, 0.0001)), False),
         ("none", Term("raised", "ramp", (0.5, 4.2)), False),
     ],
 )

@@ -3,17 +3,19 @@
 import numpy as np
 
 from usdface.advice import advice
+from usdface.arrays import FloatArray
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding, finding
 from usdface.fuzzy.inference import rules_firing_at
 from usdface.fuzzy.lint import rule_findings
-from usdface.fuzzy.membership import membership
+from usdface.fuzzy.membership import membership, places
 from usdface.fuzzy.rules import Rule
+from usdface.fuzzy.variables import Term
 
 __all__ = ["check_rules", "fires_at_neutral"]
 
-# A face unit is about six centimetres: no marker moves so far. A term that is hardly reached by
-# then is one in millimetres; one with a distant foot alone is open at that side, as a whole.
+# A face unit is about six centimetres: no marker moves so far. A term that does not reach half of
+# its height within it is one in millimetres. A foot far beyond it only leaves a term open there.
 _REACH, _REACHED = 1.0, 0.5
 
 
@@ -45,7 +47,7 @@ def _far_terms(system: ExpressionSystem) -> list[Finding]:
     """Report terms in face units that no motion of a face reaches by half."""
     if system.face_unit == "none":
         return []
-    within = np.linspace(-_REACH, _REACH, 2001)
+    steps = np.linspace(-_REACH, _REACH, 2001)
     message = (
         "no motion of a face, below a face unit of some 6 cm, reaches half of the terms of "
         "{variable}: {names}; if the inputs are in millimetres, set the face unit of the system "
@@ -56,11 +58,17 @@ def _far_terms(system: ExpressionSystem) -> list[Finding]:
         far = [
             term.name
             for term in variable.terms
-            if membership(term.kind, term.parameters, within).max() < _REACHED
+            if membership(term.kind, term.parameters, _within(steps, term)).max() < _REACHED
         ]
         if far:
             findings.append(finding("TERM_FAR", variable.name, message, variable.name, far))
     return findings
+
+
+def _within(steps: FloatArray, term: Term) -> FloatArray:
+    """Return places to examine a term at: also its own, where it is narrower than the steps."""
+    own = [place for place in places(term.kind, term.parameters) if abs(place) <= _REACH]
+    return np.concatenate([steps, own])
 
 
 def fires_at_neutral(system: ExpressionSystem) -> list[Rule]:
