@@ -25,7 +25,8 @@ def test_what_was_written_is_read(tmp_path: Path) -> None:
 
 def test_a_gain_is_enough(tmp_path: Path) -> None:
     path = tmp_path / "who.json"
-    path.write_text('{"shapes": {"smile": {"gain": 0.8, "gains of monday": 0.9, "peak": 1}}}')
+    comments = '"gains of monday": 0.9, "peak": 1, "offsets": "none seen"'
+    path.write_text(f'{{"shapes": {{"smile": {{"gain": 0.8, {comments}}}}}}}')
     found = read_calibration_file(path)
     gains, offsets = found.of(("jaw", "smile"))
     assert gains.tolist() == [1.0, 0.8] and offsets.tolist() == [0.0, 0.0]

@@ -111,11 +111,17 @@ def _vectors(rows: list[object], axes: int, count: int = 0) -> FloatArray:
 
 
 def _refuse_misspelt(path: Path, name: str, entry: object) -> None:
-    """Refuse a key that is nearly one that counts: taken as a comment, its value would be lost."""
-    keys = list(entry) if isinstance(entry, dict) else []
-    meant = [each for each in _COUNT if each not in keys]
-    for key in keys:
-        if key not in (*_COUNT, *_COMMENTS) and (hint := did_you_mean(key, meant)):
+    """Refuse a key that is nearly one that counts: taken as a comment, its value would be lost.
+
+    A text is a comment.
+    """
+    if not isinstance(entry, dict):
+        return
+    meant = [each for each in _COUNT if each not in entry]
+    for key, value in entry.items():
+        if key in (*_COUNT, *_COMMENTS) or isinstance(value, str):
+            continue
+        if hint := did_you_mean(key, meant):
             raise InputError(f"{path}: {name!r} has {key!r}{hint}", "SCHEMA_BROKEN")
 
 
