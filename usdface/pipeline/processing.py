@@ -153,6 +153,8 @@ def process(
     if strict:
         refuse_unusable(reported.verdict)
     generation = generation_of(solved, outputs.root_of(path))
+    joints = solved.head_motion is not None or bool(solved.eye_motions)
+    hidden = edits_hidden(stage, animation_path(staged.prims), joints)  # before layers are moved
     with all_or_none():
         with progress.step("gltf") if gltf else nullcontext():
             lost = outputs.write_gltf(staged, solved, hooks, read, generation)
@@ -163,8 +165,7 @@ def process(
     with progress.step("deliver") if deliver else nullcontext():
         lost += outputs.write_deliverable(written[0], staged, delivery)
     written += outputs.others(read)
-    joints = solved.head_motion is not None or bool(solved.eye_motions)
-    lost += edits_hidden(stage, animation_path(staged.prims), joints)
+    lost += hidden
     lost += outdated_gltf(written[0].parent, generation, written)
     found = (*reported.findings, *lost)
     return replace(reported, written=tuple(written), findings=found, seconds=progress.seconds)

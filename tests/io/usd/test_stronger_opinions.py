@@ -78,6 +78,38 @@ def test_edits_of_a_result_that_a_new_one_hides_are_reported(shot: Path) -> None
     assert animation_of(result.written[0]).weights.max() > 0.5  # not the edits
 
 
+def edits_in(shot: Path, **info: object) -> None:
+    """Lay a layer with an opinion on the weights over all sublayers of a shot."""
+    edits = Sdf.Layer.CreateNew(str(shot.with_name("edits.usda")))
+    prim = Sdf.CreatePrimInLayer(edits, Sdf.Path(WEIGHTS).GetPrimPath())
+    spec = Sdf.AttributeSpec(prim, "blendShapeWeights", Sdf.ValueTypeNames.FloatArray)
+    for key, value in info.items():
+        setattr(spec, key, value)
+    edits.Save()
+    layer = Sdf.Layer.FindOrOpen(str(shot))
+    layer.subLayerPaths.insert(0, "./edits.usda")
+    layer.Save()
+
+
+@pytest.mark.parametrize("again_in_place", [False, True])
+def test_edits_over_a_result_in_the_shot_itself_are_reported(
+    shot: Path, again_in_place: bool
+) -> None:
+    """In place the new result is put first of the sublayers, as the old one was."""
+    process(shot, in_place=True)
+    edits_in(shot, default=[0.1] * 12)
+    result = process(shot, in_place=again_in_place)
+    assert animation_of(result.written[0]).weights.max() > 0.5  # not the edits
+    found = [each.where for each in result.findings if each.code == "EDIT_HIDDEN"]
+    assert found == ["edits.usda"]
+
+
+def test_an_opinion_without_a_value_is_no_edit(shot: Path) -> None:
+    process(shot, in_place=True)
+    edits_in(shot, documentation="as the director wants it")
+    assert "EDIT_HIDDEN" not in [each.code for each in process(shot).findings]
+
+
 OURS = """over "A"
 {
     uniform token[] names = ["a", "b"]

@@ -15,6 +15,8 @@ from usdface.io.usd.overs import prims_of
 
 __all__ = ["check_shown", "check_weights_shown", "edits_hidden", "hidden_by"]
 
+_VALUES = ("default", "timeSamples", "spline")  # fields of a spec that has any
+
 
 def check_weights_shown(animation: str, stronger: Sdf.Layer) -> None:
     """Refuse, before any work, to put weights of a SkelAnimation among a layer's sublayers.
@@ -77,18 +79,20 @@ def edits_hidden(stage: Usd.Stage, animation: str, moves_joints: bool) -> list[F
     Parameters
     ----------
     stage : Usd.Stage
-        The shot.
+        The shot, before the new result is among its layers; an earlier one that is may be muted.
     animation : str
         Path of the SkelAnimation that results are authored on.
     moves_joints : bool
         Whether the new result has its joints, too.
     """
-    prim = stage.GetPrimAtPath(animation)
+    whole = Usd.Stage.Open(stage.GetRootLayer()) if stage.GetMutedLayers() else stage
+    prim = whole.GetPrimAtPath(animation)
     edited: dict[Sdf.Layer, list[str]] = {}
     results = []
     for name in ("blendShapeWeights", *(("rotations", "translations") if moves_joints else ())):
         attribute = prim.GetAttribute(name) if prim else None
-        layers = [spec.layer for spec in attribute.GetPropertyStack()] if attribute else []
+        specs = attribute.GetPropertyStack() if attribute else []
+        layers = [spec.layer for spec in specs if any(map(spec.HasInfo, _VALUES))]
         made = [number for number, layer in enumerate(layers) if layer_generation(layer)]
         for layer in layers[: made[0]] if made else ():
             edited.setdefault(layer, []).append(f"{animation}.{name}")
