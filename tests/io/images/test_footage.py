@@ -263,6 +263,17 @@ def test_what_a_file_of_dots_has_wrong_is_told_with_the_file(
             read_footage(film[0], TakeOptions(**{key: str(file) for key, file in options.items()}))
 
 
+def test_a_file_of_dots_may_name_any_image_of_one_file(tmp_path: Path) -> None:
+    write_many(tmp_path / "face.tif", [paint(row, seed=5) for row in performance(3)[0]])
+    fixes = tmp_path / "fixes.csv"
+    fixes.write_text("frame,name,hidden\n2,dot_01,true\n")
+    take, _ = codes(tmp_path / "face.tif", fixes=str(fixes))
+    assert np.isnan(take.select(("dot_01",))[:, 0, 0]).tolist() == [False, False, True]
+    fixes.write_text("frame,name,hidden\n3,dot_01,true\n")
+    with pytest.raises(InputError, match="in frame 3; the film has the frames 0 to 2"):
+        codes(tmp_path / "face.tif", fixes=str(fixes))
+
+
 def test_images_without_dots_are_refused_in_one_line(tmp_path: Path) -> None:
     save(paint(layout()[:0]), tmp_path / "face.1.png")
     with pytest.raises(InputError, match="no dots are found"):

@@ -61,6 +61,11 @@ class Film:
         return self.header.timecode if self.header_frame == 0 else ""
 
     @property
+    def length(self) -> int:
+        """Number of frames; 0 of a movie, where it is known when all are read."""
+        return max(self.header.subimages, len(self.files)) if self.files else 0
+
+    @property
     def missing(self) -> list[int]:
         """Indices of the frames that have no file."""
         return [index for index, file in enumerate(self.files) if file.path is None]
@@ -92,8 +97,8 @@ class Film:
             frames = islice(movie_frames(self.path, self.header.size), 0, count * step, step)
             yield from (pixels for _, pixels in frames)
             return
-        length = max(self.header.subimages, len(self.files))
-        for index in sorted({round(k * (length - 1) / max(count - 1, 1)) for k in range(count)}):
+        last = self.length - 1
+        for index in sorted({round(k * last / max(count - 1, 1)) for k in range(count)}):
             pixels = self._read(index)
             if pixels is not None:
                 yield pixels

@@ -111,8 +111,8 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
     named = read_named_places(Path(options.names)) if options.names else ()
     fixes = read_fixes(Path(options.fixes)) if options.fixes else ()
     film = open_film(path)
-    if film.files:  # of a movie the number is known when it was read
-        _check_frames(len(film.files), {str(options.names): named, str(options.fixes): fixes})
+    if film.length:
+        _check_frames(film.length, {str(options.names): named, str(options.fixes): fixes})
     model = _model(film, options.dots)
     frames = list(scan(film.loads(), model))
     if len(film.unreadable) == len(frames):
