@@ -133,6 +133,13 @@ character = "mia"
         read_show_file(place)
 
 
+def test_files_of_one_name_are_told_apart(tmp_path: Path) -> None:
+    text = SHOW.replace("anna_on_mia.json", "anna/mia.json").replace("tom.json", "tom/mia.json")
+    text = text.replace('rig = "tom.usdc"', 'rig = "mia.usdc"\nlayer = "sets/mia.usda"')
+    with pytest.raises(InputError, match=r"010_mia has \S*anna/mia.json and 010_tom \S*tom/mia"):
+        read_show_file(show(tmp_path, text))
+
+
 def test_one_layer_for_two_calibrations_is_refused(tmp_path: Path) -> None:
     files = """calibration = {mia = "a.json", tom = "b.json"}
 layer = "sets/anna.usda\""""

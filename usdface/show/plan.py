@@ -187,9 +187,12 @@ def check_shared_layers(plans: Sequence[ShotPlan]) -> None:
         for place, held in files.items():
             if len(held) > 1:
                 (first, one), (second, other), *_ = held.items()
+                shown = [first.name, second.name]
+                if first.name == second.name:
+                    shown = [str(first), str(second)]
                 raise InputError(
                     f"{place} holds the {content} of one shot for all that share it, but {one} has "
-                    f"{first.name} and {other} {second.name}; give each a layer of its own: "
+                    f"{shown[0]} and {other} {shown[1]}; give each a layer of its own: "
                     'layer = {NAME = "FILE", ...} by performer or character, or '
                     f"{layer} of the shot",
                     "SETTING_WRONG",
