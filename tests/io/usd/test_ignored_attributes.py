@@ -99,6 +99,8 @@ def test_what_nothing_reads_is_named(
         ("Shot/Retarget", "float usdface:residual:mouth = 0"),
         ("Shot/Fuzzy", 'def UsdFaceFuzzyRule "mine" {\nuniform string usdface:text = '
          '"IF lip_corner_left_y IS lowered THEN joy IS 1"\n}'),
+        ("Shot/Expressions", 'def UsdFaceExpression "smug" (active = false) {\n}'),
+        ("Shot/Fuzzy", 'def Scope "notes" (active = false) {\n}'),
     ],
 )  # fmt: skip
 def test_what_is_read_or_not_ours_is_not(tmp_path: Path, where: str, text: str) -> None:

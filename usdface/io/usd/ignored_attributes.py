@@ -28,9 +28,13 @@ def ignored_attributes(prims: Sequence[Usd.Prim]) -> list[Finding]:
     Parameters
     ----------
     prims : sequence of Usd.Prim
-        Their children are examined, too.
+        Their children are examined, too; those that are not active are so on purpose.
     """
-    examined = [each for prim in prims for each in (prim, *prim.GetAllChildren())]
+    examined = [
+        each
+        for prim in prims
+        for each in (prim, *(child for child in prim.GetAllChildren() if child.IsActive()))
+    ]
     findings: dict[str, Finding] = {}
     for prim in examined:
         unlisted = prim.GetTypeName() == tokens.EXPRESSION and prim not in prims
