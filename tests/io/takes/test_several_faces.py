@@ -118,7 +118,52 @@ def test_faces_that_mediapipe_lists_in_another_order_are_followed(tmp_path):
     assert "face 0 (first at 0.10, 0.35 of frame 0) (7 frames)" in found.message
 
 
+def read_frames(tmp_path, *frames):
+    path = tmp_path / "a.json"
+    path.write_text(json.dumps([{"face_landmarks": own} for own in frames]))
+    take, findings = read_take(path, OPTIONS)
+    return take.positions[:, 0, 0], [found.values for found in left_out(findings)]
+
+
+def test_a_passer_by_who_is_seen_alone_is_not_the_performer(tmp_path):
+    """The performer is lost for an image: the one that is still there is far from that place."""
+    one, other = face(PERFORMER), face(PASSER_BY)
+    x, (found,) = read_frames(tmp_path, [one], [other], [other, one], [one], [one])
+    np.testing.assert_allclose(x, [PERFORMER, np.nan, *[PERFORMER] * 3])
+    assert (found["face_count"], found["frame_count"]) == (2, 4)
+
+
+def test_a_performer_who_comes_back_elsewhere_is_the_same(tmp_path):
+    """As where nobody else is seen in the film."""
+    one, other, back = face(PERFORMER), face(PASSER_BY), face(40.0)
+    x, (found,) = read_frames(tmp_path, [one, other], [one], [one], [], [back], [back])
+    np.testing.assert_allclose(x, [*[PERFORMER] * 3, np.nan, 40.0, 40.0])
+    assert (found["face_count"], found["frame_count"]) == (2, 5)
+
+
+@pytest.mark.parametrize("nothing", [None, 1e308])
+def test_a_face_without_a_place_is_none(tmp_path, nothing):
+    empty = [{"x": nothing, "y": nothing}] * 2
+    if nothing is None:
+        x, found = read_frames(tmp_path, [face(PERFORMER), empty], [empty], [face(PERFORMER)])
+        np.testing.assert_allclose(x, [PERFORMER, np.nan, PERFORMER])
+        assert not found
+    else:  # far away is a place
+        x, found = read_frames(tmp_path, [face(PERFORMER), empty], [face(PERFORMER)])
+        np.testing.assert_allclose(x, [PERFORMER] * 2)
+        assert found
+
+
+def test_landmarks_that_a_face_lacks_do_not_count_for_its_place(tmp_path):
+    half = [face(PERFORMER)[0], {"x": None, "y": None}]
+    both = [face(PERFORMER), face(PASSER_BY)]
+    x, (found,) = read_frames(tmp_path, both, [half], [half], [half])
+    np.testing.assert_allclose(x, [PERFORMER] * 4)
+    assert found["face_count"] == 2
+
+
 def test_a_person_keeps_a_number_while_out_of_sight():
     a, b = np.array([0.1, 0.5]), np.array([0.9, 0.5])
     frames = [[a], [b, a], [b], [], [a, b], [a + 0.05]]
-    assert follow_faces(frames) == [[0], [1, 0], [1], [], [0, 1], [0]]
+    sizes = [[0.2] * len(own) for own in frames]
+    assert follow_faces(frames, sizes) == [[0], [1, 0], [1], [], [0, 1], [0]]

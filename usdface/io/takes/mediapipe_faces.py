@@ -3,7 +3,6 @@
 A frame lists its faces in any order, and another one in the next frame.
 """
 
-from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ __all__ = ["LANDMARKS", "Face", "faces_of", "main_faces", "place_of"]
 
 LANDMARKS = ("landmarks", "face_landmarks", "faceLandmarks", "multi_face_landmarks", "landmark")
 Face = list[Any]  # landmarks of a face
+_FARTHEST = 1e6  # parts of the image; more is no place that counts
 _DEEPEST = 4  # an object, of a list of faces, of objects, of landmarks
 
 
@@ -34,20 +34,33 @@ def faces_of(frame: Any, deepest: int = _DEEPEST) -> list[Face]:
 
 
 def main_faces(path: Path, frames: Sequence[Any]) -> tuple[list[Face], list[Finding]]:
-    """Return the face that is seen in most frames, in each frame; empty where it is not seen."""
-    faces = [faces_of(frame) for frame in frames]
+    """Return the face that is seen in most frames, in each frame; empty where it is not seen.
+
+    One that is never seen beside it is taken for the same person, who came back elsewhere.
+    """
+    faces = [[face for face in faces_of(frame) if len(_places(face))] for frame in frames]
     if max(map(len, faces), default=0) < 2:
         return [own[0] if own else [] for own in faces], []
-    places = [[_centre(face) for face in own] for own in faces]
-    people = follow_faces(places)
-    counts = dict(sorted(Counter(person for own in people for person in own).items()))
-    main = max(counts, key=counts.__getitem__)
-    names = {person: _name(person, people, places) for person in counts}
-    named = {names[person]: count for person, count in counts.items()}
-    chosen = [
-        own[who.index(main)] if main in who else [] for own, who in zip(faces, people, strict=True)
-    ]
-    return chosen, [faces_left_out(path, names[main], named)]
+    places = [[_places(face) for face in own] for own in faces]
+    centres = [[each.mean(axis=0) for each in own] for own in places]
+    people = follow_faces(centres, [[_size(each) for each in own] for own in places])
+    seen: dict[int, set[int]] = {}
+    for frame, own in enumerate(people):
+        for person in own:
+            seen.setdefault(person, set()).add(frame)
+    mine: dict[int, int] = {}  # frame -> person
+    for person in sorted(seen, key=lambda each: -len(seen[each])):
+        if not seen[person] & mine.keys():
+            mine |= dict.fromkeys(seen[person], person)
+    main, same = mine[min(mine)], set(mine.values())
+    names = {
+        person: _name(person, centres[min(at)][people[min(at)].index(person)], min(at))
+        for person, at in seen.items()
+        if person == main or person not in same
+    }
+    counts = {name: len(mine if person == main else seen[person]) for person, name in names.items()}
+    chosen = [faces[n][people[n].index(mine[n])] if n in mine else [] for n in range(len(frames))]
+    return chosen, [faces_left_out(path, names[main], counts)]
 
 
 def place_of(landmark: Any) -> tuple[float, float]:
@@ -67,14 +80,18 @@ def _is_landmark(value: Any) -> bool:
     )
 
 
-def _centre(face: Face) -> FloatArray:
+def _places(face: Face) -> FloatArray:
+    """Return the places (N, 2) of the landmarks that have one."""
     places = np.array([place_of(landmark) for landmark in face])
-    centre: FloatArray = np.nan_to_num(places).mean(axis=0)
-    return centre
+    seen: FloatArray = places[np.isfinite(places).all(axis=1)].clip(-_FARTHEST, _FARTHEST)
+    return seen
 
 
-def _name(person: int, people: Sequence[list[int]], places: Sequence[Sequence[FloatArray]]) -> str:
+def _size(places: FloatArray) -> float:
+    """Return the longer side of the box around places; that of the image of one place."""
+    return float(np.ptp(places, axis=0).max()) or 1.0
+
+
+def _name(person: int, place: FloatArray, frame: int) -> str:
     """Name a person by number and the place at which it is first seen, in parts of the image."""
-    at = next(n for n, own in enumerate(people) if person in own)
-    x, y = places[at][people[at].index(person)]
-    return f"face {person} (first at {x:.2f}, {y:.2f} of frame {at})"
+    return f"face {person} (first at {place[0]:.2f}, {place[1]:.2f} of frame {frame})"

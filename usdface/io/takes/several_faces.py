@@ -19,6 +19,7 @@ from usdface.plain_text import listed
 __all__ = ["faces_left_out", "follow_faces", "rows_of_face"]
 
 _LISTED = 8  # faces that the finding names
+_REMEMBERED = 64  # people that a face is compared with; a film of noise has no end of them
 _NOBODY = frozenset({"", "-1", "nan", "na", "none", "null"})  # in the column of the face's number
 
 
@@ -99,35 +100,44 @@ def _cell(cells: Sequence[str], column: int) -> str:
     return cells[column] if column < len(cells) else ""
 
 
-def follow_faces(frames: Sequence[Sequence[FloatArray]]) -> list[list[int]]:
-    """Return who each face of each frame is: the person that was last seen nearest to it.
+def follow_faces(
+    frames: Sequence[Sequence[FloatArray]], sizes: Sequence[Sequence[float]]
+) -> list[list[int]]:
+    """Return who each face of each frame is: who was last seen nearest to it, within its size.
 
     Parameters
     ----------
     frames : sequence of sequence of (2,) float
         Place of each face in each frame, in any unit.
+    sizes : sequence of sequence of float
+        Of these faces, likewise. No face moves so far from one frame to the next.
 
     Returns
     -------
     list of list of int
         Numbers of persons, from 0 in the order in which they appear.
     """
-    if max(map(len, frames), default=0) < 2:
-        return [[0] * len(places) for places in frames]
     from scipy.optimize import linear_sum_assignment  # costs more to import than most takes need
 
-    last: list[FloatArray] = []
-    people = []
-    for places in frames:
+    last: dict[int, FloatArray] = {}  # where a person was last seen; the latest at the end
+    people: list[list[int]] = []
+    count = 0
+    for places, limits in zip(frames, sizes, strict=True):
         mine = [-1] * len(places)
         if last and places:
-            away = np.linalg.norm(np.array(places)[:, None] - np.array(last), axis=2)
-            for face, person in zip(*linear_sum_assignment(np.nan_to_num(away)), strict=True):
-                mine[face] = int(person)
+            known = list(last)
+            away = np.linalg.norm(np.array(places)[:, None] - list(last.values()), axis=2)
+            far = away > np.array(limits)[:, None]
+            beyond = 1.0 + 2.0 * float(away.max()) * len(places)  # more than all near ones
+            nearest = linear_sum_assignment(np.where(far, beyond, away))
+            for face, person in zip(*nearest, strict=True):
+                mine[face] = -1 if far[face, person] else known[person]
         for face, place in enumerate(places):
             if mine[face] < 0:
-                mine[face] = len(last)
-                last.append(place)
+                mine[face], count = count, count + 1
+            last.pop(mine[face], None)
             last[mine[face]] = place
+        while len(last) > max(_REMEMBERED, len(places)):
+            del last[next(iter(last))]
         people.append(mine)
     return people
