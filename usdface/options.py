@@ -128,7 +128,7 @@ NEXT_MARKERS = 5
 # markers. Features that move less are uninformative.
 MARKER_NOISE = 3e-4
 
-_TIMECODE = re.compile(r"\d{1,2}:[0-5]\d:[0-5]\d[:;]\d+(\.\d+)?")
+_TIMECODE = re.compile(r"([01]?\d|2[0-3]):[0-5]\d:[0-5]\d[:;]\d+(\.\d+)?", re.ASCII)
 
 # Within this time [s] of a pin a weight bends towards it.
 PIN_REACH = 0.2

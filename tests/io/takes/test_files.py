@@ -89,7 +89,9 @@ def test_a_start_timecode_is_that_of_any_take(tmp_path, name, text):
     assert "TIMECODE_ASSUMED" not in [f.code for f in findings]
 
 
-@pytest.mark.parametrize("text", ["01:02:03", "1 o'clock", "01:60:00:00", "01:00:00:0a"])
+@pytest.mark.parametrize(
+    "text", ["01:02:03", "1 o'clock", "01:60:00:00", "01:00:00:0a", "24:00:00:00"]
+)
 def test_what_is_no_timecode_is_refused(text):
     with pytest.raises(InputError, match="expected HH:MM:SS:FF"):
         TakeOptions(start_timecode=text)
