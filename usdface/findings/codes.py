@@ -216,7 +216,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "FACES_LEFT_OUT": (
         "warning",
         "check_recording",
-        "several faces were tracked; the one that is seen in most frames is read",
+        "several faces were tracked; one of them is read",
     ),
     # films of painted dots
     "DOTS_FOUND": ("info", "nothing", "dots were found in the images, by their colour"),

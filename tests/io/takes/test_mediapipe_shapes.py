@@ -94,11 +94,20 @@ def test_what_a_file_has_beside_the_scores_of_one_face_is_announced(tmp_path: Pa
     document = {"fps": 30, "frames": [one, {"blendshapes": [shown]}], "model": "v2"}
     path.write_text(json.dumps(document))
     _, findings = read_take(path, TakeOptions())
-    expected = ["other faces", "timestamp_ms, which some frames lack", "model"]
+    expected = ["timestamp_ms, which some frames lack", "model"]
     assert ignored(findings) == expected
     document["frames"] = [{"faceBlendshapes": [{"categories": shown}] * 2}] * 2
     path.write_text(json.dumps(document))
-    assert ignored(read_take(path, TakeOptions())[1]) == ["other faces", "model"]
+    assert ignored(read_take(path, TakeOptions())[1]) == ["model"]
+
+
+def test_scores_of_several_faces_are_a_warning(tmp_path: Path) -> None:
+    """A frame lists faces in any order: the first of each may be another person."""
+    path, shown = tmp_path / "a.json", rows(SCORES)
+    frames = [{"blendshapes": [shown] * count} for count in (1, 2, 3)]
+    path.write_text(json.dumps({"fps": 30, "frames": frames}))
+    (found,) = [f for f in read_take(path, TakeOptions())[1] if f.code == "FACES_LEFT_OUT"]
+    assert found.severity == "warning" and dict(found.values) == {"frame_count": 2}
 
 
 def test_a_score_that_is_missing_is_bridged(tmp_path: Path) -> None:

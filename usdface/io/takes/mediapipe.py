@@ -114,8 +114,12 @@ def _of_scores(
     unread = [name for name in _unread_of_frames(frames) if name not in SHAPES]
     if any(map(faces_of, frames)):
         unread.append("landmarks, which fewer frames have")
-    if any(score_faces(frame) > 1 for frame in frames):
-        unread.append("other faces")
+    if count := sum(score_faces(frame) > 1 for frame in frames):
+        message = (
+            "{frame_count} frames have blend shapes of several faces, in any order; the first of "
+            "each is read, and may be another person: leave only the performer's in the file"
+        )
+        findings.append(finding("FACES_LEFT_OUT", str(path), message, count))
     stamped = [_has_time(frame) for frame, own in zip(frames, scores, strict=True) if own]
     if any(stamped) and not all(stamped):
         unread.append(_TIMES_LACKING)
