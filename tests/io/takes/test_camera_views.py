@@ -152,6 +152,11 @@ def test_the_timecode_is_that_of_the_take_that_begins_first(world, tmp_path):
     assert later.start_timecode == ""
     (dropped,) = [f for f in findings if f.code == "FEATURE_DROPPED"]
     assert dropped.values["timecode"] == "01:00:00:00"
+    write_take(replace(take, start_timecode="01:00:00:12"), takes[0])
+    both, findings = read_views(takes, calibration, OPTIONS)
+    assert both.start_timecode == "01:00:00:12"
+    (dropped,) = [f for f in findings if f.code == "FEATURE_DROPPED"]
+    assert dropped.values["timecode"] == "01:00:00:00" and "--sync" in dropped.message
     given = replace(OPTIONS, start_timecode="02:00:00:00")
     assert read_views(takes, calibration, given)[0].start_timecode == "02:00:00:00"
 

@@ -45,7 +45,7 @@ class _Views:
     pixels: FloatArray  # (C, F, M, 2)
     rate: float
     blink: FloatArray | None  # (F,) mean of the cameras that saw it, NaN where none did
-    start_timecode: str  # of a take that begins with the first frame; "" if none does
+    timecodes: tuple[str, ...]  # different ones of the takes that begin with the first frame
 
 
 def read_views(
@@ -107,17 +107,28 @@ def read_views(
         frames=views.frames.astype(np.float64),
         rate=views.rate,
         up_axis="Y" if upright else None,
-        start_timecode=options.start_timecode or views.start_timecode,
+        start_timecode=options.start_timecode or next(iter(views.timecodes), ""),
         first_frame=int(views.frames[0]),
     )
-    timecodes = [take.start_timecode for take in takes if take.start_timecode]
-    if timecodes and not raw.start_timecode:
-        message = "the start timecode of a take that begins in another frame: {timecode}"
-        where, feature = str(paths[0]), "start_timecode"
-        findings.append(finding("FEATURE_DROPPED", where, message, timecodes[0], feature=feature))
+    if not options.start_timecode:
+        of_first = views.timecodes[:1] if sync else views.timecodes
+        findings += _timecodes_dropped(paths[0], takes, of_first)
     given = TakeOptions(units=options.units, up_axis=options.up_axis)
     take, found = finish_take(raw, given)
     return replace(take, blink=views.blink), findings + agreement + found
+
+
+def _timecodes_dropped(
+    path: Path, takes: Sequence[MarkerTake], first: Sequence[str]
+) -> list[Finding]:
+    """Report timecodes that are not that of the take; `first` are those of its first frame."""
+    message = "the start timecode of a take that begins in another frame: {timecode}"
+    others = [take.start_timecode for take in takes if take.start_timecode]
+    if first:
+        message = "another start timecode of the same frame: {timecode}; are they in step? (--sync)"
+        others = list(first[1:])
+    where, feature = str(path), "start_timecode"
+    return [finding("FEATURE_DROPPED", where, message, t, feature=feature) for t in others[:1]]
 
 
 def _take_of_camera(
@@ -193,8 +204,8 @@ def _joined(
     starts = [
         t.start_timecode for t, own in zip(takes, numbers, strict=True) if own[0] in shown[:1]
     ]
-    timecode = next(filter(None, starts), "")
-    return _Views(names, shown, pixels[:, seen], takes[0].rate, blink, timecode)
+    timecodes = tuple(dict.fromkeys(filter(None, starts)))
+    return _Views(names, shown, pixels[:, seen], takes[0].rate, blink, timecodes)
 
 
 def _mean_blink(
