@@ -110,6 +110,21 @@ def test_events_and_other_columns_are_announced(read):
     np.testing.assert_allclose(take.times, np.arange(4) / 100)
 
 
+@pytest.mark.parametrize("headings", [False, True])
+def test_a_column_of_timecodes_is_no_place(read, headings):
+    text = qualisys_text(before=2, headings=headings).replace(
+        "Frame\tTime\t", "Frame\tTime\tSMPTE\t"
+    )
+    for frame in range(4):
+        time = f"{frame / 100:.5f}\t"
+        text = text.replace(f"\n{frame + 1}\t{time}", f"\n{frame + 1}\t{time}10:11:12:0{frame}\t")
+    take, findings = read(text)
+    assert take.names == NAMES
+    np.testing.assert_allclose(take.positions, POSITIONS * 1e-3, atol=1e-6)
+    (ignored,) = [f for f in findings if f.code == "CHANNEL_IGNORED"]
+    assert ignored.values["channels"] == ["SMPTE"]
+
+
 def test_an_external_clock_needs_times_or_a_rate(read):
     assert read(qualisys_text(before=2, FREQUENCY="EXT"))[0].rate == pytest.approx(100)
     assert read(qualisys_text(FREQUENCY="EXT"), rate=50.0)[0].rate == 50

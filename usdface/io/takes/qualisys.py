@@ -2,7 +2,7 @@
 
 Lines ``KEYWORD<tab>value ...`` come first, the last of them ``MARKER_NAMES`` and perhaps
 ``TRAJECTORY_TYPES``; then perhaps a row of column names, and a row for each frame: perhaps its
-number and time [s], and x, y, z of each marker [mm]
+number, time [s] and timecode, and x, y, z of each marker [mm]
 (https://docs.qualisys.com/qtm/content/processing_measurement/motion_data_tsv.htm).
 """
 
@@ -118,7 +118,8 @@ def _markers(
     before = next((k for k, cell in enumerate(headings) if cell.upper().endswith(" X")), None)
     if before is None:
         before = width - 3 * len(names)
-        before = before if 0 <= before <= 2 else width % 3
+        coded = before == 3 and any(":" in cell for cell in frames[0][1][2:3])
+        before = before if 0 <= before <= 2 or coded else width % 3
     count = (width - before) // 3
     if frames and (count < len(names) or width != before + 3 * count):
         raise InputError(
@@ -153,10 +154,14 @@ def _times(
 
     They stand in the `count` columns before those of the markers.
     """
-    names = [heading.lower() for heading in headings[:count]] or ["frame", "time"][:count]
-    table = {name: column for column, name in enumerate(names) if name in ("frame", "time")}
+    names = (headings or ["Frame", "Time", "SMPTE"])[:count]
+    table = {
+        name.lower(): column
+        for column, name in enumerate(names)
+        if name.lower() in ("frame", "time")
+    }
     values = {
         name: read_numbers(path, frames, [column])[:, 0] for name, column in table.items() if frames
     }
-    others = [heading for heading in headings[:count] if heading.lower() not in table]
+    others = [name for name in names if name.lower() not in table]
     return values.get("time"), values.get("frame"), others
