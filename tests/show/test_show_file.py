@@ -111,7 +111,7 @@ layer = {mia = "sets/anna_on_mia.usda"}"""
     [
         (
             'performer = "ben"',
-            "mia.usda holds the bind of one shot .* 010_mia has anna_on_mia.json",
+            r"show.toml: \S*mia.usda holds the bind of one shot .* 010_mia has anna_on_mia.json",
         ),
         ('performer = "anna"\nbind = "mended.json"', "and 030 mended.json; give each a layer"),
         ('performer = "ben"\ncharacter_layer = "sets/ben.usda"', ""),

@@ -168,7 +168,7 @@ def plan_of(plain: Mapping[str, Any]) -> ShotPlan:
     return ShotPlan(**{**values, "skip_hooks": tuple(plain["skip_hooks"])})
 
 
-def check_shared_layers(plans: Sequence[ShotPlan]) -> None:
+def check_shared_layers(plans: Sequence[ShotPlan], show: Path) -> None:
     """Refuse a layer that shots share although what it holds differs between them.
 
     The first shot would write it, and the others be solved with the binding or calibration of that.
@@ -176,7 +176,7 @@ def check_shared_layers(plans: Sequence[ShotPlan]) -> None:
     Raises
     ------
     InputError
-        If it is so; the message names the layer and the files.
+        If it is so; the message names the show file, the layer and the files.
     """
     for layer, content in (("character_layer", "bind"), ("performer_layer", "calibration")):
         files: dict[Path, dict[Path, str]] = {}
@@ -191,9 +191,9 @@ def check_shared_layers(plans: Sequence[ShotPlan]) -> None:
                 if first.name == second.name:
                     shown = [str(first), str(second)]
                 raise InputError(
-                    f"{place} holds the {content} of one shot for all that share it, but {one} has "
-                    f"{shown[0]} and {other} {shown[1]}; give each a layer of its own: "
-                    'layer = {NAME = "FILE", ...} by performer or character, or '
+                    f"{show}: {place} holds the {content} of one shot for all that share it, "
+                    f"but {one} has {shown[0]} and {other} {shown[1]}; give each a layer of its "
+                    'own: layer = {NAME = "FILE", ...} by performer or character, or '
                     f"{layer} of the shot",
                     "SETTING_WRONG",
                 )

@@ -98,7 +98,7 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
     (name, count), *_ = Counter(plan.name for plan in plans).most_common(1) or [("", 0)]
     if count > 1:
         raise InputError(f"{path}: two shots are named {name!r}", "NAME_REPEATED")
-    check_shared_layers(plans)
+    check_shared_layers(plans, path)
     return plans
 
 
