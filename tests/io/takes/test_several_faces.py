@@ -72,7 +72,7 @@ def test_a_table_of_mediapipe_with_several_faces(tmp_path, column):
     assert dict(left_out(findings)[0].values)["frame_count"] == 3
 
 
-@pytest.mark.parametrize("nobody", ["", "-1", "nan"])
+@pytest.mark.parametrize("nobody", ["", "-1", "-1.0", "nan"])
 @pytest.mark.parametrize("others", [0, 1])
 def test_frames_in_which_nobody_is_seen_are_of_no_other_face(tmp_path, nobody, others):
     """A row without a face says that none was found there."""
@@ -85,6 +85,25 @@ def test_frames_in_which_nobody_is_seen_are_of_no_other_face(tmp_path, nobody, o
         take.positions[:, 0, 0], [PERFORMER, np.nan, PERFORMER, PERFORMER, np.nan]
     )
     assert [found.values["face_count"] for found in left_out(findings)] == [2] * others
+
+
+def test_a_number_without_any_place_is_no_face(tmp_path):
+    """As in a table whose column `face` tells whether one is found."""
+    rows = [f"{n},{int(n != 2)},{0.1 if n != 2 else ''},{0.3 if n != 2 else ''}" for n in range(5)]
+    rows += ["2,9,,"]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join(["frame,face,x_0,y_0", *rows]) + "\n")
+    take, findings = read_mediapipe(path, OPTIONS)
+    x = [PERFORMER, PERFORMER, np.nan, PERFORMER, PERFORMER]
+    np.testing.assert_allclose(take.positions[:, 0, 0], x)
+    assert not left_out(findings)
+
+
+def test_faces_that_are_never_tracked_are_one_that_is_not(tmp_path):
+    rows = [(n, face, int(face == 0 and n < 3), PERFORMER) for n in range(5) for face in (0, 1)]
+    take, findings = read_take(openface(tmp_path, *rows))
+    assert np.isnan(take.positions[:, 0, 0]).tolist() == [False] * 3 + [True] * 2
+    assert not left_out(findings)
 
 
 @pytest.mark.parametrize(

@@ -16,6 +16,7 @@ Of several faces that of most frames is read.
 
 import re
 from collections.abc import Mapping, Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -227,7 +228,10 @@ def _of_rows(path: Path, rows: list[Row]) -> tuple[TrackTable, FloatArray | None
     frame = next((columns[name] for name in _FRAME if name in columns), -1)
     landmark = next((columns[name] for name in _LANDMARK if name in columns), -1)
     face = next((columns[name] for name in _FACE if name in columns), None)
-    mine, left_out = rows_of_face(path, rows[1:], face, frame)
+    place = next((n for n, name in enumerate(header) if name == "x" or _WIDE.fullmatch(name)), -1)
+    mine, left_out = rows_of_face(
+        path, rows[1:], face, frame, lambda cells: any(map(_is_finite, cells[place : place + 1]))
+    )
     if landmark >= 0 and {"x", "y"} <= columns.keys():
         table = _long(path, mine, frame, landmark, columns)
     else:
@@ -236,6 +240,13 @@ def _of_rows(path: Path, rows: list[Row]) -> tuple[TrackTable, FloatArray | None
         return table, None, left_out
     clock = read_numbers(path, mine, [columns[_TIME]])[:, 0] / 1000.0
     return table, np.repeat(clock, len(table.frames) // max(len(mine), 1)), left_out
+
+
+def _is_finite(cell: str) -> bool:
+    try:
+        return isfinite(float(cell))
+    except ValueError:
+        return False
 
 
 def _wide(path: Path, rows: Sequence[Row], frame: int, columns: Mapping[str, int]) -> TrackTable:

@@ -62,8 +62,9 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         "landmarks in space",
         "other action units" if blinks else "action units",
     ]
+    face, good = columns.get("face_id"), slice(columns["success"], columns["success"] + 1)
     rows, left_out = rows_of_face(
-        path, rows, columns.get("face_id"), columns["frame"], columns["success"]
+        path, rows, face, columns["frame"], lambda cells: "".join(cells[good]).startswith("1")
     )
     shared = [name for name in (*_ROW, *_OPTIONAL) if name in columns]
     points = [(f"landmark_{n}", [columns[f"x_{n}"], columns[f"y_{n}"]]) for n in numbers]

@@ -5,7 +5,7 @@ count. Where it only lists those of a frame, in any order, each is followed by i
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +20,9 @@ __all__ = ["faces_left_out", "follow_faces", "rows_of_face"]
 
 _LISTED = 8  # faces that the finding names
 _REMEMBERED = 64  # people that a face is compared with; a film of noise has no end of them
-_NOBODY = frozenset({"", "-1", "nan", "na", "none", "null"})  # in the column of the face's number
+_NOBODY = frozenset(
+    {"", "-1", "-1.0", "nan", "na", "none", "null"}
+)  # in the column of the face's number
 
 
 def faces_left_out(
@@ -54,7 +56,7 @@ def faces_left_out(
 
 
 def rows_of_face(
-    path: Path, rows: list[Row], column: int | None, frame: int, success: int | None = None
+    path: Path, rows: list[Row], column: int | None, frame: int, seen: Callable[[list[str]], bool]
 ) -> tuple[list[Row], list[Finding]]:
     """Return the rows of the face that is seen in most frames, and those in which no face is.
 
@@ -63,37 +65,58 @@ def rows_of_face(
     path : Path
     rows : list
         Those with data, of all faces.
-    column, frame, success : int
-        Columns of the face's number, of the frame's, and of 1 where the face is tracked. None or
-        -1 = there is none.
+    column : int or None
+        Of the face's number; None = there is none.
+    frame : int
+        Column of the frame's number; -1 = each row is a frame.
+    seen : callable
+        Whether the cells of a row show that its face is seen.
     """
     if column is None:
         return rows, []
     whose = [
-        (_cell(cells, column), _cell(cells, frame) if frame >= 0 else at)
-        for at, (_, cells) in enumerate(rows)
+        (_cell(cells, column), _cell(cells, frame) if frame >= 0 else number)
+        for number, (_, cells) in enumerate(rows)
     ]
-    counts = {face: 0 for face, _ in whose if face.lower() not in _NOBODY}
-    if len(counts) < 2:
+    numbers = {face: 0 for face, _ in whose if face.lower() not in _NOBODY}
+    if len(numbers) < 2:
         return rows, []
     tracked = {
         each
         for each, (_, cells) in zip(whose, rows, strict=True)
-        if each[0] in counts and (success is None or _cell(cells, success)[:1] == "1")
+        if each[0] in numbers and seen(cells)
     }
-    counts |= Counter(face for face, _ in tracked)
+    found = Counter(face for face, _ in tracked)
+    counts = {face: found[face] for face in numbers if found[face]} or numbers
     face = max(counts, key=counts.__getitem__)
-    shown = {at for name, at in tracked if name == face}
-    together = {name for name, at in tracked if at in shown}
+    mine = _rows_of(face, rows, whose, column, counts)
+    if len(counts) < 2:
+        return mine, []
+    shown = {place for name, place in tracked if name == face}
+    together = {name for name, place in tracked if place in shown}
     apart = [f"face {name}" for name, count in counts.items() if count and name not in together]
-    own = {at for name, at in whose if name == face}
-    mine = [
-        row
-        for row, (name, at) in zip(rows, whose, strict=True)
-        if name == face or len(row[1]) <= column or (name not in counts and at not in own)
-    ]
     named = {f"face {name}": count for name, count in counts.items()}
     return mine, [faces_left_out(path, f"face {face}", named, apart)]
+
+
+def _rows_of(
+    face: str,
+    rows: list[Row],
+    whose: Sequence[tuple[str, str | int]],
+    column: int,
+    counts: Mapping[str, int],
+) -> list[Row]:
+    """Return the rows of a face; of other frames those of one that is never seen, and cut ones."""
+    own = {frame for name, frame in whose if name == face}
+    spare: dict[str | int, str] = {}
+    for name, frame in whose:
+        if name not in counts and frame not in own:
+            spare.setdefault(frame, name)
+    return [
+        row
+        for row, (name, frame) in zip(rows, whose, strict=True)
+        if name == face or spare.get(frame) == name or len(row[1]) <= column
+    ]
 
 
 def _cell(cells: Sequence[str], column: int) -> str:
