@@ -280,7 +280,7 @@ def _fit(
         return fit, []
     message = (
         "the shapes of the performer's file are not used, its places and gains are: without the "
-        "shapes {misfit_percent:.0f} % of the misfit of the markers are left"
+        "shapes {misfit_percent:.0f} % of the misfit of the markers is left"
     )
     return fit, [finding("PERFORMER_SHAPES_UNUSED", take.source, message, 100 * share)]
 
