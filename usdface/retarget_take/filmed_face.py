@@ -65,6 +65,5 @@ def filmed_face(
     return film_head(
         take, setup.binding.markers, surface, setup.neutral, weights,
         sized=lambda shapes: as_large(shapes, face.shape_names, setup),
-        refined=setup.solve.places == "found", transferred=setup.map.choice == "auto",
-        weighted=setup.solve.errors == "found", shown=shown,
+        refined=setup.solve.places == "found", weighted=setup.solve.errors == "found", shown=shown,
     )  # fmt: skip

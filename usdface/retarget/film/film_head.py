@@ -3,10 +3,11 @@
 An image has no depth, but the character does: its neutral and its blend shapes give every marker a
 third coordinate. With it the head pose is fitted by a perspective camera, and the weights are
 solved in the view of each image, alternately (`usdface.retarget.film.solve_film`). Where the head
-turns, the depths of the performer's own face are estimated, too, then its blend shapes, and the
-places of the markers on the skin.
+turns, the depths of the performer's own face are estimated, too, and then the places of the markers
+on the skin.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -20,16 +21,16 @@ from usdface.retarget.film.filmed_errors import filmed_marker_errors
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.film.filmed_places import refined_shifts
 from usdface.retarget.film.filmed_take import FilmedTake, Sized, as_they_are
-from usdface.retarget.film.filmed_transfer import with_transferred_shapes
 from usdface.retarget.film.focal_length import film_camera
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget.film.solve_film import SolvedFilm, SolveOnSkin, solve_film
+from usdface.retarget.film.solve_film import SolvedFilm, solve_film
+from usdface.retarget.film.views import Views
 from usdface.retarget.marker_errors import LARGE_ERROR, marker_error_findings
 from usdface.retarget.neutral import neutral_markers
-from usdface.retarget.places import MOST_MARKERS, PlaceGuess, guess_in_image
+from usdface.retarget.places import MOST_MARKERS, guess_in_image
 from usdface.takes import MarkerTake, visible
 
-__all__ = ["FEWEST_FILMED", "FilmedFace", "film_head"]
+__all__ = ["FEWEST_FILMED", "FilmedFace", "SolveOnSkin", "film_head"]
 
 # Alternations of poses and weights, at most.
 _ROUNDS = 10
@@ -49,6 +50,10 @@ _SHARE = 0.25
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
 
+# Solves the weights (F, S) of a take as the camera projects it, by the skin under all bound
+# markers, its views and neutral frames.
+SolveOnSkin = Callable[[DotSkin, MarkerTake, Views, tuple[int, int]], FloatArray]
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class FilmedFace:
@@ -61,14 +66,11 @@ class FilmedFace:
         Of the character around all B bound markers.
     shifts : (B, 3) float64 [m]
         Of the markers from their vertices.
-    transferred : bool
-        The skin moves as the performer's face does.
     """
 
     head: FilmedHead
     skin: DotSkin
     shifts: FloatArray
-    transferred: bool
 
 
 def film_head(
@@ -80,7 +82,6 @@ def film_head(
     *,
     sized: Sized = as_they_are,
     refined: bool = True,
-    transferred: bool = True,
     weighted: bool = True,
     shown: FloatArray | float = 0.0,
 ) -> tuple[FilmedFace | None, list[Finding]]:
@@ -103,8 +104,6 @@ def film_head(
         Makes of the character's blend shapes those of a calibrated performer.
     refined : bool
         Markers may sit beside their vertices.
-    transferred : bool
-        Blend shapes may be transferred to the performer's face, if `refined`.
     weighted : bool
         Markers that move unlike the face around them get less weight.
     shown : (M, 2) float64 [px], or 0
@@ -132,14 +131,11 @@ def film_head(
     film = FilmedTake(take.with_markers(own), skin.select(bound), neutral, sized, shown)
     camera, findings = film_camera(film, partial(solve, skin))
     errors = np.ones(len(bound))
-    on_skin = partial(
-        _on_skin, film, camera, surface, bound, solve, refined=refined, transferred=transferred
-    )
-    solved, skin, shifts, performed = on_skin(errors)
+    solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
     found = filmed_marker_errors(solved) if weighted else errors
     if (found > LARGE_ERROR).any():
         errors = found
-        solved, skin, shifts, performed = on_skin(errors)
+        solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
         # A part of the errors was hidden by what these markers did to the places of all.
         errors = filmed_marker_errors(solved)
         solved = solve_film(
@@ -151,7 +147,7 @@ def film_head(
             solved, errors=errors, refined=False,
         )  # fmt: skip
     findings += marker_error_findings(errors, film.take.names, take.source)
-    return FilmedFace(solved.head, skin, shifts, performed), findings
+    return FilmedFace(solved.head, skin, shifts), findings
 
 
 def _on_skin(
@@ -161,64 +157,39 @@ def _on_skin(
     bound: IntArray,
     solve: SolveOnSkin,
     errors: FloatArray,
-    *,
     refined: bool,
-    transferred: bool,
-) -> tuple[SolvedFilm, DotSkin, FloatArray, bool]:
-    """Solve some frames of a film.
+) -> tuple[SolvedFilm, DotSkin, FloatArray]:
+    """Solve some frames of a film; return them, the skin under its markers, and their shifts.
 
     Parameters are those of `film_head`, `_with_places` and `solve_film`.
-
-    Returns
-    -------
-    solved : SolvedFilm
-    skin : DotSkin
-        Under all bound markers.
-    shifts : (B, 3) float64 [m]
-    transferred : bool
-        The skin moves as the performer's face does.
     """
     skin, shifts = surface.skin, np.zeros((len(surface.vertices), 3))
     solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS, errors=errors)
-    if not refined or len(bound) > MOST_MARKERS:
-        return solved, skin, shifts, False
-    guess = guess_in_image(solved.head.rest[:, :2], solved.film.face)
-    if guess.spread <= _EXACT * surface.reach:
-        return solved, skin, shifts, False
-    solved, shifts = _with_places(solved, surface, bound, solve, guess, shifts)
-    performed = surface
-    if transferred:
-        solved, performed, shifts = with_transferred_shapes(solved, surface, bound, shifts, solve)
-    if performed is not surface:
-        solved, shifts = _with_places(solved, performed, bound, solve, guess, shifts)
-    return solved, performed.at(shifts).skin, shifts, performed is not surface
+    if refined and len(bound) <= MOST_MARKERS:
+        return _with_places(solved, surface, bound, solve)
+    return solved, skin, shifts
 
 
 def _with_places(
-    solved: SolvedFilm,
-    surface: MarkerSurface,
-    bound: IntArray,
-    solve: SolveOnSkin,
-    guess: PlaceGuess,
-    shifts: FloatArray,
-) -> tuple[SolvedFilm, FloatArray]:
-    """Return a film as solved with places that leave less of it, and their shifts.
+    solved: SolvedFilm, surface: MarkerSurface, bound: IntArray, solve: SolveOnSkin
+) -> tuple[SolvedFilm, DotSkin, FloatArray]:
+    """Return a film as solved with places that leave less of it, the skin there, and the shifts.
 
     Parameters
     ----------
     solved : SolvedFilm
-        With the markers at some places.
+        With the markers on their vertices.
     surface : MarkerSurface
-        Around all bound markers, which move as there.
+        Around all bound markers.
     bound : (M,) int64
         Those of the film.
     solve : callable
-    guess : PlaceGuess
-        Of these M.
-    shifts : (B, 3) float64 [m]
-        Of the places from the vertices.
     """
-    own, share = surface.select(bound), 1.0
+    skin, own, shifts = surface.skin, surface.select(bound), np.zeros((len(surface.vertices), 3))
+    guess = guess_in_image(solved.head.rest[:, :2], solved.film.face)
+    if guess.spread <= _EXACT * surface.reach:
+        return solved, skin, shifts
+    share = 1.0
     for _ in range(_PLACE_STEPS):
         whole = refined_shifts(solved, shifts[bound], guess, own, search=share == 1.0)
         there = shifts.copy()
@@ -230,9 +201,9 @@ def _with_places(
         )  # fmt: skip
         before = solved.left
         if again.left < before:
-            solved, shifts = again, there
+            solved, skin, shifts = again, moved, there
         if again.left > (1.0 - _LOWER) * before:
             if share < 1.0:
                 break
             share = _SHARE
-    return solved, shifts
+    return solved, skin, shifts
