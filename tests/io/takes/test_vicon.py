@@ -131,6 +131,12 @@ def test_a_row_that_is_cut_off_is_told(read):
         read(text_of(trajectories())[:-30])
 
 
+def test_a_position_that_is_cut_short_is_told_by_the_columns_after_it(read):
+    text = text_of(trajectories(speeds=True))
+    with pytest.raises(InputError, match="8 of 11 cells, no line end"):
+        read(text[: text.rindex(",1.0,1.0,1.0") - 3])
+
+
 def test_columns_that_are_no_places_are_no_markers(read):
     rows = trajectories()
     rows[3][2:] = ["RX", "RY", "RZ"] * 2

@@ -65,7 +65,7 @@ def read_vicon(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
     markers, others = _columns(path, section)
     frames = section[_HEADER_ROWS:]
     if end == len(rows) and frames:
-        refuse_cut_end(path, text, frames[-1], markers[-1][1] + 3, rows_missing=False)
+        refuse_cut_end(path, text, frames[-1], len(section[3][1]), rows_missing=False)
     check_size(path, len(frames), len(markers))
     columns = [x + axis for _, x in markers for axis in range(3)]
     table = read_numbers(path, frames, [0, *columns])
