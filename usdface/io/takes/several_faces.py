@@ -20,9 +20,8 @@ __all__ = ["faces_left_out", "follow_faces", "rows_of_face"]
 
 _LISTED = 8  # faces that the finding names
 _REMEMBERED = 64  # people that a face is compared with; a film of noise has no end of them
-_NOBODY = frozenset(
-    {"", "-1", "-1.0", "nan", "na", "none", "null"}
-)  # in the column of the face's number
+# In the column of the face's number where no face was found.
+_NOBODY = frozenset({"", "-1", "-1.0", "nan", "na", "none", "null"})
 
 
 def faces_left_out(
