@@ -128,7 +128,8 @@ def _closing(completed: CompletedClosing) -> dict[str, Any]:
         "one_eye_guessed": closing.guessed,
         "weight_before": [round(weight, 4) for weight in completed.before],
         "weight_after": [round(weight, 4) for weight in completed.after],
-        "gap_mm": [round(1000.0 * aperture, 3) for aperture in completed.apertures],
+        # Lids that touch may cross by less than is printed: + 0.0 makes -0.0 a plain zero.
+        "gap_mm": [round(1000.0 * aperture, 3) + 0.0 for aperture in completed.apertures],
     }
 
 
