@@ -19,7 +19,7 @@ _FONT, _DOT = 5.5, 5.0  # of the names, and diameter of a dot that they do not c
 _POINTS = 72.0  # in an inch
 _DRAWN = 0.88  # of the width of an image: the bar of the colours and margins take the rest
 _MOST = 14  # occluded markers that are named
-_LINE = 88  # characters of what stands below an image
+_CAPTION = 7.0  # font size of what stands below an image [points]
 _ROOM = 0.12  # around the dots, as a share of their extent
 _COLOURS = "RdYlGn"  # confidence 0 to 1
 
@@ -100,7 +100,18 @@ def _draw_dots(axis: Any, footage: Footage, frame: int) -> None:
     axis.set_title(
         f"frame {frame}" + (" (reference)" if frame == tracks.reference else ""), fontsize=9
     )
-    axis.set_xlabel("\n".join(wrap(text, _LINE)), fontsize=7)
+    axis.set_xlabel(_caption(text), fontsize=_CAPTION)
+
+
+def _caption(text: str) -> str:
+    """Break a text into lines no wider than an image: wider ones meet the next caption."""
+    from matplotlib.font_manager import FontProperties
+    from matplotlib.textpath import text_to_path
+
+    font = FontProperties(size=_CAPTION)
+    width = text_to_path.get_text_width_height_descent(text, font, ismath=False)[0]
+    glyph = width / max(len(text), 1)
+    return "\n".join(wrap(text, int(_POINTS * _DRAWN * _WIDTH / glyph))) if glyph else ""
 
 
 def _name_dots(axis: Any, places: FloatArray, names: list[str]) -> None:
