@@ -22,7 +22,7 @@ from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
 from usdface.pipeline import process, process_sequence
 from usdface.pipeline.sequence import plans_of
-from usdface.pipeline.shot_task import is_shot, run_shot
+from usdface.pipeline.shot_task import file_role, run_shot
 from usdface.show import keys
 from usdface.show.plan import Making, ShotPlan
 
@@ -448,17 +448,33 @@ def test_a_layer_over_a_result_is_no_shot(place: Path) -> None:
     over = Sdf.Layer.CreateNew(str(shots / "a_anim.usda"))
     over.subLayerPaths.append("./a.usdface.usda")
     over.Save()
-    assert is_shot(shots / "a.usda") and not is_shot(shots / "a_anim.usda")
+    assert file_role(shots / "a.usda") == "shot" and file_role(shots / "a_anim.usda") == "other"
     process(shots / "a.usda", in_place=True)  # a result in the shot itself
-    assert is_shot(shots / "a.usda")
+    assert file_role(shots / "a.usda") == "shot"
     shutil.copy(shots / "a.usda", shots / "b.usda")  # the next version, over the same result
-    assert is_shot(shots / "b.usda") and not is_shot(shots / "a_anim.usda")
+    assert file_role(shots / "b.usda") == "shot" and file_role(shots / "a_anim.usda") == "other"
+
+
+def test_a_layer_over_a_shot_with_its_result_in_itself_is_left_out_and_reported(
+    place: Path,
+) -> None:
+    """Before, it was a shot; the result that is now below it does not show in its name."""
+    shots = place / "shots"
+    over = Sdf.Layer.CreateNew(str(shots / "a_light.usda"))
+    over.subLayerPaths.append("./a.usda")
+    over.Save()
+    assert file_role(shots / "a_light.usda") == "shot"
+    process(shots / "a.usda", in_place=True)
+    result = process_sequence(shots, gather=True)
+    assert [row.name for row in result.value] == ["a"]
+    left_out = [found.where for found in result.findings if found.code == "SHOT_LEFT_OUT"]
+    assert left_out == [str(shots / "a_light.usda")]
 
 
 @pytest.mark.parametrize("layers", ["@./a.usda@", "@./b.usda@"])
 def test_layers_in_a_circle_are_refused(tmp_path: Path, layers: str) -> None:
     (tmp_path / "a.usda").write_text(f"#usda 1.0\n(\n    subLayers = [{layers}]\n)\n")
     (tmp_path / "b.usda").write_text("#usda 1.0\n(\n    subLayers = [@./a.usda@]\n)\n")
-    assert is_shot(tmp_path / "a.usda")
+    assert file_role(tmp_path / "a.usda") == "shot"
     with pytest.raises(UsdFaceError, match="does not compose"):
         run_shot({"plan": ShotPlan(name="a", file=tmp_path / "a.usda").as_dict()})

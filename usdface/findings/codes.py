@@ -289,6 +289,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "compare",
         "a shot was edited, and is not made again from its sources",
     ),
+    "SHOT_LEFT_OUT": (
+        "info",
+        "nothing",
+        "a layer over a shot that has its result in itself is not processed as a shot",
+    ),
     "CUT_TAKE_MISSING": (
         "warning",
         "correct_settings",

@@ -2,13 +2,14 @@
 
 import os
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
+from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.plugins import check_skipped
@@ -86,7 +87,8 @@ def process_sequence(
     Result of tuple of Row
         Sorted by trouble, and as plain values in ``details["shots"]``. Keys of the summary:
         ``shots``, ``processed``, ``kept``, ``failed``, ``missing``, ``workers``, ``verdicts``,
-        ``peak_memory_mb``. A shot that failed is a finding (`SHOT_FAILED`).
+        ``peak_memory_mb``. A shot that failed is a finding (`SHOT_FAILED`), and so is a layer of a
+        folder that is left out although it has a shot (`SHOT_LEFT_OUT`).
 
     Raises
     ------
@@ -106,7 +108,8 @@ def process_sequence(
     progress = Progress.of(on_progress)
     given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
     with progress.step("find shots"):
-        plans = plans_of(given, root, pages=pages, skip_hooks=skip_hooks)
+        left_out: list[Finding] = []
+        plans = plans_of(given, root, pages=pages, skip_hooks=skip_hooks, left_out=left_out)
         check_skipped({name for plan in plans for name in plan.skip_hooks})
         clashing = same_outputs(plans)
         check_unread([place], given, plans)
@@ -136,7 +139,7 @@ def process_sequence(
     return Result(
         tuple(table_rows),
         tuple(written),
-        tuple(findings_of(table_rows)),
+        (*findings_of(table_rows), *left_out),
         summary_of(table_rows, team),
         {"shots": [row.as_dict() for row in table_rows]},
         progress.seconds,
@@ -149,9 +152,14 @@ def plans_of(
     *,
     pages: bool = False,
     skip_hooks: Sequence[str] = (),
+    left_out: list[Finding] | None = None,
 ) -> list[ShotPlan]:
-    """Return the plans of the shots of a sequence, with the settings that all of them get."""
-    plans = find_shots(map(Path, sources), _is_shot, Path(root) if root else None)
+    """Return the plans of the shots of a sequence, with the settings that all of them get.
+
+    SHOT_LEFT_OUT is appended to `left_out` for each layer of a folder over a result in a shot.
+    """
+    is_shot = _shot_test([] if left_out is None else left_out)
+    plans = find_shots(map(Path, sources), is_shot, Path(root) if root else None)
     return [
         replace(plan, page=plan.page or pages, skip_hooks=(*plan.skip_hooks, *skip_hooks))
         for plan in plans
@@ -191,10 +199,18 @@ def _page_place(table: StrPath | None) -> Path | None:
     return Path(table)
 
 
-def _is_shot(path: Path) -> bool:
-    from usdface.pipeline.shot_task import is_shot  # loads USD: a second run needs none
+def _shot_test(left_out: list[Finding]) -> Callable[[Path], bool]:
+    """Return a function that tells whether a file is a shot, and appends what is left out."""
 
-    return is_shot(path)
+    def is_shot(path: Path) -> bool:
+        from usdface.pipeline.shot_task import file_role  # loads USD: a second run needs none
+
+        role = file_role(path)
+        if role == "over result":
+            left_out.append(finding("SHOT_LEFT_OUT", str(path)))
+        return role == "shot"
+
+    return is_shot
 
 
 def _known(

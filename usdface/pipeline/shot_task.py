@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -30,15 +30,23 @@ from usdface.show.plan import Making, ShotPlan, plan_of
 from usdface.show.record import Record, read_record, record_of, record_path, write_record
 from usdface.show.table import Row
 
-__all__ = ["is_shot", "run_shot"]
+__all__ = ["FileRole", "file_role", "run_shot"]
+
+FileRole = Literal["shot", "over result", "other"]
 
 
-def is_shot(path: Path) -> bool:
-    """Return whether a USD file has the setup of a shot; also where it cannot be opened.
+def file_role(path: Path) -> FileRole:
+    """Return whether a USD file has the setup of a shot; "shot" also where it cannot be opened.
 
     A layer over a result, as an animator's, is none: another result would hide what it edits. A
     shot may have layers of a result in itself (`process --in-place`), its own, or those of the
     version that it was copied from.
+
+    Returns
+    -------
+    {"shot", "over result", "other"}
+        "over result" for a layer over a shot that has its result in itself: unlike one over the
+        root layer of a result, it does not name the result.
     """
     from usdface.io.usd.generation import stage_generations
     from usdface.io.usd.played_shot import defines_setup, has_setup
@@ -49,9 +57,14 @@ def is_shot(path: Path) -> bool:
         stage = open_stage(path)
         own = {layer.resolve() for layer in layer_paths(path).layers}
         results = {layer.resolve() for layer in stage_generations(stage)}
-        return has_setup(stage) and (results <= own or defines_setup(stage))
+        if not has_setup(stage):
+            return "other"
+        if results <= own or defines_setup(stage):
+            return "shot"
+        named = any(layer.stem.endswith(".usdface") for layer in results)
+        return "other" if named else "over result"
     except InputError:
-        return True  # the table says why it is not processed
+        return "shot"  # the table says why it is not processed
 
 
 def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
