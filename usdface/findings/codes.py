@@ -268,6 +268,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "compare",
         "a layer that shots share is kept, although it differs from this shot's",
     ),
+    "LAYER_RULES_DIFFER": (
+        "warning",
+        "compare",
+        "a shot gets the rule base of the layer that it shares, which differs from its own",
+    ),
     # sequences
     "PERFORMER_UNCALIBRATED": (
         "warning",

@@ -154,7 +154,7 @@ def make_shot(
             outputs.write_binding(error.mesh, error.setup)
         raise
     with progress.step("write"), all_or_none():
-        written, kept = write_shot(outputs.shot, rig, take, shot, shared)
+        written, kept = write_shot(outputs.shot, rig, take, shot, shared, rules=str(fuzzy or ""))
         outputs.write_binding(shot.mesh, shot.setup)
     written, findings = [*written, *outputs.beside], [*findings, *kept]
     return Result(shot, tuple(written), tuple(findings), _summary(shot), seconds=progress.seconds)

@@ -10,6 +10,7 @@ from worlds import make_world
 
 from usdface.content_digest import content_digest
 from usdface.errors import InputError
+from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.shot import read_shot
 from usdface.pipeline import make_shot, process
 
@@ -82,6 +83,22 @@ def test_a_layer_that_is_there_stays_and_a_difference_is_said(folder: Path) -> N
     assert "LAYER_KEPT" in shoot(folder, "b")
     assert (folder / "anna.usda").read_bytes() == kept
     assert content(folder / "shots/a.usda") == content(folder / "shots/b.usda")
+
+
+def test_the_rule_base_that_a_shot_gets_in_place_of_its_own_is_reported(folder: Path) -> None:
+    shoot(folder, "a")
+    assert "LAYER_RULES_DIFFER" not in shoot(folder, "b", correction={"gain": 0.5})
+    system, _ = read_fuzzy_file(folder / "shots/a.usda")
+    fewer = replace(system, fuzzy=replace(system.fuzzy, rules=system.fuzzy.rules[:-1]))
+    write_fuzzy_file(folder / "fewer.usda", fewer)
+    layers = {"character_layer": folder / "sets/mia.usda"}
+    files = (folder / n for n in ("rig.usda", "take.usda", "shots/c.usda"))
+    result = make_shot(*files, bind=folder / "bind.json", fuzzy=folder / "fewer.usda", **layers)
+    (found,) = [each for each in result.findings if each.code == "LAYER_RULES_DIFFER"]
+    count = len(system.fuzzy.rules)
+    assert found.where == str(folder / "shots/c.usda")
+    assert found.values["kept_count"] == count and found.values["rule_count"] == count - 1
+    assert found.values["name"] == str(folder / "fewer.usda")
 
 
 def test_a_layer_of_another_character_is_refused(folder: Path) -> None:

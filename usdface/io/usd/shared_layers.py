@@ -27,7 +27,8 @@ _OF_CHARACTER = (
     *(tokens.LEFT_SHAPES, tokens.RIGHT_SHAPES, tokens.BROWS_SHAPES, tokens.EYES_SHAPES),
     *(tokens.MOUTH_SHAPES, tokens.ANTAGONISTS, tokens.RIG, tokens.SYSTEM, tokens.EXPRESSIONS),
 )
-_PRIMS_OF_CHARACTER = tuple(map(Sdf.Path, ("/Shot/Character", "/Shot/Fuzzy", "/Shot/Expressions")))
+_FUZZY = Sdf.Path("/Shot/Fuzzy")
+_PRIMS_OF_CHARACTER = (_CHARACTER, _FUZZY, Sdf.Path("/Shot/Expressions"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +40,7 @@ class SharedLayers:
 
 
 def share(
-    shot: Sdf.Layer, place: Path, layers: SharedLayers
+    shot: Sdf.Layer, place: Path, layers: SharedLayers, rules: str = ""
 ) -> tuple[list[tuple[Path, Sdf.Layer]], list[Finding]]:
     """Move the contents of shared layers out of a shot's layer, and sublayer these.
 
@@ -50,13 +51,16 @@ def share(
     place : Path
         Where it will be written: its asset paths are relative to that.
     layers : SharedLayers
+    rules : str
+        Name of the file that the shot's own rule base is from; "" = designed for the rig.
 
     Returns
     -------
     list of (Path, Sdf.Layer)
         Shared layers that are not there yet, to be written.
     list of Finding
-        LAYER_KEPT for an existing one that differs from this shot's contents for it.
+        LAYER_KEPT for an existing one that differs from this shot's contents for it;
+        LAYER_RULES_DIFFER where its rule base does.
 
     Raises
     ------
@@ -80,6 +84,8 @@ def share(
         if differing := _differing(there, mine):
             message = "{file} is there and kept; it differs from this shot's own in {attributes}"
             findings.append(finding("LAYER_KEPT", str(path), message, str(path), differing))
+        if path == layers.character:
+            findings += _report_rules(there, mine, path, str(place), rules)
     return new, findings
 
 
@@ -139,6 +145,37 @@ def _differing(there: Sdf.Layer, mine: Sdf.Layer) -> list[str]:
         if not (other := there.GetPropertyAtPath(path))
         or _value(other) != _value(mine.GetPropertyAtPath(path))
     ]
+
+
+def _report_rules(
+    there: Sdf.Layer, mine: Sdf.Layer, path: Path, shot: str, rules: str
+) -> list[Finding]:
+    """Report the rule base of a shared layer that a shot gets in place of its own.
+
+    Also where the layer has rules that the shot has not: those act on the shot, too. Settings of
+    the correction, on the prim of the system itself, are no part of a rule base.
+    """
+    kept, own = (
+        {
+            place: _value(layer.GetPropertyAtPath(place))
+            for place in _properties(layer)
+            if place.GetPrimPath().HasPrefix(_FUZZY) and place.GetPrimPath() != _FUZZY
+        }
+        for layer in (there, mine)
+    )
+    if kept == own:
+        return []
+    kept_rules, own_rules = (
+        {str(value) for place, value in held.items() if place.name == tokens.RULE_TEXT}
+        for held in (kept, own)
+    )
+    message = (
+        "gets the rule base of {file}, of {kept_count} rules, in place of its own {rule_count} "
+        "({name}), of which {shared_count} read the same"
+    )
+    own_name = rules or "designed for the rig"
+    counts = len(kept_rules), len(own_rules), own_name, len(kept_rules & own_rules)
+    return [finding("LAYER_RULES_DIFFER", shot, message, str(path), *counts)]
 
 
 def _properties(layer: Sdf.Layer) -> Iterator[Sdf.Path]:

@@ -32,20 +32,26 @@ _TAKE = "/Shot/Capture/Take"
 
 
 def write_shot(
-    path: Path, rig: Path, take: Path, shot: Shot, shared: SharedLayers | None = None
+    path: Path,
+    rig: Path,
+    take: Path,
+    shot: Shot,
+    shared: SharedLayers | None = None,
+    *,
+    rules: str = "",
 ) -> tuple[list[Path], list[Finding]]:
     """Write a shot that references the files `rig` and `take` and holds the setup of `shot`.
 
     Units and up axis are the rig's, the clock is the take's. The bound mesh of the setup is a
     prim path on the rig's own stage. Contents of `shared` layers go there, unless these exist
-    already.
+    already. `rules` names the file that its rule base is from; "" = designed for the rig.
 
     Returns
     -------
     list of Path
         The written files, the shot first.
     list of Finding
-        LAYER_KEPT.
+        LAYER_KEPT, LAYER_RULES_DIFFER.
 
     Raises
     ------
@@ -79,7 +85,7 @@ def write_shot(
         # No layer can animate what instances share.
         Sdf.CreatePrimInLayer(layer, _referenced(place, character, rig)).instanceable = False
     write_fallback_types(layer)
-    new, findings = share(layer, path, shared or SharedLayers())
+    new, findings = share(layer, path, shared or SharedLayers(), rules)
     sign(layer)
     save_layers([*new, (path, layer)])
     return [path, *(place for place, _ in new)], findings
