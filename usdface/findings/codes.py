@@ -213,6 +213,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "the binding names a curve that the take does not have",
     ),
     "CHANNEL_IGNORED": ("info", "nothing", "a channel that usdface does not use was left out"),
+    "FACES_JOINED": (
+        "info",
+        "check_recording",
+        "a face that was lost and found again under another number is read as one",
+    ),
     "FACES_LEFT_OUT": (
         "warning",
         "check_recording",

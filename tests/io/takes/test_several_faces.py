@@ -56,6 +56,43 @@ def test_a_face_that_is_found_again_under_another_number_is_pointed_out(tmp_path
     assert "if face 1 is the same person, found again, give both one number" in found.message
 
 
+def two_landmarks(tmp_path, *rows):
+    """Rows of frame, face, success, x and width of the face: one of two landmarks."""
+    header = "frame, face_id, timestamp, confidence, success, x_0, x_1, y_0, y_1"
+    lines = [
+        f"{n}, {face}, {n / 25}, 0.9, {good}, {x}, {x + wide}, 30, 30"
+        for n, face, good, x, wide in rows
+    ]
+    path = tmp_path / "a.csv"
+    path.write_text("\n".join([header, *lines]) + "\n")
+    return path
+
+
+def test_a_face_that_is_found_again_at_its_place_is_joined(tmp_path):
+    """Under a new number each time; together the performer is seen longer than the passer-by."""
+    rows = [(n, 0, 1, PERFORMER, 20) for n in (1, 2)] + [(3, 0, 0, PERFORMER, 20)]
+    rows += [(n, 4, 1, PERFORMER + 3, 21) for n in (4, 5)] + [(5, 0, 0, PERFORMER, 20)]
+    rows += [(n, 7, 1, PERFORMER + 5, 20) for n in (7, 8)]
+    rows += [(n, 1, 1, PASSER_BY, 20) for n in (4, 5, 6, 7, 8)]
+    take, findings = read_take(two_landmarks(tmp_path, *rows))
+    x = np.array([0, 0, np.nan, 3, 3, 5, 5]) + PERFORMER + 0.5  # no row for frame 6
+    np.testing.assert_allclose(take.positions[:, 0, 0], x)
+    (joined,) = [found for found in findings if found.code == "FACES_JOINED"]
+    assert dict(joined.values) == {"face": "face 0", "names": ["face 4", "face 7"]}
+    (found,) = left_out(findings)
+    assert dict(found.values) == {"face": "face 0", "face_count": 2, "frame_count": 6}
+
+
+@pytest.mark.parametrize(
+    "again", [(5, 1, 1, PERFORMER + 15, 20), (5, 1, 1, PERFORMER, 40), (3, 1, 1, PERFORMER, 20)]
+)
+def test_a_face_elsewhere_or_of_another_size_or_beside_it_is_not_joined(tmp_path, again):
+    rows = [(n, 0, 1, PERFORMER, 20) for n in range(1, 4)]
+    take, findings = read_take(two_landmarks(tmp_path, *rows, again))
+    assert len(take.times) == 3 and left_out(findings)
+    assert "FACES_JOINED" not in [found.code for found in findings]
+
+
 def test_one_face_needs_no_finding(tmp_path):
     _, findings = read_take(openface(tmp_path, (1, 0, 1, PERFORMER), (2, 0, 1, PERFORMER)))
     assert not left_out(findings)

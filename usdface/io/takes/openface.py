@@ -37,6 +37,9 @@ _OPTIONAL = ("timestamp", _BLINK, _PRESENT, *_GAZE, *_POSE)
 def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
     """Read the landmarks in the image of one face; of several that of most frames.
 
+    OpenFace gives a face that it lost and found again another number; such faces are one where
+    their places and sizes say so.
+
     A frame without success is occluded, as is one with less confidence than the options ask.
 
     Raises
@@ -64,7 +67,12 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
     ]
     face, good = columns.get("face_id"), slice(columns["success"], columns["success"] + 1)
     rows, left_out = rows_of_face(
-        path, rows, face, columns["frame"], lambda cells: "".join(cells[good]).startswith("1")
+        path,
+        rows,
+        face,
+        columns["frame"],
+        lambda cells: "".join(cells[good]).startswith("1"),
+        lambda cells: _points(cells, [columns[f"{axis}_{n}"] for n in numbers for axis in "xy"]),
     )
     shared = [name for name in (*_ROW, *_OPTIONAL) if name in columns]
     points = [(f"landmark_{n}", [columns[f"x_{n}"], columns[f"y_{n}"]]) for n in numbers]
@@ -89,6 +97,14 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
     )
     take, findings = finish_tracks(tracks, options)
     return take, left_out + findings
+
+
+def _points(cells: list[str], columns: list[int]) -> FloatArray:
+    """Return the landmarks (N, 2) [px] of a row, NaN where a cell has no number."""
+    try:
+        return np.array([float(cells[column]) for column in columns]).reshape(-1, 2)
+    except (ValueError, IndexError):
+        return np.full((len(columns) // 2, 2), np.nan)
 
 
 def _gaze(values: Mapping[str, FloatArray], success: BoolArray) -> FloatArray:

@@ -1,11 +1,15 @@
 """The face that is read of several that a tracker saw: the one that is seen in most frames.
 
 A passer-by is seen for a moment, a performer throughout. Where a program numbers faces, its numbers
-count. Where it only lists those of a frame, in any order, each is followed by its place.
+count; a face that was lost and found again at its place, under another number, is one face where
+the program gives a new number to each face that it finds. Where it only lists those of a frame, in
+any order, each is followed by its place.
 """
 
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from itertools import chain, pairwise
+from math import inf, isfinite, nan
 from pathlib import Path
 
 import numpy as np
@@ -18,10 +22,20 @@ from usdface.plain_text import listed
 
 __all__ = ["faces_left_out", "follow_faces", "rows_of_face"]
 
+_Sample = tuple[str, str | int]  # number of a face, and of a frame
 _LISTED = 8  # faces that the finding names
 _REMEMBERED = 64  # people that a face is compared with; a film of noise has no end of them
+# Of a face before it was lost and after it was found again: how far its centre may have moved, as a
+# share of its size, and how many times as large one may be as the other. Set by hand: heads of two
+# people are a whole size apart.
+_MOVED, _GROWN = 0.5, 1.3
+_FARTHEST = 1e6  # px; more is no place that counts
 # In the column of the face's number where no face was found.
 _NOBODY = frozenset({"", "-1", "-1.0", "nan", "na", "none", "null"})
+_JOINED = (
+    "{face} was lost and is found again near its place under other numbers: {names} are read as "
+    "the same person"
+)
 
 
 def faces_left_out(
@@ -55,7 +69,12 @@ def faces_left_out(
 
 
 def rows_of_face(
-    path: Path, rows: list[Row], column: int | None, frame: int, seen: Callable[[list[str]], bool]
+    path: Path,
+    rows: list[Row],
+    column: int | None,
+    frame: int,
+    seen: Callable[[list[str]], bool],
+    points: Callable[[list[str]], FloatArray] | None = None,
 ) -> tuple[list[Row], list[Finding]]:
     """Return the rows of the face that is seen in most frames, and those in which no face is.
 
@@ -70,6 +89,10 @@ def rows_of_face(
         Column of the frame's number; -1 = each row is a frame.
     seen : callable
         Whether the cells of a row show that its face is seen.
+    points : callable, optional
+        Returns the landmarks (N, 2) in the cells of a row. Faces that are never seen together are
+        one where each is found near the place and of the size that the other had when it was lost;
+        FACES_JOINED names them. Without it each number is a face.
     """
     if column is None:
         return rows, []
@@ -81,41 +104,110 @@ def rows_of_face(
     if len(numbers) < 2:
         return rows, []
     tracked = {
-        each
+        each: cells
         for each, (_, cells) in zip(whose, rows, strict=True)
         if each[0] in numbers and seen(cells)
     }
-    found = Counter(face for face, _ in tracked)
+    people = _people(tracked, points) if points else {}
+    found = Counter(people.get(face, face) for face, _ in tracked)
     counts = {face: found[face] for face in numbers if found[face]} or numbers
     face = max(counts, key=counts.__getitem__)
-    mine = _rows_of(face, rows, whose, column, counts)
+    again = [name for name, person in people.items() if person == face and name != face]
+    mine = _rows_of({face, *again}, rows, whose, column, tracked)
+    findings = []
+    if again:
+        names = [f"face {name}" for name in again]
+        findings = [finding("FACES_JOINED", str(path), _JOINED, f"face {face}", names)]
     if len(counts) < 2:
-        return mine, []
-    shown = {place for name, place in tracked if name == face}
-    together = {name for name, place in tracked if place in shown}
+        return mine, findings
+    shown = {place for name, place in tracked if name in (face, *again)}
+    together = {people.get(name, name) for name, place in tracked if place in shown}
     apart = [f"face {name}" for name, count in counts.items() if count and name not in together]
     named = {f"face {name}": count for name, count in counts.items()}
-    return mine, [faces_left_out(path, f"face {face}", named, apart)]
+    return mine, [*findings, faces_left_out(path, f"face {face}", named, apart)]
 
 
 def _rows_of(
-    face: str,
+    same: Collection[str],
     rows: list[Row],
-    whose: Sequence[tuple[str, str | int]],
+    whose: Sequence[_Sample],
     column: int,
-    counts: Mapping[str, int],
+    tracked: Collection[_Sample],
 ) -> list[Row]:
-    """Return the rows of a face; of other frames those of one that is never seen, and cut ones."""
-    own = {frame for name, frame in whose if name == face}
-    spare: dict[str | int, str] = {}
+    """Return the rows of a face; of other frames those of one that is never seen, and cut ones.
+
+    Of the numbers `same` that the face has, a frame's is that by which it is seen there.
+    """
+    seen = {name for name, _ in tracked}
+    owners = {frame: name for name, frame in tracked if name in same}
     for name, frame in whose:
-        if name not in counts and frame not in own:
-            spare.setdefault(frame, name)
+        if name in same:
+            owners.setdefault(frame, name)
+    for name, frame in whose:
+        if name not in seen:
+            owners.setdefault(frame, name)
     return [
         row
         for row, (name, frame) in zip(rows, whose, strict=True)
-        if name == face or spare.get(frame) == name or len(row[1]) <= column
+        if owners.get(frame) == name or len(row[1]) <= column
     ]
+
+
+def _people(
+    tracked: Mapping[_Sample, list[str]], points: Callable[[list[str]], FloatArray]
+) -> dict[str, str]:
+    """Return who each face is, by the number under which that person is first seen."""
+    seen: dict[str, dict[float, list[str]]] = {}
+    for (name, frame), cells in tracked.items():
+        seen.setdefault(name, {})[_number(frame)] = cells
+    people: dict[str, str] = {name: name for name in seen}
+    if len(seen) > _REMEMBERED or not all(map(isfinite, chain.from_iterable(seen.values()))):
+        return people
+    for name in sorted(seen, key=lambda each: min(seen[each])):
+        others = {
+            person: moved
+            for person in set(people.values()) - {name}
+            if min(seen[person]) < min(seen[name])
+            and (moved := _moved(seen[person], seen[name], points)) <= _MOVED
+        }
+        if others:
+            person = min(others, key=others.__getitem__)
+            people[name] = person
+            seen[person] |= seen[name]
+    return people
+
+
+def _moved(
+    one: Mapping[float, list[str]],
+    other: Mapping[float, list[str]],
+    points: Callable[[list[str]], FloatArray],
+) -> float:
+    """Return how far a face moves from one number to the other, in its size; inf = another face.
+
+    `one` and `other` have the cells of the frames in which each is seen.
+    """
+    if one.keys() & other.keys():
+        return inf
+    farthest = 0.0
+    for before, after in pairwise(sorted([*one, *other])):
+        if (before in one) != (after in one):
+            places = [points((one if at in one else other)[at]) for at in (before, after)]
+            if not all((np.abs(each) < _FARTHEST).all() for each in places):
+                return inf
+            small, large = sorted(float(np.ptp(each, axis=0).max()) for each in places)
+            if not 0.0 < small >= large / _GROWN:
+                return inf
+            away = float(np.linalg.norm(places[0].mean(axis=0) - places[1].mean(axis=0)))
+            farthest = max(farthest, away / small)
+    return farthest
+
+
+def _number(frame: str | int) -> float:
+    """Return the number of a frame; NaN where the cell has none."""
+    try:
+        return float(frame)
+    except ValueError:
+        return nan
 
 
 def _cell(cells: Sequence[str], column: int) -> str:
