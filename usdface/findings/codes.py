@@ -126,6 +126,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "check_recording",
         "the file holds more or fewer markers than it announces; all are read",
     ),
+    "FRAMES_UNNUMBERED": (
+        "warning",
+        "check_recording",
+        "rows of faces have neither frame numbers nor times; time closes up where none was found",
+    ),
     "FRAMES_DROPPED": (
         "info",
         "nothing",

@@ -136,6 +136,33 @@ def test_a_number_without_any_place_is_no_face(tmp_path):
     assert not left_out(findings)
 
 
+def test_frames_without_numbers_are_reported_where_some_may_have_no_row(tmp_path):
+    def codes(header, *rows):
+        path = tmp_path / "a.csv"
+        path.write_text("\n".join([header, *rows]) + "\n")
+        take, findings = read_mediapipe(path, TakeOptions(image_size=(100, 100)))
+        return take, {found.code for found in findings}
+
+    assert "FRAMES_UNNUMBERED" in codes("face,x_0,y_0", "0,0.1,0.3", "0,0.2,0.3")[1]
+    both = "0,0.1,0.3", "1,0.7,0.3", "0,0.1,0.3", "-1,,"
+    assert "FRAMES_UNNUMBERED" in codes("face,x_0,y_0", *both)[1]
+    # Frames without a face have a row, or all have a number: nothing closes up.
+    assert "FRAMES_UNNUMBERED" not in codes("face,x_0,y_0", "0,0.1,0.3", "-1,,")[1]
+    assert "FRAMES_UNNUMBERED" not in codes("frame,face,x_0,y_0", "0,0,0.1,0.3")[1]
+    timed = "0,0,0.1,0.3", "0,1,0.7,0.3", "40,0,0.1,0.3", "120,0,0.1,0.3"
+    take, found = codes("timestamp_ms,face,x_0,y_0", *timed)
+    np.testing.assert_allclose(take.times, [0.0, 0.04, 0.12])
+    assert "FRAMES_UNNUMBERED" not in found
+
+
+def test_faces_of_one_time_are_of_one_frame(tmp_path):
+    path = tmp_path / "a.csv"
+    rows = "0,0,0.1,0.3", "0,1,0.7,0.3", "40,0,0.1,0.3"
+    path.write_text("\n".join(["timestamp_ms,face,x_0,y_0", *rows]) + "\n")
+    (found,) = left_out(read_mediapipe(path, TakeOptions(image_size=(100, 100)))[1])
+    assert "same person" not in found.message
+
+
 def test_faces_that_are_never_tracked_are_one_that_is_not(tmp_path):
     rows = [(n, face, int(face == 0 and n < 3), PERFORMER) for n in range(5) for face in (0, 1)]
     take, findings = read_take(openface(tmp_path, *rows))

@@ -229,17 +229,23 @@ def _of_rows(path: Path, rows: list[Row]) -> tuple[TrackTable, FloatArray | None
     landmark = next((columns[name] for name in _LANDMARK if name in columns), -1)
     face = next((columns[name] for name in _FACE if name in columns), None)
     place = next((n for n, name in enumerate(header) if name == "x" or _WIDE.fullmatch(name)), -1)
-    mine, left_out = rows_of_face(
-        path, rows[1:], face, frame, lambda cells: any(map(_is_finite, cells[place : place + 1]))
-    )
+
+    def seen(cells: list[str]) -> bool:
+        return any(map(_is_finite, cells[place : place + 1]))
+
+    # Rows of one time are of one frame, where frames have no numbers.
+    image = frame if frame >= 0 else columns.get(_TIME, -1)
+    mine, findings = rows_of_face(path, rows[1:], face, image, seen)
+    if face is not None and image < 0 and (findings or all(seen(cells) for _, cells in mine)):
+        findings.append(finding("FRAMES_UNNUMBERED", str(path)))
     if landmark >= 0 and {"x", "y"} <= columns.keys():
         table = _long(path, mine, frame, landmark, columns)
     else:
         table = _wide(path, mine, frame, columns)
     if _TIME not in columns:
-        return table, None, left_out
+        return table, None, findings
     clock = read_numbers(path, mine, [columns[_TIME]])[:, 0] / 1000.0
-    return table, np.repeat(clock, len(table.frames) // max(len(mine), 1)), left_out
+    return table, np.repeat(clock, len(table.frames) // max(len(mine), 1)), findings
 
 
 def _is_finite(cell: str) -> bool:
