@@ -90,6 +90,29 @@ def test_a_start_timecode_is_that_of_any_take(tmp_path, name, text):
 
 
 @pytest.mark.parametrize(
+    ("timecode", "rate", "fits"),
+    [
+        ("01:00:00:24", 24.0, False),
+        ("01:00:00:23", 23.976, True),
+        ("01:00:00;29", 29.97, True),
+        ("01:00:00:30", 29.97, False),
+        ("01:00:00:23.5", 24.0, True),
+        ("01:00:00:29", 12.0, True),  # of the clock of another camera
+        ("01:00:00:29", 120.0, True),
+    ],
+)
+def test_the_frame_of_a_start_timecode_is_one_of_a_second(tmp_path, timecode, rate, fits):
+    path = tmp_path / "a.csv"
+    path.write_text("frame,name,x,y,z\n" + "".join(f"{n},nose,0,0,{n}\n" for n in range(3)))
+    options = TakeOptions(start_timecode=timecode, rate=rate, units="mm")
+    if fits:
+        assert read_take(path, options)[0].start_timecode == timecode
+    else:
+        with pytest.raises(InputError, match=f"expected 0 to {round(rate) - 1}, of"):
+            read_take(path, options)
+
+
+@pytest.mark.parametrize(
     "text", ["01:02:03", "1 o'clock", "01:60:00:00", "01:00:00:0a", "24:00:00:00"]
 )
 def test_what_is_no_timecode_is_refused(text):

@@ -15,6 +15,7 @@ from usdface.io.takes.camera_calibration import read_calibration
 from usdface.io.takes.files import read_take
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.takes.raw_take import RawTake, finish_take
+from usdface.io.takes.timing import check_timecode
 from usdface.numerics.rms import rms
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
@@ -110,6 +111,7 @@ def read_views(
         start_timecode=options.start_timecode or next(iter(views.timecodes), ""),
         first_frame=int(views.frames[0]),
     )
+    check_timecode(paths[0], options.start_timecode or "", views.rate)
     if not options.start_timecode:
         of_first = views.timecodes[:1] if sync else views.timecodes
         findings += _timecodes_dropped(paths[0], takes, of_first)

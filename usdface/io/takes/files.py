@@ -9,6 +9,7 @@ from usdface.io.images.sequence import is_pattern
 from usdface.io.takes.field_of_view import report_field_of_view
 from usdface.io.takes.formats import TAKE_READERS
 from usdface.io.takes.raw_take import DEFAULTS
+from usdface.io.takes.timing import check_timecode
 from usdface.io.takes.verify_take import verified_take
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake, WeightsTake
@@ -40,8 +41,8 @@ def read_take(
     Raises
     ------
     InputError
-        If there is no such file, its kind is not read, it cannot be used, or its format does
-        not follow one of the `options`.
+        If there is no such file, its kind is not read, it cannot be used, its format does
+        not follow one of the `options`, or its rate is not that of the start timecode.
     PluginError
         If the reader of another package fails, or returns something else than a take.
     """
@@ -55,6 +56,7 @@ def read_take(
         result = verified_take(reader, path, result)
     take, found = result
     if options.start_timecode:
+        check_timecode(path, options.start_timecode, take.rate)
         take = replace(take, start_timecode=options.start_timecode)
         found = [each for each in found if each.code != "TIMECODE_ASSUMED"]
     unusual = _rate_findings(take, path, options.rate) + report_field_of_view(take, path)

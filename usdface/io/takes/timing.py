@@ -8,10 +8,11 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 
-__all__ = ["ASSUMED_RATE", "nominal_rate", "take_times"]
+__all__ = ["ASSUMED_RATE", "check_timecode", "nominal_rate", "take_times"]
 
 ASSUMED_RATE = 30.0  # Hz, where neither file nor options name one; RATE_ASSUMED reports it
 _SLOWEST, _FASTEST = 1e-3, 1e6  # Hz: a frame in 17 minutes to a frame in a microsecond
+_SLOWEST_TIMECODE = 24  # frames a second, as film counts
 _LONGEST = 1e7  # s, four months
 _GRID_TOLERANCE = 0.1  # frames: times rounded to milliseconds are off by that at 200 Hz
 _WHOLE_RATE_TOLERANCE = 5e-4  # half of the way from 30 to 29.97 Hz
@@ -31,6 +32,36 @@ def nominal_rate(seconds: FloatArray) -> float:
         return 0.0
     rate = float(1.0 / steps[steps <= 1.5 * np.median(steps)].mean())
     return float(round(rate)) if abs(rate - round(rate)) < _WHOLE_RATE_TOLERANCE * rate else rate
+
+
+def check_timecode(path: Path, timecode: str, rate: float) -> None:
+    """Refuse a timecode whose frame a second of the take has not.
+
+    A take of more frames a second than its timecode counts may have any of these; one of fewer
+    than any timecode counts, as of a slow web camera, has that of another clock.
+
+    Parameters
+    ----------
+    path : Path
+        File that the message names.
+    timecode : str
+        ``HH:MM:SS:FF``, perhaps with a fraction of a frame; "" = none.
+    rate : float [Hz]
+        Of the take.
+
+    Raises
+    ------
+    InputError
+        If the frame is at or beyond the whole frames of a second.
+    """
+    count = round(rate)
+    frame = float(timecode.replace(";", ":").split(":")[-1] or 0.0)
+    if count >= _SLOWEST_TIMECODE and frame >= count:
+        raise InputError(
+            f"{path}: the start timecode {timecode} has frame {frame:g}; expected 0 to "
+            f"{count - 1}, of {rate:g} frames a second; correct --start-timecode, or --rate",
+            "SETTING_WRONG",
+        )
 
 
 def take_times(
