@@ -87,6 +87,27 @@ def test_other_sections_and_speeds_are_announced(read):
     assert ignored.values["channels"] == ["Events", "Model Outputs", *speeds]
 
 
+@pytest.mark.parametrize("analog", [True, False])
+def test_the_older_form_without_units_is_read(tmp_path, analog):
+    rows = [["TRAJECTORIES"], ["120.000000", "Hz"], ["", "Chin", "", "", "Nose"]]
+    rows += [["Field #", *"XYZXYZ"]]
+    for frame, places in enumerate(POSITIONS):
+        rows.append([str(1 + frame), *[repr(float(v)) for v in places.ravel()]])
+    forces = [["ANALOG"], ["1080", "Hz"], ["Sample #", "FX1"], ["1", "0.5"]]
+    path = tmp_path / "take.csv"
+    path.write_text(text_of(*([forces] * analog), rows))
+    take, findings = read_take(path)
+    assert (take.names, take.rate, take.first_frame) == (("Chin", "Nose"), 120.0, 0)
+    np.testing.assert_allclose(take.positions, POSITIONS * 1e-3, atol=1e-12)
+    assert "UNITS_ASSUMED" in codes(findings)
+    assert ("CHANNEL_IGNORED" in codes(findings)) == analog
+
+
+def test_the_older_form_without_frames_is_refused(read):
+    with pytest.raises(InputError, match="no frames"):
+        read("TRAJECTORIES\n120,Hz\n,Chin,,\nField #,X,Y,Z\n")
+
+
 def test_a_part_of_a_recording_keeps_the_number_of_its_first_frame(read):
     take, findings = read(text_of(trajectories(first=101)))
     assert take.first_frame == 100 and take.times[0] == 0

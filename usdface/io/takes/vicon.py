@@ -2,7 +2,8 @@
 
 The file has sections, each with a title, its rate [Hz] and a table. In ``Trajectories`` a row
 names the markers, ``subject:marker`` above the first of their columns; below it stand the axes
-(``Frame, Sub Frame, X, Y, Z ...``), the units, then a row for each frame.
+(``Frame, Sub Frame, X, Y, Z ...``), the units, then a row for each frame. Older programs
+(Workstation) write titles in capitals, ``120,Hz``, ``Field #, X, Y, Z ...``, and no units.
 """
 
 from pathlib import Path
@@ -26,6 +27,7 @@ __all__ = ["read_vicon"]
 
 _TITLE = "trajectories"
 _HEADER_ROWS = 5  # title, rate, names, axes, units
+_OLD_FRAME, _OLD_HEADER_ROWS = "field #", 4  # without units
 
 
 def read_vicon(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, list[Finding]]:
@@ -52,8 +54,10 @@ def read_vicon(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
         )
     end = min((start for start in sections if start > top), default=len(rows))
     section, ignored = rows[top:end], [rows[start][1][0] for start in sections if start != top]
-    if (
-        len(section) < _HEADER_ROWS
+    is_old = len(section) > 3 and section[3][1][0].lower() == _OLD_FRAME
+    header_rows = _OLD_HEADER_ROWS if is_old else _HEADER_ROWS
+    if not is_old and (
+        len(section) < header_rows
         or section[3][1][0].lower() != "frame"
         or section[4][1][0].isdecimal()  # a frame, where units are expected
     ):
@@ -63,7 +67,8 @@ def read_vicon(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
             "COLUMNS_WRONG",
         )
     markers, others = _columns(path, section)
-    frames = section[_HEADER_ROWS:]
+    frames = section[header_rows:]
+    units = [] if is_old else section[4][1]
     if end == len(rows) and frames:
         refuse_cut_end(path, text, frames[-1], len(section[3][1]), rows_missing=False)
     check_size(path, len(frames), len(markers))
@@ -80,7 +85,7 @@ def read_vicon(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
         positions=table[:, 1:].reshape(len(frames), len(markers), 3),
         frames=table[:, 0],
         rate=positive(section[1][1][0]),
-        unit_name=next((unit for unit in section[4][1] if unit), ""),
+        unit_name=next((unit for unit in units if unit), ""),
         first_frame=before,
     )
     take, take_findings = finish_take(raw, options)
@@ -88,8 +93,11 @@ def read_vicon(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
 
 
 def _sections(rows: list[Row]) -> list[int]:
-    """Return where sections start: a row with a title alone above a row with a rate alone."""
-    alone = [[cell for cell in cells if cell] for _, cells in rows]
+    """Return where sections start: a row with a title alone above a row with a rate alone.
+
+    Older programs name the unit of the rate beside it.
+    """
+    alone = [[cell for cell in cells if cell and cell.lower() != "hz"] for _, cells in rows]
     return [
         k
         for k in range(len(rows) - 1)
