@@ -230,6 +230,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     ),
     # films of painted dots
     "DOTS_FOUND": ("info", "nothing", "dots were found in the images, by their colour"),
+    "DOTS_APART": (
+        "warning",
+        "check_recording",
+        "dots form two groups far apart, as of two faces; they are tracked as one",
+    ),
     "DOTS_IGNORED": ("info", "look_at_frames", "short-lived detections of dots are left out"),
     "DOTS_NAMED": (
         "info",

@@ -170,6 +170,16 @@ def test_the_report_has_no_marker_that_corrections_hide_in_all_frames(
     json.dumps(result.details, allow_nan=False)
 
 
+def test_two_faces_in_one_image_are_reported(tmp_path: Path) -> None:
+    other = np.array([520.0, 10.0]) + layout()[:12]
+    both = np.concatenate([layout(), other])
+    for number in range(3):
+        save(paint(both, seed=number, size=(820, 220)), tmp_path / f"face.{number:04d}.png")
+    _, _, findings = read_footage(tmp_path, TakeOptions(rate=30.0))
+    (apart,) = [found for found in findings if found.code == "DOTS_APART"]
+    assert (apart.values["dot_count"], apart.values["other_count"]) == (20, 12)
+
+
 def test_missing_and_spoilt_images_are_occluded_and_reported(copied: Path) -> None:
     (copied / "face.0104.png").unlink()
     (copied / "face.0107.png").write_bytes(b"nonsense")

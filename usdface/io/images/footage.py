@@ -14,6 +14,7 @@ from usdface.findings import Finding, finding
 from usdface.footage.choose_channel import choose_model, colour_at, model_of_colour
 from usdface.footage.colour_channel import Pixels, parse_colour
 from usdface.footage.detect import DotModel
+from usdface.footage.dot_groups import dots_far_apart
 from usdface.footage.face_names import BoundVertices
 from usdface.footage.fixes import Fix
 from usdface.footage.labels import NamedPlace
@@ -252,6 +253,7 @@ def _found(film: Film, model: DotModel, tracks: Tracks, timecode: str) -> list[F
     if tracks.cuts:
         message = "at frames {frames}"
         found.append(finding("FOOTAGE_CUT", where, message, list(tracks.cuts)))
+    found += _apart(where, tracks)
     if tracks.left_out:
         message = "{track_count} short-lived detections are left out"
         found.append(finding("DOTS_IGNORED", where, message, tracks.left_out))
@@ -272,3 +274,18 @@ def _found(film: Film, model: DotModel, tracks: Tracks, timecode: str) -> list[F
         count = len(film.unreadable) - _MOST_FINDINGS
         found.append(finding("IMAGE_UNREADABLE", where, message, count))
     return found
+
+
+def _apart(where: str, tracks: Tracks) -> list[Finding]:
+    """Report dots that lie far from the others in the reference frame, as those of another face."""
+    groups = dots_far_apart(tracks.places[tracks.reference])
+    if groups is None:
+        return []
+    larger, smaller, gap = groups
+    message = (
+        "{dot_count} dots and {other_count} others ({markers}) lie {gap_px:.0f} px apart: if they "
+        "are of two faces, crop the images to one"
+    )
+    names = [tracks.names[k] for k in smaller.tolist()]
+    counts = len(larger), len(smaller)
+    return [finding("DOTS_APART", where, message, *counts, names, gap)]
