@@ -15,6 +15,7 @@ from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
 from usdface.errors import InputError
+from usdface.read_only import read_only_again
 
 __all__ = ["checked"]
 
@@ -45,7 +46,8 @@ class _Misfit(Exception):
 def checked(target: TargetT) -> TargetT:
     """Return a function, or a class with its constructor, that refuses arguments of wrong types.
 
-    Iterables are taken for tuples, and sequences of numbers for arrays.
+    Iterables are taken for tuples, and sequences of numbers for arrays. The arrays of an unpickled
+    or copied instance are read-only again.
 
     Parameters
     ----------
@@ -60,6 +62,8 @@ def checked(target: TargetT) -> TargetT:
     """
     if isinstance(target, type):
         target.__init__ = _checked_call(target.__init__, target.__name__)  # type: ignore[misc]
+        if hasattr(target, "__setstate__"):
+            target.__setstate__ = read_only_again(target.__setstate__)
         return target
     call: TargetT = _checked_call(target, target.__name__)
     return call

@@ -1,0 +1,44 @@
+"""Arrays of an unpickled or copied value, which are read-only again."""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from functools import wraps
+from sys import modules
+from typing import Any
+
+__all__ = ["read_only_again"]
+
+
+def read_only_again(restore: Any) -> Any:
+    """Return a `__setstate__` that makes the arrays of its instance read-only, as they were.
+
+    NumPy forgets the flag when an array is pickled or copied.
+
+    Parameters
+    ----------
+    restore : function
+        The `__setstate__` of a frozen dataclass.
+    """
+
+    @wraps(restore)
+    def set_state(instance: object, state: object) -> None:
+        restore(instance, state)
+        if "numpy" in modules:  # else there is no array
+            _freeze(instance)
+
+    return set_state
+
+
+def _freeze(value: object) -> None:
+    """Make the arrays in a value read-only: in its tuples, lists, mappings and dataclasses."""
+    if isinstance(value, modules["numpy"].ndarray):
+        value.setflags(write=False)
+    elif isinstance(value, Mapping):
+        for each in value.values():
+            _freeze(each)
+    elif isinstance(value, tuple | list):
+        for each in value:
+            _freeze(each)
+    elif is_dataclass(value) and not isinstance(value, type):
+        for field in fields(value):
+            _freeze(getattr(value, field.name))
