@@ -1,3 +1,4 @@
+import tracemalloc
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,9 +12,14 @@ from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import MapOptions, SolveOptions
+from usdface.retarget import rbf
 from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.calibration import calibrate_take
-from usdface.retarget.marker_errors import estimate_marker_errors, marker_error_findings
+from usdface.retarget.marker_errors import (
+    _usual,
+    estimate_marker_errors,
+    marker_error_findings,
+)
 from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.rbf import fit_map
@@ -133,6 +139,23 @@ def test_the_order_of_markers_does_not_count() -> None:
     moved = replace(joint, displaced=joint.displaced[:, turned])
     found = estimated(moved, POINTS[turned], model)
     np.testing.assert_allclose(found, estimated(joint)[turned], rtol=1e-8)
+
+
+def test_what_is_usual_around_many_markers_needs_no_distances_of_all_pairs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    points, ways = RNG.normal(size=(600, 3)), np.ones(600)
+    variances = RNG.uniform(1.0, 2.0, 600)
+    whole = _usual(variances, points, ways)
+    monkeypatch.setattr(rbf, "_CHUNK_ELEMENTS", 20_000)
+    tracemalloc.start()
+    try:
+        parts = _usual(variances, points, ways)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_allclose(parts, whole, rtol=1e-12)
+    assert peak < 600**2 * 8
 
 
 @pytest.mark.parametrize("noise", [0.0, 1e-9])

@@ -1,3 +1,4 @@
+import tracemalloc
 from dataclasses import replace
 from typing import get_args
 
@@ -7,7 +8,8 @@ from scipy.interpolate import RBFInterpolator
 
 from usdface.errors import SolveError
 from usdface.options import Kernel, MapOptions
-from usdface.retarget.rbf import fit_map, fit_paper_map, kernel_slopes, kernel_values
+from usdface.retarget import rbf
+from usdface.retarget.rbf import fit_map, fit_paper_map, kernel_slopes, kernel_values, spacing
 
 RNG = np.random.default_rng(2)
 KERNELS = get_args(Kernel)
@@ -166,3 +168,36 @@ def test_an_occluded_marker_has_no_displacement_and_hides_no_other() -> None:
     points[1, 3] = np.nan
     moved = fit_map(SOURCE, TARGET, MapOptions()).displacements(points)
     assert np.isnan(moved[1, 3]).all() and np.isnan(moved).sum() == 3
+
+
+def test_maps_do_not_depend_on_how_many_distances_are_held(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    whole = fit_map(SOURCE, TARGET, MapOptions(smoothing=0.01))
+    apart = spacing(SOURCE), whole.derivative
+    monkeypatch.setattr(rbf, "_CHUNK_ELEMENTS", 3 * len(SOURCE))
+    parts = fit_map(SOURCE, TARGET, MapOptions(smoothing=0.01))
+    np.testing.assert_array_equal(parts.coefficients, whole.coefficients)
+    assert spacing(SOURCE) == apart[0]
+    np.testing.assert_allclose(parts.derivative, apart[1], rtol=1e-9)
+
+
+def test_many_markers_need_no_distances_of_all_pairs_but_in_the_system(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(rbf, "_CHUNK_ELEMENTS", 20_000)
+    source = RNG.normal(size=(600, 3))
+    target = source * 1.3 + 0.1 * RNG.normal(size=source.shape)
+    system = len(source) ** 2 * 8
+    tracemalloc.start()
+    try:
+        space = fit_map(source, target, MapOptions())
+        _, fitting = tracemalloc.get_traced_memory()
+        tracemalloc.reset_peak()
+        held = tracemalloc.get_traced_memory()[0]
+        assert space.derivative.shape == (600, 3, 3)
+        derived = tracemalloc.get_traced_memory()[1] - held
+    finally:
+        tracemalloc.stop()
+    assert fitting < 2.6 * system  # with the copy that is factorised
+    assert derived < 1.0 * system

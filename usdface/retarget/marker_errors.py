@@ -13,7 +13,7 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.motion_model import MotionModel
-from usdface.retarget.rbf import distances
+from usdface.retarget.rbf import by_rows, distances
 from usdface.retarget.windows import window_starts
 from usdface.takes import visible
 
@@ -194,12 +194,17 @@ def _usual(variances: FloatArray, points: FloatArray, ways: FloatArray) -> Float
     ways : (M,) float64 [m]
         Mean lengths of the markers' displacements by the blend shapes.
     """
-    apart = distances(points, points)
-    reach = np.sort(apart, axis=1)[:, min(2 * _AROUND, len(points) - 1), None]
-    # Which markers are just nearest is chance: their shares fall with the distance.
-    shares = (1.0 - apart / np.maximum(reach, 1e-300)).clip(min=0.0)
-    np.fill_diagonal(shares, 0.0)
-    around = _weighted_medians(variances, shares)
+
+    def medians(rows: slice) -> FloatArray:
+        apart = distances(points[rows], points)
+        reach = np.sort(apart, axis=1)[:, min(2 * _AROUND, len(points) - 1), None]
+        # Which markers are just nearest is chance: their shares fall with the distance.
+        shares = (1.0 - apart / np.maximum(reach, 1e-300)).clip(min=0.0)
+        own = np.arange(len(apart))
+        shares[own, own + rows.start] = 0.0
+        return _weighted_medians(variances, shares)
+
+    around = by_rows(len(points), medians)
     misfit = _misfit_share(variances - variances.min(), ways) * ways**2
     return np.asarray(np.maximum(around, misfit))
 

@@ -12,6 +12,7 @@ Based on Marker Data" (InAES 2016), [RBF] below:
   mapped places (python -m benchmarks.stylised), since the field is only known where markers rest.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,9 +21,19 @@ import numpy as np
 from usdface.arrays import FloatArray, frozen
 from usdface.errors import SolveError
 from usdface.geometry.rigid_fit import ALL_AT_ONE_PLACE, similarity_fit
+from usdface.numerics.frame_blocks import by_blocks, frame_blocks
 from usdface.options import Kernel, MapOptions
 
-__all__ = ["SpaceMap", "carry", "distances", "fit_map", "fit_paper_map", "kernel_values", "spacing"]
+__all__ = [
+    "SpaceMap",
+    "by_rows",
+    "carry",
+    "distances",
+    "fit_map",
+    "fit_paper_map",
+    "kernel_values",
+    "spacing",
+]
 
 # Distances that are held at once: 64 MB.
 _CHUNK_ELEMENTS = 8_000_000
@@ -94,7 +105,7 @@ class SpaceMap:
         flat = points.reshape(-1, points.shape[-1])
         result = flat @ self.linear + self.offset
         if self.coefficients.any():
-            chunk = max(1, _CHUNK_ELEMENTS // len(self.centres))
+            chunk = _rows_at_once(len(self.centres))
             for first in range(0, len(flat), chunk):
                 rows = slice(first, first + chunk)
                 values = kernel_values(
@@ -119,12 +130,35 @@ class SpaceMap:
         """The derivative at the centres, ``d value_j / d point_i``: (M, D, 3)."""
         linear = np.repeat(self.linear[None], len(self.centres), axis=0)
         if self.coefficients.any():
-            apart = self.centres[:, None] - self.centres
-            slopes = kernel_slopes(self.kernel, distances(self.centres, self.centres), self.radius)
-            linear = linear + np.einsum(
-                "mn,mni,nj->mij", slopes, apart, self.coefficients, optimize=True
-            )
+            linear = linear + by_rows(len(self.centres), self._bend)
         return frozen(linear)
+
+    def _bend(self, rows: slice) -> FloatArray:
+        """Return the derivative of the radial field at some centres: (N, D, 3)."""
+        own = self.centres[rows]
+        slopes = kernel_slopes(self.kernel, distances(own, self.centres), self.radius)
+        apart = own[:, None] - self.centres
+        return np.asarray(
+            np.einsum("mn,mni,nj->mij", slopes, apart, self.coefficients, optimize=True)
+        )
+
+
+def by_rows(count: int, compute: Callable[[slice], FloatArray]) -> FloatArray:
+    """Return values of points (M, ...), computed for so many that all distances of them fit.
+
+    Parameters
+    ----------
+    count : int
+        M.
+    compute : callable
+        Returns the values of some points by their distances to all.
+    """
+    return by_blocks(count, compute, _rows_at_once(count))
+
+
+def _rows_at_once(count: int) -> int:
+    """Return for how many points the distances to `count` others are held at once."""
+    return max(1, _CHUNK_ELEMENTS // max(count, 1))
 
 
 def distances(a: FloatArray, b: FloatArray) -> FloatArray:
@@ -136,9 +170,13 @@ def distances(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def _closest(points: FloatArray) -> FloatArray:
-    apart = distances(points, points)
-    np.fill_diagonal(apart, np.inf)
-    return np.asarray(apart.min(axis=1))
+    def nearest(rows: slice) -> FloatArray:
+        apart = distances(points[rows], points)
+        own = np.arange(len(apart))
+        apart[own, own + rows.start] = np.inf
+        return np.asarray(apart.min(axis=1))
+
+    return by_rows(len(points), nearest)
 
 
 def spacing(points: FloatArray) -> float:
@@ -212,8 +250,11 @@ def fit_map(source: FloatArray, target: FloatArray, options: MapOptions) -> Spac
     sign = -1.0 / radius if options.kernel == "multiquadric" else 1.0
     system = np.ones((count + 1, count + 1))
     system[-1, -1] = 0.0
-    system[:-1, :-1] = sign * kernel_values(options.kernel, distances(source, source), radius)
-    system[:-1, :-1] += options.smoothing * np.eye(count)
+    for rows in frame_blocks(count, _rows_at_once(count)):  # into the system, which fills memory
+        apart = distances(source[rows], source)
+        system[rows, :-1] = sign * kernel_values(options.kernel, apart, radius)
+    own = np.arange(count)
+    system[own, own] += options.smoothing
     try:
         solved: FloatArray = np.asarray(np.linalg.solve(system, np.vstack([rest, np.zeros(3)])))
     except np.linalg.LinAlgError as error:

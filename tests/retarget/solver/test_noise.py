@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
@@ -5,7 +7,15 @@ from scipy.signal import butter, filtfilt
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.rigid_modes import motion_basis
+from usdface.retarget.solver import noise as noise_module
 from usdface.retarget.solver.noise import ResidualSpace, independent_lags, white_noise
+
+
+@pytest.fixture(autouse=True, params=["in a basis", "of many coordinates"])
+def way(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every test, also as for so many coordinates that no basis is made of them."""
+    if request.param == "of many coordinates":
+        monkeypatch.setattr(noise_module, "_BASIS", 0)
 
 
 def all_seen(observed: FloatArray) -> BoolArray:
@@ -205,7 +215,7 @@ def test_blend_shapes_that_differ_by_the_rounding_of_a_file_are_one() -> None:
         rounded = 1e-8 * np.random.default_rng(seed).standard_normal((2, 6, 60))
         rest = ResidualSpace.of(np.vstack([shapes + rounded[0], shapes + rounded[1]]), seen)
         noise = rest.noise(observed)
-        found.append((rest.basis.shape[1], noise, rest.misfit(observed, noise)))
+        found.append((rest.dimension, noise, rest.misfit(observed, noise)))
     assert {size for size, _, _ in found} == {54}
     np.testing.assert_allclose([(a, b) for _, a, b in found], [found[0][1:]] * 4, rtol=0.05)
 
@@ -255,8 +265,42 @@ def test_noise_is_that_of_the_face_in_any_unit() -> None:
         ResidualSpace.beside_head(k * shapes, rigid, k * rest, seen, (1,))
         for k in (0.01, 1.0, 100.0)
     ]
-    assert [part.basis.shape[1] for part in parts] == [36 - 6 - 10] * 3
+    assert [part.dimension for part in parts] == [36 - 6 - 10] * 3
     found = [
         part.noise(k * observed) / k for part, k in zip(parts, (0.01, 1.0, 100.0), strict=True)
     ]
     np.testing.assert_allclose(found, found[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize("gaps", [False, True])
+def test_noise_and_misfit_are_the_same_without_a_basis(
+    monkeypatch: pytest.MonkeyPatch, gaps: bool
+) -> None:
+    explained, observed, seen = a_take_with_gaps()
+    seen = seen if gaps else all_seen(observed)
+    found = []
+    for most in (0, 3000):
+        monkeypatch.setattr(noise_module, "_BASIS", most)
+        part = ResidualSpace.of(explained, seen, (1, 6))
+        assert (part.basis is None) == (most == 0)
+        noise = part.noise(observed)
+        squares, count = part.squares(observed)
+        found.append((noise, part.misfit(observed, noise), *squares, *count))
+        assert part.dimension == 35
+    np.testing.assert_allclose(*found, rtol=1e-9)
+
+
+def test_very_many_coordinates_need_no_matrix_of_all_pairs() -> None:
+    """As where the points of a scan are markers: 29 GB for 20,000 of them."""
+    rng = np.random.default_rng(5)
+    explained, count = rng.normal(size=(6, 3600)), 3600
+    observed = rng.normal(size=(30, 6)) @ explained + 1e-3 * rng.normal(size=(30, count))
+    tracemalloc.start()
+    try:
+        part = ResidualSpace.of(explained, all_seen(observed))
+        noise = part.noise(observed)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert noise == pytest.approx(1e-3, rel=0.05)
+    assert peak < 0.2 * count**2 * 8

@@ -15,6 +15,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.numerics.robust_deviation import MEDIAN_TO_DEVIATION, THIRD_DIFFERENCE
 from usdface.numerics.visibility_patterns import visibility_patterns
 from usdface.retarget.solver.occluded_directions import NOTHING, OccludedDirections
+from usdface.retarget.solver.seen_directions import SeenDirections
 from usdface.takes import frame_step
 
 __all__ = [
@@ -38,6 +39,9 @@ _LEAST_MISFIT = 0.3
 # memory. Where a take has more, evenly spread frames are used.
 _PATTERNS = 400
 _NUMBERS = 4e6
+# Coordinates of which a basis is made, of as many columns: 72 MB. Of more, as where a scan's points
+# are markers, 20,000 would take 29 GB; the rest of each frame is found without it.
+_BASIS = 3000
 # The lag of neighbouring frames, and the number of larger lags at which differences are taken: of
 # more the mean is the same.
 _NEIGHBOURS, _LAGS = 1, 4
@@ -104,25 +108,28 @@ class ResidualSpace:
 
     Attributes
     ----------
-    basis : (N, R) float64
-        Orthonormal basis of the space if all markers are visible.
+    basis : (N, R) float64 or None
+        Orthonormal basis of the space if all markers are visible; None of very many coordinates.
+    explained : (N, N - R) float64
+        Orthonormal basis of the others.
     seen : (F, N) bool
         Coordinates that were observed.
     frames : (K,) int64
         Frames that are used.
-    occluded : OccludedDirections
-        The occluded directions in these frames.
+    occluded : OccludedDirections or SeenDirections
+        The occluded directions in these frames; without a basis the seen ones.
     lags : tuple of int
         Frames after which errors are independent (`independent_lags`).
     windows : dict of int to _Windows
-        The occluded directions in third differences, by lag, as far as noise has been measured:
+        The same directions in third differences, by lag, as far as noise has been measured:
         rounds measure that of the same frames again.
     """
 
-    basis: FloatArray
+    basis: FloatArray | None
+    explained: FloatArray
     seen: BoolArray
     frames: IntArray
-    occluded: OccludedDirections
+    occluded: OccludedDirections | SeenDirections
     lags: tuple[int, ...] = (_NEIGHBOURS,)
     windows: dict[int, "_Windows"] = field(default_factory=dict, init=False, repr=False)
 
@@ -131,17 +138,19 @@ class ResidualSpace:
         cls, explained: FloatArray, seen: BoolArray, lags: tuple[int, ...] = (_NEIGHBOURS,)
     ) -> "ResidualSpace":
         """Return the complement of the span of `explained` (K, N), of coordinates `seen` (F, N)."""
-        turned, values, _ = np.linalg.svd(explained.T, full_matrices=True)
+        has_basis = explained.shape[1] <= _BASIS
+        turned, values, _ = np.linalg.svd(explained.T, full_matrices=has_basis)
         rank = int((values > NOTHING * values.max(initial=0.0)).sum())
-        basis = turned[:, rank:]
-        if seen.all() or not basis.size:
-            none = OccludedDirections.of(basis, np.ones_like(seen))
-            return cls(basis, seen, np.arange(len(seen)), none, lags)
-        most = max(16, int(min(_PATTERNS, _NUMBERS / basis.size)))
+        span, basis = turned[:, :rank], turned[:, rank:] if has_basis else None
+        used = span if basis is None else basis
+        if seen.all() or rank == len(turned):
+            every = _directions(basis, span, np.ones_like(seen))
+            return cls(basis, span, seen, np.arange(len(seen)), every, lags)
+        most = max(16, int(min(_PATTERNS, _NUMBERS / max(used.size, 1))))
         frames = np.flatnonzero(seen.any(axis=1))
         while len(visibility_patterns(seen[frames])[0]) > most:
             frames = frames[::2]
-        return cls(basis, seen, frames, OccludedDirections.of(basis, seen[frames]), lags)
+        return cls(basis, span, seen, frames, _directions(basis, span, seen[frames]), lags)
 
     @classmethod
     def beside_head(
@@ -168,6 +177,16 @@ class ResidualSpace:
         turn = np.sqrt(len(rest)) * rms_radius(rest)
         return cls.of(np.vstack([directions, turn * rigid.T]), seen, lags)
 
+    @property
+    def dimension(self) -> int:
+        """Of the space, if all markers are visible."""
+        size, rank = self.explained.shape
+        return int(size - rank)
+
+    def _coordinates(self, observed: FloatArray) -> FloatArray:
+        """Return displacements (K, N) as `occluded` measures them: in the basis, or as they are."""
+        return observed if self.basis is None else observed @ self.basis
+
     def squares(self, observed: FloatArray) -> tuple[FloatArray, IntArray]:
         """Return the mean square [m^2] of frames, and its degrees of freedom: (K,), (K,).
 
@@ -176,7 +195,7 @@ class ResidualSpace:
         observed : (F, N) float64 [m]
             Displacements; any number where they were not seen.
         """
-        sums, count = self.occluded.squares(observed[self.frames] @ self.basis)
+        sums, count = self.occluded.squares(self._coordinates(observed[self.frames]))
         enough = count > 0
         return sums[enough] / count[enough], count[enough]
 
@@ -191,7 +210,7 @@ class ResidualSpace:
         """
         if len(observed) < 4:
             return 0.0
-        found = self._unexplained_noise(observed, _NEIGHBOURS) if self.basis.shape[1] else None
+        found = self._unexplained_noise(observed, _NEIGHBOURS) if self.dimension else None
         if found is None:
             return white_noise(np.where(self.seen, observed, np.nan))
         others = [self._unexplained_noise(observed, lag) for lag in self.lags]
@@ -202,7 +221,7 @@ class ResidualSpace:
 
         `observed` as in `squares`, `noise` [m] as estimated from it.
         """
-        if self.lags == (_NEIGHBOURS,) or not self.basis.shape[1]:
+        if self.lags == (_NEIGHBOURS,) or not self.dimension:
             return 0.0
         white = self._unexplained_noise(observed, _NEIGHBOURS)
         if white is None:  # then noise is estimated as white
@@ -219,7 +238,7 @@ class ResidualSpace:
         """
         if len(observed) <= 3 * lag:
             return None
-        rest = observed @ self.basis
+        rest = self._coordinates(observed)
         first, second, third, fourth = (rest[k * lag : len(rest) - (3 - k) * lag] for k in range(4))
         differences = fourth - first + 3.0 * (second - third)
         windows = self._windows_of(lag)
@@ -240,7 +259,8 @@ class ResidualSpace:
             seen: BoolArray = np.asarray(four[..., ::lag].all(axis=-1))
             used = self.frames[self.frames < len(seen)]
             used = used[seen[used].any(axis=1)]
-            self.windows[lag] = _Windows(used, OccludedDirections.of(self.basis, seen[used]))
+            directions = _directions(self.basis, self.explained, seen[used])
+            self.windows[lag] = _Windows(used, directions)
         return self.windows[lag]
 
     def misfit(self, observed: FloatArray, noise: float) -> float:
@@ -270,7 +290,16 @@ class ResidualSpace:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Windows:
-    """Third differences that are used: the first frame (K,) and the occluded directions of each."""
+    """Third differences that are used: the first frame (K,) and the directions of each."""
 
     frames: IntArray
-    occluded: OccludedDirections
+    occluded: OccludedDirections | SeenDirections
+
+
+def _directions(
+    basis: FloatArray | None, explained: FloatArray, seen: BoolArray
+) -> OccludedDirections | SeenDirections:
+    """Return the occluded directions of frames in a basis; without one the seen ones."""
+    if basis is None:
+        return SeenDirections.of(explained, seen)
+    return OccludedDirections.of(basis, seen)
