@@ -10,7 +10,7 @@ __all__ = ["dots_far_apart"]
 # A face has so many dots at least; fewer are specks, or dots on the clothes.
 _LEAST_DOTS = 5
 # Least gap between two faces, by the extent of the larger one. Set by hand: dots of one face that
-# are only on its brows and mouth lie 0.7 of the brows' extent apart; two people at arm's length 2.
+# are only on its brows and mouth lie nearer than the brows are wide.
 _APART = 1.0
 _MOST_GROUPS = 5  # that the dots are parted into: two faces, and what lies beside them
 
