@@ -29,6 +29,7 @@ __all__ = [
     "VERTICES",
     "WORLD",
     "filmed",
+    "filmed_markers",
     "found",
     "placed",
     "true_weights",
@@ -67,6 +68,21 @@ def filmed(world: World, degrees: float, focal: float = FOCAL) -> tuple[MarkerTa
     camera = PinholeCamera(focal, CAMERA.centre)
     image = camera.image(placed(motion).to_take(world.take.positions))
     return replace(world.take, positions=image, image_size=SIZE), motion
+
+
+def filmed_markers(placed: FloatArray, degrees: float, noise: float = 0.0) -> MarkerTake:
+    """Film markers (F, M, 3), 30 a second, on a head that turns after ten neutral frames.
+
+    `noise` is in pixels.
+    """
+    count = len(placed)
+    swing = np.sin(np.linspace(0, 6, count)) * np.clip((np.arange(count) - 10) / 10, 0, 1)
+    turn = Rotation.from_rotvec(np.radians(degrees) * swing[:, None] * [0.3, 1.0, 0.1])
+    pose = Pose(turn.as_matrix(), np.tile([0.01, 0.0, -0.6], (count, 1)))
+    image = CAMERA.image(pose.to_take(placed))
+    image += noise * np.random.default_rng(3).normal(size=image.shape)
+    names, times = tuple(f"m{k}" for k in range(placed.shape[1])), np.arange(count) / 30.0
+    return MarkerTake(names, times, image, 30.0, image_size=SIZE, focal_length=FOCAL)
 
 
 def true_weights(

@@ -12,7 +12,13 @@ from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.marker_surface import MarkerSurface
 from usdface.options import MapOptions, SolveOptions, SolvePlaces
 from usdface.retarget.bound_points import BoundPoints
-from usdface.retarget.face_fit import TRANSFER, FaceFit, fit_face, fit_places
+from usdface.retarget.face_fit import (
+    TRANSFER,
+    FaceFit,
+    fit_face,
+    fit_in_head_space,
+    fit_places,
+)
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_at_rest
 from usdface.retarget.solution import Solution
@@ -308,3 +314,12 @@ def test_a_face_whose_motion_is_bent_like_its_rest_keeps_the_map_that_bends(
     found: Solution,
 ) -> None:
     assert found.choice.name != TRANSFER
+
+
+def test_in_head_space_displacements_are_not_bent() -> None:
+    wide = HEAD.points[:, :2] * [1.2, 0.9]
+    fit = fit_in_head_space(wide, HEAD.points, bound())
+    moved = np.random.default_rng(2).normal(size=(5, *wide.shape))
+    displaced = fit.space.displacements(wide + moved)
+    np.testing.assert_allclose(displaced[..., :2], moved, atol=1e-12)
+    assert not displaced[..., 2].any() and on_its_vertices(fit)

@@ -1,4 +1,4 @@
-"""A film whose neutral frames show something: the head is solved again without it."""
+"""Films: neutral frames that show something, and faces with blend shapes of their own."""
 
 from dataclasses import replace
 
@@ -7,7 +7,8 @@ import pytest
 from worlds import NEUTRAL, World, filmed, make_world
 
 from usdface.face.bound_face import bound_face
-from usdface.options import SolveOptions
+from usdface.face.marker_surface import MarkerSurface
+from usdface.options import MapOptions, SolveOptions
 from usdface.retarget.solution import Solution
 from usdface.retarget_take.solve import solve
 from usdface.takes import MarkerTake
@@ -80,3 +81,21 @@ def test_a_dot_that_jumps_is_no_expression_of_the_neutral(marker: str) -> None:
     solution, codes, _ = solved(world, replace(take, positions=positions))
     assert "MARKER_INACCURATE" in codes
     assert not solution.neutral_weights and "NEUTRAL_SHOWS" not in codes
+
+
+def test_blend_shapes_are_transferred_to_the_filmed_face_unless_the_map_is_fixed() -> None:
+    mesh, vertices = WORLD.rig.meshes[0], list(WORLD.points.values())
+    patch = MarkerSurface(mesh, np.array(vertices)).patch
+    other = patch.points * [1.1, 0.9, 1.2] + 0.003 * np.sin(30 * patch.points[:, [1, 2, 0]])
+    own = patch.transferred(other, mesh.offsets_at(patch.vertices))
+    place = patch.place_of[vertices]
+    positions = other[place] + np.tensordot(WORLD.weights, own[:, place], axes=1)
+    take = film(replace(WORLD, take=replace(WORLD.take, positions=positions)))
+    transferred, _, error = solved(WORLD, take)
+    fixed, _, fixed_error = solved(WORLD, take, map=MapOptions(choice="fixed"))
+    assert transferred.choice.as_dict()["shapes"] == "transferred"
+    assert fixed.choice.as_dict()["shapes"] == "character"
+    assert error < 0.9 * fixed_error
+    # On the character's own face both are the same.
+    own_face, given = solved(WORLD)[2], solved(WORLD, map=MapOptions(choice="fixed"))[2]
+    assert abs(own_face - given) < 0.02 * fixed_error

@@ -20,6 +20,7 @@ __all__ = [
     "FaceFit",
     "fit_at_places",
     "fit_face",
+    "fit_in_head_space",
     "fit_places",
     "fit_transferred",
 ]
@@ -115,6 +116,29 @@ def fit_face(
     if not there < _BETTER * share(space):
         fit = fit_places(neutral, bound.shifts, options, evidence, surface, guess.centred())
     return _as_another_face(neutral, fit, options, evidence, surface)
+
+
+def fit_in_head_space(
+    neutral: FloatArray, points: FloatArray, evaluator: BlendShapeEvaluator
+) -> FaceFit:
+    """Lay a filmed performer over a character to which the head was aligned in space.
+
+    Displacements in the image are the performer's own, and those of the skin there as the camera
+    sees them: nothing is bent.
+
+    Parameters
+    ----------
+    neutral : (M, 2) float64 [m]
+        The performer's resting markers in head space, without depths.
+    points : (M, 3) float64 [m]
+        The vertices that they are bound to.
+    evaluator : BlendShapeEvaluator
+        Of displacements there.
+    """
+    straight, none = np.eye(3)[:2], np.zeros_like(points)
+    offset = (points - neutral @ straight).mean(axis=0)
+    space = SpaceMap(neutral, none, straight, offset, "gaussian", 1.0, local=True)
+    return FaceFit(points, evaluator, space, MapChoice("similarity"), none)
 
 
 def fit_at_places(

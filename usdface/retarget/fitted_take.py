@@ -264,7 +264,7 @@ def _fit(
     """Return the fit of the prepared markers that explains some frames of the take best."""
     prepared, names = solver.prepared, solver.shape_names
     evidence = prepared.evidence(take.times)
-    fits = prepared.fits(setup, names, evidence)
+    fits = prepared.fits(setup, names, evidence, mapped=solver.views is None or solver.views.mapped)
     trial = partial(solver.trial, setup=setup)
     if prepared.surface is not None:
         refine = partial(

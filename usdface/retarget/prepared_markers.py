@@ -12,7 +12,7 @@ from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.bound_points import BoundPoints
-from usdface.retarget.face_fit import FaceFit, fit_at_places, fit_face
+from usdface.retarget.face_fit import FaceFit, fit_at_places, fit_face, fit_in_head_space
 from usdface.retarget.film.unseen_shapes import unseen_shapes, without_shapes
 from usdface.retarget.first_pose import first_pose, head_markers_few, in_posed_frames
 from usdface.retarget.motion_evidence import MotionEvidence
@@ -77,13 +77,21 @@ class PreparedMarkers:
         return MotionEvidence(times, self.pose.to_head(on_plane(self.positions))[..., :dimension])
 
     def fits(
-        self, setup: RetargetSetup, shape_names: tuple[str, ...], evidence: MotionEvidence
+        self,
+        setup: RetargetSetup,
+        shape_names: tuple[str, ...],
+        evidence: MotionEvidence,
+        *,
+        mapped: bool,
     ) -> tuple[FaceFit, ...]:
         """Return fits of the performer's face to the character's, before places are refined.
 
-        A performer whose face is known is fitted by all of it, and by the known places alone.
+        A performer whose face is known is fitted by all of it, and by the known places alone. Of
+        one who is aligned with the character already, displacements are not `mapped`.
         """
         given = setup.map
+        if not mapped:
+            return (fit_in_head_space(self.neutral, self.points, self.model),)
         if self.matched is None:
             return (fit_face(self.neutral, self.points, self.model, given, evidence, self.surface),)
         assert setup.calibration and setup.calibration.face and self.surface

@@ -54,6 +54,7 @@ def filmed_face(
         )  # fmt: skip
         return solution.weights.weights
 
+    known = setup.calibration is not None and setup.calibration.face is not None
     shown: FloatArray | float = 0.0
     if before is not None:
         named = np.array([[setup.neutral_weights.get(name, 0.0) for name in face.shape_names]])
@@ -65,5 +66,6 @@ def filmed_face(
     return film_head(
         take, setup.binding.markers, surface, setup.neutral, weights,
         sized=lambda shapes: as_large(shapes, face.shape_names, setup),
-        refined=setup.solve.places == "found", weighted=setup.solve.errors == "found", shown=shown,
+        refined=setup.solve.places == "found", transferred=setup.map.choice == "auto" and not known,
+        weighted=setup.solve.errors == "found", shown=shown,
     )  # fmt: skip

@@ -9,6 +9,7 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding
 from usdface.progress import Progress
 from usdface.retarget.bound_points import BoundPoints
+from usdface.retarget.face_fit import TRANSFER
 from usdface.retarget.film.filmed_head import FilmedHead
 from usdface.retarget.markers_beside import markers_beside
 from usdface.retarget.neutral_weights import neutral_weight_findings
@@ -82,9 +83,11 @@ def _solved(
         own = [face.markers.index(name) for name in solution.markers]
         shifts = filmed.shifts[own]
         new_findings += markers_beside(shifts, skin.rest[own], solution.markers, take.source)
-        head = filmed.head
+        head, choice = filmed.head, solution.choice
+        if not head.mapped:
+            choice = replace(choice, name=TRANSFER, unexplained={})
         solution = replace(
-            solution, filmed=head, pose=head.motion, shifts=shifts,
+            solution, filmed=head, pose=head.motion, shifts=shifts, choice=choice,
             errors=head.errors[[head.markers.index(name) for name in solution.markers]],
         )  # fmt: skip
     return solution, findings + new_findings

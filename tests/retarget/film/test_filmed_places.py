@@ -5,14 +5,12 @@ from importlib import import_module
 
 import numpy as np
 import pytest
-from filmed import CAMERA, FOCAL, SIZE
-from scipy.spatial.transform import Rotation
-from skins import FRAMES, LIP, RATE, joined_lips, make_head
+from filmed import CAMERA, FOCAL, SIZE, filmed_markers
+from skins import LIP, RATE, joined_lips, make_head
 
 from usdface.arrays import FloatArray
 from usdface.face.dot_skin import DotSkin
 from usdface.face.marker_surface import MarkerSurface
-from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.film.film_head import FilmedFace, film_head
 from usdface.retarget.film.views import Views
 from usdface.takes import MarkerTake
@@ -25,16 +23,8 @@ NEUTRAL = (0, 9)
 
 
 def film(shifts: FloatArray, degrees: float, noise: float = 0.0) -> MarkerTake:
-    """Film the head with markers beside their vertices, turning once the neutral frames are over.
-
-    `noise` is in pixels.
-    """
-    swing = np.sin(np.linspace(0, 6, FRAMES)) * np.clip((np.arange(FRAMES) - 10) / 10, 0, 1)
-    turn = Rotation.from_rotvec(np.radians(degrees) * swing[:, None] * [0.3, 1.0, 0.1])
-    pose = Pose(turn.as_matrix(), np.tile([0.01, 0.0, -0.6], (FRAMES, 1)))
-    image = CAMERA.image(pose.to_take(HEAD.performed(shifts)))
-    image += noise * np.random.default_rng(3).normal(size=image.shape)
-    return MarkerTake(NAMES, HEAD.times, image, RATE, image_size=SIZE, focal_length=FOCAL)
+    """Film the head with markers beside their vertices."""
+    return filmed_markers(HEAD.performed(shifts), degrees, noise)
 
 
 def known(skin: DotSkin, take: MarkerTake, views: Views, neutral: tuple[int, int]) -> FloatArray:

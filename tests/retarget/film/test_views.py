@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -45,6 +47,12 @@ def test_views_of_some_markers_and_frames() -> None:
     assert not other.slopes[:, 1].any()
     assert VIEWS.of(VIEWS.markers) is VIEWS
     assert VIEWS.at(slice(1, 2)).certainty.tolist() == [[2.0, 0.0]]
+
+
+def test_parts_of_views_say_whether_displacements_are_mapped() -> None:
+    straight = replace(VIEWS, mapped=False)
+    parts = straight.of(("b",)), straight.at(slice(1)), straight.where(np.ones((2, 2), bool))
+    assert VIEWS.at(slice(1)).mapped and not any(part.mapped for part in parts)
 
 
 def test_views_are_read_only() -> None:

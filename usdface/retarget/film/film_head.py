@@ -3,11 +3,10 @@
 An image has no depth, but the character does: its neutral and its blend shapes give every marker a
 third coordinate. With it the head pose is fitted by a perspective camera, and the weights are
 solved in the view of each image, alternately (`usdface.retarget.film.solve_film`). Where the head
-turns, the depths of the performer's own face are estimated, too, and then the places of the markers
-on the skin.
+turns, the depths of the performer's own face are estimated, too, then its blend shapes, and the
+places of the markers on the skin.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -19,18 +18,18 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.retarget.film.filmed_errors import filmed_marker_errors
 from usdface.retarget.film.filmed_head import FilmedHead
-from usdface.retarget.film.filmed_places import refined_shifts
 from usdface.retarget.film.filmed_take import FilmedTake, Sized, as_they_are
+from usdface.retarget.film.filmed_transfer import with_transferred_shapes
 from usdface.retarget.film.focal_length import film_camera
 from usdface.retarget.film.one_camera import PinholeCamera
-from usdface.retarget.film.solve_film import SolvedFilm, solve_film
-from usdface.retarget.film.views import Views
+from usdface.retarget.film.placed_film import PlacedFilm, with_places
+from usdface.retarget.film.solve_film import SolveOnSkin, solve_film
 from usdface.retarget.marker_errors import LARGE_ERROR, marker_error_findings
 from usdface.retarget.neutral import neutral_markers
 from usdface.retarget.places import MOST_MARKERS, guess_in_image
 from usdface.takes import MarkerTake, visible
 
-__all__ = ["FEWEST_FILMED", "FilmedFace", "SolveOnSkin", "film_head"]
+__all__ = ["FEWEST_FILMED", "FilmedFace", "film_head"]
 
 # Alternations of poses and weights, at most.
 _ROUNDS = 10
@@ -40,19 +39,8 @@ _LAST_ROUNDS = 3
 _FRAMES = 600
 # Least number of markers, for the six parameters of a pose and a face.
 FEWEST_FILMED = 6
-# Times that places are refined, at most, and the alternations after each.
-_PLACE_STEPS = 8
-_PLACE_ROUNDS = 3
-# Places are refined again where the last step left a hundredth less of the take, at least. Whole
-# steps, with a search for single markers, may lead too far; then come such shares of steps without.
-_LOWER = 0.01
-_SHARE = 0.25
 # Markers are on their vertices if they err by less than this share of the face's size at rest.
 _EXACT = 1e-6
-
-# Solves the weights (F, S) of a take as the camera projects it, by the skin under all bound
-# markers, its views and neutral frames.
-SolveOnSkin = Callable[[DotSkin, MarkerTake, Views, tuple[int, int]], FloatArray]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -82,6 +70,7 @@ def film_head(
     *,
     sized: Sized = as_they_are,
     refined: bool = True,
+    transferred: bool = True,
     weighted: bool = True,
     shown: FloatArray | float = 0.0,
 ) -> tuple[FilmedFace | None, list[Finding]]:
@@ -104,6 +93,8 @@ def film_head(
         Makes of the character's blend shapes those of a calibrated performer.
     refined : bool
         Markers may sit beside their vertices.
+    transferred : bool
+        Blend shapes may be transferred to the performer's face, if `refined`.
     weighted : bool
         Markers that move unlike the face around them get less weight.
     shown : (M, 2) float64 [px], or 0
@@ -127,27 +118,24 @@ def film_head(
         return None, [finding("HEAD_IN_PLANE", take.source, message, len(used), FEWEST_FILMED)]
     bound = np.array(known)[used]
     own = np.array([take.names.index(markers[k]) for k in bound.tolist()])
-    skin = surface.skin
-    film = FilmedTake(take.with_markers(own), skin.select(bound), neutral, sized, shown)
-    camera, findings = film_camera(film, partial(solve, skin))
+    film = FilmedTake(take.with_markers(own), surface.skin.select(bound), neutral, sized, shown)
+    camera, findings = film_camera(film, partial(solve, surface.skin))
+    on_skin = partial(
+        _on_skin, film.part(_FRAMES), camera, surface, bound, solve,
+        refined=refined and len(bound) <= MOST_MARKERS, transferred=transferred,
+    )  # fmt: skip
     errors = np.ones(len(bound))
-    solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
-    found = filmed_marker_errors(solved) if weighted else errors
+    placed = on_skin(errors)
+    found = filmed_marker_errors(placed.solved) if weighted else errors
     if (found > LARGE_ERROR).any():
-        errors = found
-        solved, skin, shifts = _on_skin(film, camera, surface, bound, solve, errors, refined)
+        placed = on_skin(found)
         # A part of the errors was hidden by what these markers did to the places of all.
-        errors = filmed_marker_errors(solved)
-        solved = solve_film(
-            solved.film, camera, partial(solve, skin), _LAST_ROUNDS, solved, errors=errors
-        )
-    if len(solved.weights) < len(film.image):
-        solved = solve_film(
-            replace(film, skin=skin.select(bound)), camera, partial(solve, skin), _LAST_ROUNDS,
-            solved, errors=errors, refined=False,
-        )  # fmt: skip
+        errors = filmed_marker_errors(placed.solved)
+        placed = _solved_last(placed, placed.solved.film, solve, errors)
+    if len(placed.solved.weights) < len(film.image):
+        placed = _solved_last(placed, film, solve, errors, refined=False)
     findings += marker_error_findings(errors, film.take.names, take.source)
-    return FilmedFace(solved.head, skin, shifts), findings
+    return FilmedFace(placed.solved.head, placed.skin, placed.shifts), findings
 
 
 def _on_skin(
@@ -157,53 +145,50 @@ def _on_skin(
     bound: IntArray,
     solve: SolveOnSkin,
     errors: FloatArray,
+    *,
     refined: bool,
-) -> tuple[SolvedFilm, DotSkin, FloatArray]:
-    """Solve some frames of a film; return them, the skin under its markers, and their shifts.
+    transferred: bool,
+) -> PlacedFilm:
+    """Solve a film, with places and blend shapes that leave less of it.
 
-    Parameters are those of `film_head`, `_with_places` and `solve_film`.
+    Parameters are those of `film_head` and `solve_film`.
     """
-    skin, shifts = surface.skin, np.zeros((len(surface.vertices), 3))
-    solved = solve_film(film.part(_FRAMES), camera, partial(solve, skin), _ROUNDS, errors=errors)
-    if refined and len(bound) <= MOST_MARKERS:
-        return _with_places(solved, surface, bound, solve)
-    return solved, skin, shifts
-
-
-def _with_places(
-    solved: SolvedFilm, surface: MarkerSurface, bound: IntArray, solve: SolveOnSkin
-) -> tuple[SolvedFilm, DotSkin, FloatArray]:
-    """Return a film as solved with places that leave less of it, the skin there, and the shifts.
-
-    Parameters
-    ----------
-    solved : SolvedFilm
-        With the markers on their vertices.
-    surface : MarkerSurface
-        Around all bound markers.
-    bound : (M,) int64
-        Those of the film.
-    solve : callable
-    """
-    skin, own, shifts = surface.skin, surface.select(bound), np.zeros((len(surface.vertices), 3))
-    guess = guess_in_image(solved.head.rest[:, :2], solved.film.face)
+    on_vertices = partial(solve, surface.skin)
+    none = np.zeros((len(surface.vertices), 3))
+    solved = solve_film(film, camera, on_vertices, _ROUNDS, errors=errors)
+    placed = PlacedFilm(solved, surface, bound, none)
+    if not refined:
+        return placed
+    guess = guess_in_image(solved.head.rest[:, :2], film.face)
     if guess.spread <= _EXACT * surface.reach:
-        return solved, skin, shifts
-    share = 1.0
-    for _ in range(_PLACE_STEPS):
-        whole = refined_shifts(solved, shifts[bound], guess, own, search=share == 1.0)
-        there = shifts.copy()
-        there[bound] += share * (whole - shifts[bound])
-        moved = surface.at(there).skin
-        again = solve_film(
-            replace(solved.film, skin=moved.select(bound)), solved.head.camera,
-            partial(solve, moved), _PLACE_ROUNDS, solved, errors=solved.head.errors,
-        )  # fmt: skip
-        before = solved.left
-        if again.left < before:
-            solved, skin, shifts = again, moved, there
-        if again.left > (1.0 - _LOWER) * before:
-            if share < 1.0:
-                break
-            share = _SHARE
-    return solved, skin, shifts
+        return placed
+    placed = with_places(placed, guess, solve)
+    if not transferred:
+        return placed
+    # Transferred blend shapes move as the performer's do: no map bends them once more.
+    straight = solve_film(replace(film, mapped=False), camera, on_vertices, _ROUNDS, errors=errors)
+    own = with_places(PlacedFilm(straight, surface, bound, none), guess, solve)
+    performed = with_transferred_shapes(own, solve)
+    # Where they explain no more than the character's own, the face is none of another.
+    return placed if performed is own else with_places(performed, guess, solve)
+
+
+def _solved_last(
+    placed: PlacedFilm,
+    film: FilmedTake,
+    solve: SolveOnSkin,
+    errors: FloatArray,
+    *,
+    refined: bool = True,
+) -> PlacedFilm:
+    """Return a film as solved at its last places, in all frames of `film`.
+
+    Parameters are those of `film_head` and `solve_film`.
+    """
+    before = placed.solved
+    own = replace(film, skin=before.film.skin, mapped=before.film.mapped)
+    solved = solve_film(
+        own, before.head.camera, partial(solve, placed.skin), _LAST_ROUNDS, before,
+        errors=errors, refined=refined,
+    )  # fmt: skip
+    return replace(placed, solved=solved)

@@ -42,6 +42,8 @@ class FilmedHead:
         Foreshortening of each dot's area in the image.
     errors : (M,) float64 [1]
         Of the markers (`usdface.retarget.film.filmed_errors`).
+    mapped : bool
+        The space map bends displacements; else they are the character's as they are.
     """
 
     markers: tuple[str, ...]
@@ -53,6 +55,7 @@ class FilmedHead:
     beside: FloatArray
     facing: FloatArray
     errors: FloatArray
+    mapped: bool
 
     @property
     def motion(self) -> Pose:
@@ -98,7 +101,8 @@ class FilmedHead:
         result = self.still(take)
         positions = result.positions.copy()
         positions[:, own] = self.rest[:, :2] + projected
-        views = Views(self.markers, slopes, certainty(self.facing, visible(left), self.errors))
+        sure = certainty(self.facing, visible(left), self.errors)
+        views = Views(self.markers, slopes, sure, self.mapped)
         return replace(result, positions=positions), views
 
     def _columns(self, take: MarkerTake) -> list[int]:

@@ -39,6 +39,8 @@ class FilmedTake:
         Makes of the skin's blend shapes those of a calibrated performer.
     shown : (M, 2) float64 [px], or 0
         Displacements in the neutral frames by weights that they show.
+    mapped : bool
+        The space map bends displacements; else they are the character's as they are.
     """
 
     take: MarkerTake
@@ -46,6 +48,7 @@ class FilmedTake:
     neutral: tuple[int, int]
     sized: Sized = as_they_are
     shown: FloatArray | float = 0.0
+    mapped: bool = True
 
     @property
     def image(self) -> FloatArray:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray
+from usdface.face.dot_skin import DotSkin
 from usdface.geometry.rigid_fit import Pose
 from usdface.numerics.rms import rms
 from usdface.retarget.film.aligned_head import aligned_head
@@ -21,7 +22,7 @@ from usdface.retarget.film.one_camera import PinholeCamera, fit_pose, start_pose
 from usdface.retarget.film.views import Views
 from usdface.takes import MarkerTake, visible
 
-__all__ = ["SolveProjected", "SolvedFilm", "solve_film"]
+__all__ = ["SolveOnSkin", "SolveProjected", "SolvedFilm", "solve_film"]
 
 # Change of markers, by their residual, at which the rounds end: later ones change weights by less
 # than their error.
@@ -29,6 +30,8 @@ _SETTLED = 0.05
 
 # Solves the weights (F, S) of a take as the camera projects it, by its views and neutral frames.
 SolveProjected = Callable[[MarkerTake, Views, tuple[int, int]], FloatArray]
+# The same by the skin under all bound markers.
+SolveOnSkin = Callable[[DotSkin, MarkerTake, Views, tuple[int, int]], FloatArray]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -123,6 +126,7 @@ def solve_film(
             beside=beside,
             facing=facing,
             errors=errors,
+            mapped=filmed.mapped,
         )
         left = rms((film.image - camera.image(pose.to_take(rest + moved))) / errors[:, None])
         still = head.still(filmed.take).positions

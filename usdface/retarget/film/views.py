@@ -1,6 +1,6 @@
 """The directions in which a camera sees the markers of a head that turns before it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -22,11 +22,14 @@ class Views:
     certainty : (F, M) float64
         The deviation of the take over that of the sample, by the errors of the markers; 0 = no
         information.
+    mapped : bool
+        The space map bends displacements; else they are the character's as they are.
     """
 
     markers: tuple[str, ...]
     slopes: FloatArray
     certainty: FloatArray
+    mapped: bool = True
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "slopes", frozen(self.slopes))
@@ -48,15 +51,15 @@ class Views:
                 own = self.markers.index(name)
                 slopes[:, column] = self.slopes[:, own]
                 certainty[:, column] = self.certainty[:, own]
-        return Views(markers, slopes, certainty)
+        return replace(self, markers=markers, slopes=slopes, certainty=certainty)
 
     def at(self, frames: IntArray | BoolArray | slice) -> "Views":
         """Return the views of some frames."""
-        return Views(self.markers, self.slopes[frames], self.certainty[frames])
+        return replace(self, slopes=self.slopes[frames], certainty=self.certainty[frames])
 
     def where(self, visible: BoolArray) -> "Views":
         """Return the views with no certainty of markers that are not `visible` (F, M)."""
-        return Views(self.markers, self.slopes, np.where(visible, self.certainty, 0.0))
+        return replace(self, certainty=np.where(visible, self.certainty, 0.0))
 
     def projected(self, displacements: FloatArray) -> FloatArray:
         """Return displacements in head space, projected: (F, ..., 2 M) [m].
