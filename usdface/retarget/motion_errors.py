@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.retarget.solver.noise import EXPRESSIVE_QUANTILE
 from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.residual_space import EXPRESSIVE_QUANTILE
 from usdface.takes import visible
 
 __all__ = ["MotionErrors"]

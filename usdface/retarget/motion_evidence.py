@@ -15,7 +15,8 @@ from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solver.noise import ResidualSpace, independent_lags
+from usdface.retarget.solver.noise import independent_lags
+from usdface.retarget.solver.residual_space import ResidualSpace
 from usdface.takes import visible
 
 __all__ = ["MotionEvidence"]

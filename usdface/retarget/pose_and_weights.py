@@ -23,8 +23,9 @@ from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solve_problem import SolveProblem
 from usdface.retarget.solve_round import ObservedTake, Round, measured, next_round
 from usdface.retarget.solver.bounds import Bounds
-from usdface.retarget.solver.noise import ResidualSpace, independent_lags
+from usdface.retarget.solver.noise import independent_lags
 from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.residual_space import ResidualSpace
 from usdface.retarget.solver.solve import reach
 from usdface.retarget.take_rows import TakeRows
 from usdface.setup.pin import Pin

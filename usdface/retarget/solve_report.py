@@ -17,8 +17,8 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.retarget.confidence import Confidence, confidence_of, within_bounds
 from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solution import Solution
-from usdface.retarget.solver.noise import EXPRESSIVE_QUANTILE
 from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.residual_space import EXPRESSIVE_QUANTILE
 from usdface.rigs import Mesh
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import frame_step

@@ -16,8 +16,8 @@ from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit
 from usdface.numerics.rms import rms
 from usdface.retarget.occluded_residual import occluded_residual
 from usdface.retarget.rbf import SpaceMap
-from usdface.retarget.solver.noise import ResidualSpace
 from usdface.retarget.solver.regularisation import Regularisation
+from usdface.retarget.solver.residual_space import ResidualSpace
 from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
 

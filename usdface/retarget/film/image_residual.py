@@ -17,8 +17,8 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.film.filmed_take import FilmedTake
 from usdface.retarget.film.one_camera import PinholeCamera, pose_columns
-from usdface.retarget.solver.noise import EXPRESSIVE_QUANTILE
 from usdface.retarget.solver.regularisation import lasting_variance
+from usdface.retarget.solver.residual_space import EXPRESSIVE_QUANTILE
 from usdface.takes import visible
 
 __all__ = ["ImageResidual", "image_residual"]

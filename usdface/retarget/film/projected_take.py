@@ -16,7 +16,8 @@ from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.film.views import Views
-from usdface.retarget.solver.noise import EXPRESSIVE_QUANTILE, typical_deviation
+from usdface.retarget.solver.noise import typical_deviation
+from usdface.retarget.solver.residual_space import EXPRESSIVE_QUANTILE
 
 __all__ = ["ProjectedTake"]
 
@@ -143,7 +144,7 @@ class ProjectedTake:
         return typical_deviation(third)
 
     def misfit(self, noise: float) -> float:
-        """Estimate the difference of face and rig [m], as `usdface.retarget.solver.noise` does."""
+        """Estimate the difference of face and rig [m], as `ResidualSpace.misfit` does."""
         left, share = self.unexplained
         count = share.sum(axis=1)
         enough = count > 1.0
