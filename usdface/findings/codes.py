@@ -111,6 +111,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "check_recording",
         "the file announces more frames than it holds",
     ),
+    "FRAMES_REPEATED": (
+        "warning",
+        "check_recording",
+        "many frames repeat the one before them",
+    ),
     "FRAMES_UNREAD": (
         "warning",
         "check_recording",
