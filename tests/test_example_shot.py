@@ -176,6 +176,19 @@ def test_the_corrector_brings_a_weak_performance_to_its_expression(
 
 
 @pytest.mark.slow
+def test_a_gain_is_how_much_of_the_poses_weights_are_raised_to(folder: Path) -> None:
+    """docs/fuzzy.md: 0.8 halves the correction, 0.5 leaves a tenth of it."""
+    staged, _ = read_shot(open_stage(folder / "shot.usda"), "shot")
+    solved, raised = usdface.retarget(staged.shot), {}
+    for gain in (0.5, 0.8, 1.0):
+        given = usdface.ProcessOptions(closure=False, gains=dict.fromkeys(EMOTIONS, gain))
+        result = usdface.correct(solved, options=given)
+        raised[gain] = np.abs(result.corrected - result.solved.weights).sum()
+    assert raised[0.8] / raised[1.0] == pytest.approx(0.5, abs=0.1)
+    assert raised[0.5] / raised[1.0] == pytest.approx(0.1, abs=0.05)
+
+
+@pytest.mark.slow
 def test_every_blink_that_was_performed_closes_both_eyes(folder: Path) -> None:
     truth = performance.perform().weights.column("eyeBlinkLeft")
     peaks = np.flatnonzero((truth[1:-1] > 0.9) & (truth[1:-1] >= truth[:-2])) + 1

@@ -584,7 +584,8 @@ class CorrectionOptions:
         "raise" brings weights up to the pose and lowers none; "add" adds the pose (Zikky et al.
         2013).
     gain : float
-        1 raises a face fully to the pose of the emotion it half shows; less raises it in part.
+        Factor on the poses: "raise" brings weights up to this much of them. 1 raises a face fully
+        to the pose of the emotion it half shows, 0.5 not at all.
     ease : float
         How far antagonists of raised blend shapes are lowered: 1 = to 1 less the raised weight.
 

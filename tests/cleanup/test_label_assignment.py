@@ -1,6 +1,6 @@
 import numpy as np
 
-from usdface.cleanup.label_assignment import assign_labels, last_visible
+from usdface.cleanup.label_assignment import assign_labels, cycles, last_visible
 
 RNG = np.random.default_rng(8)
 PLACES = 0.02 * np.stack(np.meshgrid(np.arange(4), np.arange(3)), -1).reshape(-1, 2)
@@ -38,6 +38,22 @@ def test_markers_that_come_back_swapped_are_followed() -> None:
     given = np.take_along_axis(STILL, truth[..., None], axis=1)
     given[~seen] = np.nan
     np.testing.assert_array_equal(assign_labels(given, seen, 0.02), truth)
+
+
+def test_labels_that_change_back_while_one_is_hidden_are_followed() -> None:
+    """In a long take with gaps one swap that was never seen to end was believed to the end."""
+    for swap, hidden in ((slice(50, 90), slice(85, 100)), (slice(95, 130), slice(80, 105))):
+        truth, seen = OWN.copy(), ALL.copy()
+        truth[swap, 3:5] = [4, 3]
+        seen[hidden, 4] = False
+        seen[150:170, 9] = False  # hidden, and the same as before when it comes back
+        given = np.take_along_axis(STILL, truth[..., None], axis=1)
+        given[~seen] = np.nan
+        np.testing.assert_array_equal(assign_labels(given, seen, 0.02), truth)
+
+
+def test_a_permutation_has_cycles_of_what_it_moves() -> None:
+    assert cycles(np.array([0, 2, 1, 4, 5, 3])) == [[1, 2], [3, 4, 5]]
 
 
 def test_two_spikes_at_once_are_no_swap() -> None:

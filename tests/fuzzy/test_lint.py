@@ -96,3 +96,13 @@ def test_every_rule_is_compared_with_the_first_that_asks_for_the_same():
     codes = found(*texts)
     assert codes == [("RULES_CONTRADICT", f'"{text}"') for text in texts[1:]]
     assert found(*texts[:1] * 5000) == []
+
+
+def test_an_output_that_no_rule_concludes_is_named():
+    """A file that is cut off before its rules was read without a word, and corrected nothing."""
+    output = Variable("joy", "output"), Variable("fear", "output")
+    variables = (Variable("a", "input", terms=(LOW, HIGH)), *output)
+    for texts, names in (((), ["joy", "fear"]), (("IF a IS high THEN joy IS 1",), ["fear"])):
+        system = FuzzySystem(variables, tuple(map(parse_rule, texts)))
+        (each,) = rule_findings(system)
+        assert (each.code, each.values["names"]) == ("OUTPUT_WITHOUT_RULE", names)

@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.cleanup.blink_motion import without_blink_motion
 from usdface.cleanup.gaps import OWN, fill_gaps
-from usdface.cleanup.label_assignment import assign_labels, last_visible
+from usdface.cleanup.label_assignment import assign_labels, cycles, last_visible
 from usdface.cleanup.low_rank_model import (
     FRAMES_PER_MODE,
     fit_low_rank_model,
@@ -167,14 +167,26 @@ def _unswapped(
     predicted = reconstruct(stabilised.model, stabilised.filled, right_seen & ~touched)
     before = np.linalg.norm(stabilised.pose.to_head(positions) - predicted, axis=2)
     after = np.linalg.norm(stabilised.pose.to_head(right) - predicted, axis=2)
-    improvement = np.where(touched, np.nan_to_num(before) - np.nan_to_num(after), 0.0).sum(axis=1)
-    better = improvement > 0.0
+    improvement = np.where(touched, np.nan_to_num(before) - np.nan_to_num(after), 0.0)
+    better = _improved(owner, improvement)
     return (
-        np.where(better[:, None, None], right, positions),
-        np.where(better[:, None], right_seen, seen),
-        touched & better[:, None],
+        np.where(better[..., None], right, positions),
+        np.where(better, right_seen, seen),
+        better,
         stabilised.pose,
     )
+
+
+def _improved(owner: IntArray, improvement: FloatArray) -> BoolArray:
+    """Return where labels (F, M) are better exchanged, each swap of a frame by itself."""
+    better = np.zeros(owner.shape, dtype=bool)
+    states, which = np.unique(owner, axis=0, return_inverse=True)
+    for k, state in enumerate(states):
+        rows = np.flatnonzero(which.reshape(-1) == k)
+        for cycle in cycles(state):
+            at = np.ix_(rows, np.array(cycle))
+            better[at] = improvement[at].sum(axis=1, keepdims=True) > 0.0
+    return better
 
 
 def _without_spikes(

@@ -4,7 +4,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 
-__all__ = ["assign_labels", "last_visible"]
+__all__ = ["assign_labels", "cycles", "last_visible"]
 
 # Shares of the distance between neighbouring markers: a motion that none has in one frame, and the
 # distance from another marker's last place within which a jump ends on that marker. A face marker
@@ -20,7 +20,8 @@ def assign_labels(positions: FloatArray, visible: BoolArray, spacing: float) -> 
     """Assign each label to the marker that it shows, by following the markers through the take.
 
     Labels that jump in the same frame, each to where another of them was, are swapped (linear
-    assignment). The labels of most frames are right.
+    assignment). A label that is hidden in that frame counts by where it comes back. The labels of
+    most frames are right.
 
     Parameters
     ----------
@@ -37,14 +38,15 @@ def assign_labels(positions: FloatArray, visible: BoolArray, spacing: float) -> 
     """
     count = positions.shape[1]
     before = np.take_along_axis(positions, last_visible(visible)[:-1, :, None], axis=0)
-    away = np.linalg.norm(positions[1:] - before, axis=2)
-    away = np.nan_to_num(away, nan=0.0)
-    jumps = away > np.maximum(_JUMP * spacing, _USUAL * np.median(away, axis=0))
-    events = np.flatnonzero(jumps.sum(axis=1) >= 2)
+    after = np.take_along_axis(positions, _next_visible(visible)[1:, :, None], axis=0)
+    away = np.nan_to_num(np.linalg.norm(after - before, axis=2), nan=0.0)
+    usual_motion = np.median(np.where(visible[1:], away, 0.0), axis=0)
+    jumps = away > np.maximum(_JUMP * spacing, _USUAL * usual_motion)
+    events = np.flatnonzero((jumps.sum(axis=1) >= 2) & (jumps & visible[1:]).any(axis=1))
     states, starts, lengths = [np.arange(count)], [0], []
     for event in events.tolist():
         who = np.flatnonzero(jumps[event])
-        cost = np.linalg.norm(positions[event + 1][who, None] - before[event][who], axis=2)
+        cost = np.linalg.norm(after[event][who, None] - before[event][who], axis=2)
         lands = cost < _LANDING * cost.diagonal().clip(max=spacing)[:, None]
         # A swap is mutual.
         if not (lands.any(axis=0) & lands.any(axis=1)).any():
@@ -52,7 +54,9 @@ def assign_labels(positions: FloatArray, visible: BoolArray, spacing: float) -> 
         from scipy.optimize import linear_sum_assignment  # costs more to import than all of this
 
         at, was = linear_sum_assignment(cost)
-        moved = at != was
+        # Labels that are all hidden have not come back yet.
+        shown = [c for c in cycles(was) if visible[event + 1][who[c]].any()]
+        moved = np.isin(at, [label for cycle in shown for label in cycle])
         if not moved.any() or not lands[at, was][moved].all():
             continue
         state = states[-1].copy()
@@ -66,6 +70,24 @@ def assign_labels(positions: FloatArray, visible: BoolArray, spacing: float) -> 
     named = np.empty(count, dtype=np.int64)
     named[usual] = np.arange(count)
     return np.repeat(named[np.array(states)], lengths, axis=0)
+
+
+def cycles(permutation: IntArray) -> list[list[int]]:
+    """Return the cycles of a permutation of (M,) that move something."""
+    found: list[list[int]] = []
+    left = set(np.flatnonzero(permutation != np.arange(len(permutation))).tolist())
+    while left:
+        cycle = [min(left)]
+        while (following := int(permutation[cycle[-1]])) != cycle[0]:
+            cycle.append(following)
+        left.difference_update(cycle)
+        found.append(cycle)
+    return found
+
+
+def _next_visible(visible: BoolArray) -> IntArray:
+    """Return the first frame from each entry (F, M) on that is visible; the last if none is."""
+    return len(visible) - 1 - last_visible(visible[::-1])[::-1]
 
 
 def last_visible(visible: BoolArray) -> IntArray:

@@ -38,7 +38,7 @@ def add_run_options(command: argparse.ArgumentParser) -> None:
         "--gains",
         default="",
         metavar="FACTORS",
-        help="show emotions more or less, 1 = as designed: joy=0.5,anger=0",
+        help="raise emotions to more or less of their poses, 1 = as designed: joy=0.8,anger=0",
     )
 
 

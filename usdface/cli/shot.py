@@ -111,7 +111,8 @@ def _correction_options(group: Any) -> None:
     group.add_argument(
         "--gain",
         type=float,
-        help=f"strength of the correction (default: {default.gain:g}, or the system's)",
+        help="weights are raised to this much of a pose; 0.5 changes nothing where half of it "
+        f"is performed (default: {default.gain:g}, or the system's)",
     )
     group.add_argument(
         "--ease",

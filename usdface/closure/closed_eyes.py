@@ -159,8 +159,8 @@ def _left_open(peaks: IntArray) -> list[Finding]:
     if not len(peaks):
         return []
     message = (
-        "{pulse_count} pulses like blinks close the eyes by too little to be some, at frames "
-        "{frames}: left as solved"
+        "{pulse_count} blink-like pulses were left as solved, closing the eyes by too "
+        "little for blinks: at frames {frames}"
     )
     return [finding("BLINK_DOUBTED", "lids", message, len(peaks), peaks.tolist())]
 

@@ -111,6 +111,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "check_recording",
         "the file announces more frames than it holds",
     ),
+    "FRAMES_REPEATED": (
+        "warning",
+        "check_recording",
+        "many frames repeat the one before them",
+    ),
     "FRAMES_UNREAD": (
         "warning",
         "check_recording",
@@ -940,6 +945,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "a setting, a curve or an override is ignored",
     ),
     "RULE_UNREACHABLE": ("warning", "correct_rules", "a rule can never fire"),
+    "OUTPUT_WITHOUT_RULE": (
+        "info",
+        "correct_rules",
+        "no rule concludes an output, so its emotion is never raised",
+    ),
     "RULE_OFF": ("info", "nothing", "a rule is disabled or has weight 0"),
     "RULES_CONTRADICT": (
         "warning",

@@ -26,8 +26,8 @@ def rule_findings(
 ) -> list[Finding]:
     """Return the lint of a rule base.
 
-    RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT and RANGE_UNCOVERED (only inputs that have a
-    range).
+    RULE_UNREACHABLE, RULE_OFF, RULES_CONTRADICT, OUTPUT_WITHOUT_RULE and RANGE_UNCOVERED (only
+    inputs that have a range).
 
     Parameters
     ----------
@@ -35,7 +35,12 @@ def rule_findings(
     lower_bounds : mapping of str to float
         Values that inputs cannot fall below, e.g. 0 for a distance.
     """
-    return [*_unreachable(system, lower_bounds), *_contradictions(system), *_gaps(system)]
+    return [
+        *_unreachable(system, lower_bounds),
+        *_contradictions(system),
+        *_without_rule(system),
+        *_gaps(system),
+    ]
 
 
 def _unreachable(system: FuzzySystem, lower_bounds: Mapping[str, float]) -> list[Finding]:
@@ -137,6 +142,14 @@ def _canonical(condition: Condition) -> object:
     if isinstance(condition, Proposition):
         return condition
     return condition.how, frozenset(_canonical(part) for part in condition.parts)
+
+
+def _without_rule(system: FuzzySystem) -> list[Finding]:
+    """Compare outputs with what rules conclude, also those that are switched off."""
+    concluded = {output for rule in system.rules for output, _ in rule.consequents}
+    message = "no rule concludes {names}; an output without a rule keeps its default"
+    names = [each.name for each in system.outputs if each.name not in concluded]
+    return [finding("OUTPUT_WITHOUT_RULE", "", message, names)] if names else []
 
 
 def _gaps(system: FuzzySystem) -> list[Finding]:

@@ -24,7 +24,7 @@ class Expression:
     weights : (K,) float64
         In [0, 1].
     gain : float
-        Factor on its correction.
+        Factor on its pose: weights are raised to this much of it.
 
     Raises
     ------

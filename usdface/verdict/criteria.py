@@ -47,7 +47,8 @@ CRITERIA: tuple[Criterion, ...] = (
         1.3,
         1.5,
         "the markers fit the mirrored face {value} times better",
-        "exchange the left and right labels of the take or of the binding",
+        "exchange the left and right labels of the take or of the binding; "
+        "of coordinates with left-handed axes, negate one axis in the take instead",
         unit="times",
     ),
     Criterion(

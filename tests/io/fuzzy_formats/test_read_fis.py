@@ -233,3 +233,9 @@ def test_a_crowd_of_terms_or_inputs_is_refused_before_they_are_named(file):
 def test_an_index_of_any_size_is_refused_in_one_line(file, index):
     with pytest.raises(InputError, match="line"):
         read_fis(file(TIPPER.replace("2 0, 2", f"{index} 0, 2")))
+
+
+def test_a_file_without_variables_is_no_fuzzy_system(tmp_path):
+    (tmp_path / "cut.fis").write_text("[System]\nName='cut'\n")
+    with pytest.raises(InputError, match=r"cut.fis has no variables"):
+        read_fis(tmp_path / "cut.fis")

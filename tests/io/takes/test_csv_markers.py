@@ -17,10 +17,10 @@ def wide_text(separator="_", positions=POSITIONS, delimiter=",", axes="xyz", fir
     return "\n".join(delimiter.join(map(str, line)) for line in lines) + "\n"
 
 
-def long_text(axes="xyz", clocks=("frame", "time"), order=slice(None)):
+def long_text(axes="xyz", clocks=("frame", "time"), order=slice(None), start=0):
     lines = []
     for frame, places in enumerate(POSITIONS[..., : len(axes)]):
-        clock = {"frame": frame + 100, "time": frame / 25}
+        clock = {"frame": frame + start, "time": frame / 25}
         for label, place in zip(("Chin", "Nose"), places, strict=True):
             lines.append([*(clock[c] for c in clocks), label, *map(float, place)])
     lines = [[*clocks, "marker", *axes], *lines[order]]
@@ -71,13 +71,30 @@ def test_the_rate_comes_from_the_time_column(read):
 
 
 def test_the_first_frame_is_kept_beside_a_time_column(read):
-    for text in (long_text(), long_text(clocks=("frame",))):
+    for text in (long_text(start=100), long_text(clocks=("frame",), start=100)):
         assert read(text, rate=25)[0].first_frame == 100
     lines = wide_text().splitlines()
     wide = ["frame," + lines[0], *(f"{1001 + i},{line}" for i, line in enumerate(lines[1:]))]
     take, _ = read("\n".join(wide) + "\n")
     assert (take.first_frame, take.rate) == (1001, 25)
     assert read(wide_text())[0].first_frame == 0
+
+
+def test_a_first_frame_that_is_not_the_recordings_is_told(read):
+    """Neutral frames of a binding count from the first frame of the take."""
+    for clocks in (("frame", "time"), ("frame",)):
+        for start, told in ((0, []), (1, []), (1001, [1001])):
+            _, findings = read(long_text(clocks=clocks, start=start), rate=25)
+            assert [f.values["frame_number"] for f in findings] == told
+
+
+@pytest.mark.parametrize("header", ["time_ms", "Time [ms]", "timestamp (ms)"])
+def test_times_in_milliseconds_are_read(read, header):
+    lines = wide_text(first=header).splitlines()
+    rows = [f"{40 * k},{line.partition(',')[2]}" for k, line in enumerate(lines[1:])]
+    take, findings = read("\n".join([lines[0], *rows]) + "\n")
+    np.testing.assert_allclose(take.times, np.arange(5) / 25)
+    assert (take.rate, findings) == (25, [])
 
 
 def test_a_time_that_the_take_does_not_keep_is_told(read):
@@ -169,7 +186,7 @@ def test_frame_numbers_with_gaps_need_a_rate_and_keep_the_gaps(read):
     text = "frame,A_x,A_y,A_z\n10,1,2,3\n11,1,2,3\n14,1,2,3\n"
     take, findings = read(text)
     np.testing.assert_allclose(take.times * take.rate, [0, 1, 4])
-    assert codes(findings) == ["RATE_ASSUMED", "FRAMES_DROPPED"]
+    assert codes(findings) == ["FRAMES_RENUMBERED", "RATE_ASSUMED", "FRAMES_DROPPED"]
 
 
 @pytest.mark.parametrize(

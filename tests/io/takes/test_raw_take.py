@@ -112,6 +112,13 @@ def test_occlusion_is_whole_and_announced(raw):
     assert findings[2].where.endswith("C")
 
 
+def test_frames_that_repeat_the_one_before_are_announced(raw):
+    positions = np.repeat(0.05 * np.random.default_rng(1).normal(size=(30, 2, 3)), 2, axis=0)
+    for computed, told in ((False, True), (True, False)):  # a skeleton is no recording of markers
+        _, findings = finish_take(raw(positions, computed=computed), TakeOptions())
+        assert ("FRAMES_REPEATED" in [f.code for f in findings]) == told
+
+
 def test_a_marker_at_the_origin_far_from_the_face_is_announced_and_left_out(raw):
     positions = np.ones((3, 4, 3)) * [[100.0], [110.0], [0.0], [120.0]]
     take, findings = finish_take(raw(positions, labels=tuple("ABCD")), TakeOptions())

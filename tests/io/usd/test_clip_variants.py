@@ -62,6 +62,27 @@ def test_a_variant_set_above_a_skel_root_chooses_clips_as_well(face_rig, tmp_pat
     assert found == ["Sad", "Angry"]
 
 
+def test_a_variant_without_the_character_is_no_clip(face_rig, tmp_path):
+    weights = np.zeros((3, len(face_rig.shape_names)))
+    given = WeightsTake(face_rig.shape_names, [0.0, 0.1, 0.2], weights, 10.0)
+    write_rig(face_rig, tmp_path / "rig.usda", plays(given))
+    face = open_stage(tmp_path / "rig.usda").GetDefaultPrim().GetPath()
+    shot = Usd.Stage.CreateNew(str(tmp_path / "shot.usda"))
+    levels = shot.DefinePrim("/World", "Xform").GetVariantSets().AddVariantSet("lod")
+    levels.AddVariant("none")
+    levels.AddVariant("proxy")
+    levels.SetVariantSelection("proxy")
+    with levels.GetVariantEditContext():
+        shot.DefinePrim("/World/Face", "Sphere")
+    levels.AddVariant("high")
+    levels.SetVariantSelection("high")
+    with levels.GetVariantEditContext():
+        shot.DefinePrim("/World/Face").GetReferences().AddReference("rig.usda", face)
+    stages, findings = clips_and_losses(shot)
+    assert len(stages) == 1
+    assert not findings
+
+
 def test_a_variant_set_that_chooses_characters_is_none_of_clips(face_rig, tmp_path):
     weights = np.zeros((3, len(face_rig.shape_names)))
     given = WeightsTake(face_rig.shape_names, [0.0, 0.1, 0.2], weights, 10.0)

@@ -66,6 +66,8 @@ def read_fis(path: Path) -> tuple[ExpressionSystem, list[Finding]]:
             variables.append(
                 _read_variable(path.name, kind.lower(), section, taken, inputs, findings)
             )
+    if not variables:
+        raise InputError(f"{path.name} has no variables; it is no fuzzy system of MATLAB")
     rules = [
         replace(
             located(path.name, line, partial(_read_rule, text, variables)),

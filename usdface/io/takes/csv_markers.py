@@ -1,8 +1,8 @@
 """Marker positions in plain CSV tables, long or wide, in space or in an image.
 
-Long: one row a position, columns ``frame`` and/or ``time`` [s], ``marker``, ``x``, ``y``
-and perhaps ``z``. Wide: one row a frame, ``A_x``, ``A.x``, ``A:x`` or ``A X`` for each marker and
-axis. Without z the positions are pixels of an image, y down.
+Long: one row a position, columns ``frame`` and/or ``time`` [s] or ``time_ms``, ``marker``, ``x``,
+``y`` and perhaps ``z``. Wide: one row a frame, ``A_x``, ``A.x``, ``A:x`` or ``A X`` for each marker
+and axis. Without z the positions are pixels of an image, y down.
 """
 
 import re
@@ -14,6 +14,7 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.io.takes.first_frame import frames_before
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.repeated_samples import first_repeat
 from usdface.io.takes.text_table import (
@@ -32,6 +33,7 @@ __all__ = ["read_csv_markers"]
 
 _FRAME = frozenset({"frame", "frames", "frame#", "frame_index", "frame index", "frame_number"})
 _TIME = frozenset({"time", "time_s", "seconds", "timestamp", "t"})
+_MILLISECONDS = frozenset({"time_ms", "t_ms", "timestamp_ms", "milliseconds"})
 _MARKER = frozenset({"marker", "name", "label", "marker_name"})
 _COMPONENT = re.compile(r"(.+)[ _.:]([xyz])", re.IGNORECASE)
 # Ends of labels whose x, y and z are no place, as of rigid bodies.
@@ -40,6 +42,7 @@ _NO_PLACE = re.compile(
 )
 _SAME_TIME = 1e-6  # s
 _UNIT_SUFFIX = re.compile(r"\s*[\[(](s|sec|seconds)[\])]$")
+_MILLISECONDS_SUFFIX = re.compile(r"\s*[\[(](ms|msec|milliseconds)[\])]$")
 
 
 def read_csv_markers(
@@ -61,15 +64,16 @@ def read_csv_markers(
     delimiter = max(",;\t", key=first_line.count)
     rows = read_rows(path, text, delimiter)
     refuse_cut_table(path, rows)
-    header = [_UNIT_SUFFIX.sub("", cell.lower()) for cell in rows[0][1]]
+    header = [
+        _MILLISECONDS_SUFFIX.sub("_ms", _UNIT_SUFFIX.sub("", cell.lower())) for cell in rows[0][1]
+    ]
     columns = {name: i for i, name in reversed(list(enumerate(header)))}
     long = {"x", "y"} <= columns.keys() and not _MARKER.isdisjoint(columns)
     raw, ignored = (_long if long else _wide)(path, rows, columns)
     if count := nameless_columns(rows[0][1], rows[1:]):
         ignored.append(f"{count} without a name")
     take, findings = finish_take(raw, options)
-    if renumbered := _report_start(raw):
-        findings.insert(0, renumbered)
+    findings = [*_report_start(raw), *findings]
     if ignored:
         message = "columns that are no positions are not read: {channels}"
         findings.insert(0, finding("CHANNEL_IGNORED", str(path), message, ignored))
@@ -80,13 +84,13 @@ def read_csv_markers(
     return take, findings
 
 
-def _report_start(raw: RawTake) -> Finding | None:
-    """Report the time of a recording that time 0 of the take is, where no frame number tells."""
-    first = 0.0 if raw.seconds is None or raw.first_frame else float(raw.seconds[0])
-    if first == 0:
-        return None
+def _report_start(raw: RawTake) -> list[Finding]:
+    """Return FRAMES_RENUMBERED unless the table begins at frame 0 or 1, or else at time 0."""
+    if raw.first_frame or raw.seconds is None:
+        return frames_before(raw.path, raw.first_frame, 1)[1]
+    first = float(raw.seconds[0])
     message = "time 0 is {seconds:g} s of the recording"
-    return finding("FRAMES_RENUMBERED", str(raw.path), message, first)
+    return [finding("FRAMES_RENUMBERED", str(raw.path), message, first)] if first else []
 
 
 def _nameless_positions(rows: list[Row], columns: dict[str, int]) -> int:
@@ -99,7 +103,7 @@ def _nameless_positions(rows: list[Row], columns: dict[str, int]) -> int:
 def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake, list[str]]:
     axes = [axis for axis in "xyz" if axis in columns]
     marker = _column(columns, _MARKER)
-    clocks = [c for c in (_column(columns, _FRAME), _column(columns, _TIME)) if c is not None]
+    clocks = [c for c in (_column(columns, _FRAME), _time_column(columns)) if c is not None]
     if marker is None or not clocks:
         raise InputError(
             f"{path}: a table of positions needs a column 'frame' or 'time'; "
@@ -147,7 +151,7 @@ def _of_weights(header: Sequence[str]) -> str:
 
 
 def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake, list[str]]:
-    clocks = [c for c in (_column(columns, _FRAME), _column(columns, _TIME)) if c is not None]
+    clocks = [c for c in (_column(columns, _FRAME), _time_column(columns)) if c is not None]
     places: dict[str, dict[str, int]] = {}
     ignored = []
     for column, name in enumerate(rows[0][1]):
@@ -192,13 +196,14 @@ def _raw(
     clocks: FloatArray,
     columns: dict[str, int],
 ) -> RawTake:
-    timed = _column(columns, _TIME) is not None
+    timed = _time_column(columns) is not None
+    units_per_second = 1.0 if _column(columns, _TIME) is not None else 1000.0
     numbered = bool(clocks.size) and _column(columns, _FRAME) is not None
     return RawTake(
         path=path,
         labels=labels,
         positions=positions,
-        seconds=clocks[:, -1] if timed else None,
+        seconds=clocks[:, -1] / units_per_second if timed else None,
         frames=clocks[:, 0] if numbered and not timed else None,
         first_frame=int(clocks[0, 0]) if numbered and abs(clocks[0, 0]) < 1 << 31 else 0,
     )
@@ -206,6 +211,11 @@ def _raw(
 
 def _column(columns: dict[str, int], names: frozenset[str]) -> int | None:
     return next((c for name, c in columns.items() if name in names), None)
+
+
+def _time_column(columns: dict[str, int]) -> int | None:
+    seconds = _column(columns, _TIME)
+    return _column(columns, _MILLISECONDS) if seconds is None else seconds
 
 
 def _refuse_repeats(path: Path, data: list[Row], cells: IntArray) -> None:

@@ -17,6 +17,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import METERS_PER_UNIT, in_metres
 from usdface.io.takes.origin_markers import find_unseen
+from usdface.io.takes.repeated_frames import report_repeated_frames
 from usdface.io.takes.take_size import report_take_size
 from usdface.io.takes.timing import take_times
 from usdface.options import TakeOptions
@@ -189,6 +190,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
             unseen, new_findings = find_unseen(path, labels, positions)
             occluded[unseen], positions[unseen] = True, np.nan
             findings += new_findings
+            findings += report_repeated_frames(path, positions)
         findings += report_take_size(path, positions, unit)
     seen, occlusion = find_occlusion(path, labels, occluded)
     findings += occlusion

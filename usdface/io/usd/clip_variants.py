@@ -9,6 +9,7 @@ from usdface.content_digest import content_digest
 from usdface.findings import Finding, finding
 from usdface.io.usd.instances import shown_path
 from usdface.io.usd.prim_walks import lineage
+from usdface.io.usd.rendered_meshes import placed_roots
 from usdface.io.usd.skel_bindings import skel_roots
 from usdface.io.usd.variant_stages import stage_with_variant
 from usdface.schemas import tokens
@@ -67,6 +68,8 @@ def clips_and_losses(stage: Usd.Stage) -> tuple[list[Usd.Stage], list[Finding]]:
     lost: dict[tuple[Sdf.Path, ...], list[str]] = {}
     for prim, name, variant in choices:
         other = stage_with_variant(stage, prim.GetPath(), name, variant)
+        if not placed_roots(other.GetPseudoRoot()):  # a proxy, or an empty variant: no clip
+            continue
         # Above a SkelRoot a set may choose between characters, which are no clips of one.
         if prim not in roots and not _skeletons(other) <= skeletons:
             continue
