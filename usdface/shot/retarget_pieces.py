@@ -107,7 +107,7 @@ def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> Estimat
     wanted = cuts.sample(neutral)
     times, positions = [], []
     for first, part in parts:
-        take, measured, _ = _cleaned(_marker_take(part.take), part.setup)
+        take, measured, _ = _cleaned(_marker_take(part.take), part.setup, first)
         own = wanted[(wanted >= first) & (wanted < first + len(take.times))] - first
         times.append(take.times[own])
         positions.append(np.where(measured[own][..., None], take.positions[own], np.nan))
@@ -180,7 +180,7 @@ def solve_cut(
     shot = read(np.arange(begin, blocks[-1][1]))
     whole = _marker_take(shot.take)
     cleaned = [
-        _cleaned(whole.with_frames(slice(a - begin, b - begin)), shot.setup) for a, b in blocks
+        _cleaned(whole.with_frames(slice(a - begin, b - begin)), shot.setup, a) for a, b in blocks
     ]
     take = replace(whole, positions=np.concatenate([part.positions for part, _, _ in cleaned]))
     measured = np.concatenate([seen for _, seen, _ in cleaned])
@@ -230,9 +230,16 @@ def _solved(
 
 
 def _cleaned(
-    take: MarkerTake, setup: RetargetSetup
+    take: MarkerTake, setup: RetargetSetup, start: int
 ) -> tuple[MarkerTake, BoolArray, tuple[Repair, ...]]:
-    """Return a block with cleaned markers, where they were measured, and the repairs."""
+    """Return a block with cleaned markers, where they were measured, and the repairs.
+
+    `start` is its first frame in the take.
+    """
+    if setup.neutral is not None:  # the labels of neutral frames are right, where it has any
+        first, last = (frame - start for frame in setup.neutral)
+        first, last = max(0, first), min(len(take.times) - 1, last)
+        setup = replace(setup, neutral=(first, last) if first <= last else None)
     _, cleaned, _ = clean(take, setup)
     assert cleaned is not None
     return cleaned.take, cleaned.measured, cleaned.repairs
