@@ -18,6 +18,7 @@ from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding, finding
 from usdface.numerics.solve_errors import solve_errors
 from usdface.options import BindOptions, CorrectionOptions
+from usdface.retarget.head_joint import face_joint
 from usdface.retarget.usable_markers import check_bound_markers
 from usdface.rigs import Mesh, Rig
 from usdface.setup.calibration import Calibration
@@ -98,6 +99,8 @@ def assemble_shot(
         check_bound_markers(bound, take)
     elif calibration is not None:
         findings.append(finding("CALIBRATION_UNUSED", take.source))
+    if bound.head_joint:  # one that the rig lacks is refused now, and not when it is to move
+        face_joint(rig.skeleton, mesh, bound)
     bound, new_findings = fit_setup(bound, mesh, take)
     findings += new_findings
     expressions, new_findings = expressions_for(rig.shape_names, poses or {})
