@@ -17,7 +17,11 @@ from spoilt import Place, Refused
             "shot.usda: prim </Shot/Retarget>: usdface:neutral:range is (30, 300), which is not "
             "within the frames of the take take.trc: 0 to 39",
         ),
-        ("usdface:neutral:range = (0, 3)", "usdface:neutral:range = (3, 0)", "0 to 39"),
+        (
+            "usdface:neutral:range = (0, 3)",
+            "usdface:neutral:range = (3, 0)",
+            "shot.usda: prim </Shot/Retarget>: usdface:neutral:range is (3, 0), which is reversed",
+        ),
         ("usdface:map:radius = 3", "usdface:map:radius = -3", "radius"),
         ("usdface:map:radius = 3", "usdface:map:radius = nan", "radius"),
         ("</Shot/Character/Face/head>", "</Shot/Character/Face/kopf>", "kopf"),

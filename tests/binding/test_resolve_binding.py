@@ -123,13 +123,14 @@ def test_neutral_frames_of_another_take_do_not_count_where_they_are_looked_for(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("until", [27, None])
 def test_swapped_labels_are_put_right_before_frames_and_places_are_looked_for(
-    folder: Path, world: World
+    folder: Path, world: World, until: int | None
 ) -> None:
-    """For a third of the take two labels are exchanged."""
+    """For a third of the take, or to its end, two labels are exchanged after the neutral."""
     right, _ = written(folder, "--neutral", "auto")
     swapped = world.take.positions.copy()
-    some = slice(len(swapped) // 3, 2 * len(swapped) // 3)
+    some = slice(13, until)
     swapped[some, [1, 12]] = world.take.positions[some, [12, 1]]
     write_take(replace(world.take, positions=swapped), folder / "take.usda")
     found, _ = written(folder, "--neutral", "auto")

@@ -162,6 +162,15 @@ def test_each_of_two_swaps_is_judged_by_itself() -> None:
     np.testing.assert_array_equal(entries(clean(take_of(positions)), "swap"), truth)
 
 
+def test_a_swap_that_never_ends_is_of_the_frames_after_the_neutral() -> None:
+    positions, truth = made(), np.zeros((120, 20), dtype=bool)
+    positions[40:, [0, 1]] = positions[40:, [1, 0]]
+    truth[40:, [0, 1]] = True
+    take = take_of(positions)
+    cleaned, _ = clean_take(take, take.names, CleanOptions(), neutral=(0, 9))
+    np.testing.assert_array_equal(entries(cleaned, "swap"), truth)
+
+
 def test_what_is_not_of_the_face_is_left_alone() -> None:
     positions = made()
     positions[60:62, 5] += 0.02

@@ -31,6 +31,15 @@ def test_the_label_of_most_frames_is_right() -> None:
     np.testing.assert_array_equal(assign_labels(given, ALL, 0.02), truth)
 
 
+def test_the_label_of_the_frames_that_are_named_right_is_right() -> None:
+    truth = OWN.copy()
+    truth[60:][:, [3, 4]] = [4, 3]
+    given = np.take_along_axis(STILL, truth[..., None], axis=1)
+    np.testing.assert_array_equal(assign_labels(given, ALL, 0.02, (0, 9)), truth)
+    outside = assign_labels(given, ALL, 0.02, (190, 260))
+    np.testing.assert_array_equal(outside, assign_labels(given, ALL, 0.02))
+
+
 def test_markers_that_come_back_swapped_are_followed() -> None:
     truth, seen = OWN.copy(), ALL.copy()
     truth[100:130][:, [3, 4]] = [4, 3]

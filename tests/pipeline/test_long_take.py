@@ -17,7 +17,13 @@ from usdface.shot import piece_cuts
 
 @pytest.fixture
 def shot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    for name, value in (("BLOCK", 10), ("BLOCKS", 2), ("STRETCH", 8), ("STRETCHES", 3)):
+    for name, value in (
+        ("BLOCK", 10),
+        ("BLOCKS", 2),
+        ("MARGIN", 0),
+        ("STRETCH", 8),
+        ("STRETCHES", 3),
+    ):
         monkeypatch.setattr(piece_cuts, f"_{name}", value)
     make_world().write(tmp_path)
     files = ["--rig", "rig.usda", "--take", "take.usda", "--bind", "bind.json"]

@@ -17,3 +17,37 @@ def test_a_shot_that_binds_no_marker_is_refused_without_a_warning_of_numpy() -> 
     shot = usdface.Shot(world.rig, world.take, setup)
     with pytest.raises(usdface.InputError, match="binds none of the markers of"):
         usdface.retarget(shot)
+
+
+def test_a_head_joint_that_the_rig_lacks_is_refused() -> None:
+    world = make_world()
+    setup = world.setup(head_joint="Tail")
+    with pytest.raises(usdface.InputError, match="the head's joint is 'Tail', but no") as raised:
+        usdface.assemble_shot(world.rig, world.take, setup=setup)
+    assert raised.value.code == "JOINT_UNKNOWN"
+
+
+def unread(
+    system: usdface.ExpressionSystem | None = None, **changes: object
+) -> list[dict[str, object]]:
+    """Return the values of SETTING_UNREAD of a shot whose binding has these settings, too."""
+    world = make_world()
+    setup = world.setup(nose_tip="nose", neutral=(0, 3), **changes)
+    _, findings = usdface.assemble_shot(world.rig, world.take, setup=setup, system=system)
+    return [dict(f.values) for f in findings if f.code == "SETTING_UNREAD"]
+
+
+def test_curves_of_a_binding_are_reported_where_the_take_has_markers() -> None:
+    assert unread() == []
+    assert unread(curves={"JawDrop": {"jawOpen": 1.0}}) == [{"attribute": "curves"}]
+
+
+def test_roles_of_a_binding_without_effect_are_reported() -> None:
+    world = make_world()
+    roles = {"mouth_corner": "corner_l", "my-role": "chin", "horn": "horn_l"}
+    assert unread(roles=roles) == [{"roles": ["my-role", "horn"]}]
+    shot, _ = usdface.assemble_shot(world.rig, world.take, setup=world.setup(nose_tip="nose"))
+    assert shot.system is not None
+    read = {feature.role: feature.role for feature in shot.system.features}
+    assert unread(shot.system, roles=read) == []
+    assert unread(shot.system, roles=read | roles) == [{"roles": list(roles)}]

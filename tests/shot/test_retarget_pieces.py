@@ -1,6 +1,6 @@
 """A take in pieces: with the same estimates every frame has the weights of the whole."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,6 +9,8 @@ import pytest
 from curved_world import make_curved_world
 from worlds import World, make_world
 
+from usdface.cleanup.clean import clean_take
+from usdface.cleanup.repairs import Repair
 from usdface.errors import InputError, SolveError
 from usdface.io.mapped_arrays import MappedArrays
 from usdface.setup.binding import Binding
@@ -48,7 +50,13 @@ def solved() -> Iterator[Solved]:
     positions[700, 2] += 0.05
     shot = shot_of(world, positions)
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in (("BLOCK", 128), ("BLOCKS", 3), ("STRETCH", 24), ("STRETCHES", 6)):
+        for name, value in (
+            ("BLOCK", 128),
+            ("BLOCKS", 3),
+            ("MARGIN", 32),
+            ("STRETCH", 24),
+            ("STRETCHES", 6),
+        ):
             patch.setattr(piece_cuts, f"_{name}", value)
         cuts = PieceCuts.of(FRAMES)
         known = estimated(shot, cuts)
@@ -73,7 +81,9 @@ def part(shot: Shot, frames: np.ndarray) -> Shot:
 
 def estimated(shot: Shot, cuts: PieceCuts) -> EstimatedTake:
     blocks = cuts.blocks_over(0, cuts.frames)
-    return estimate_shot([(a, part(shot, np.arange(a, b))) for a, b in blocks], cuts)
+    return estimate_shot(
+        [(a, b, part(shot, np.arange(*cuts.around(a, b)))) for a, b in blocks], cuts
+    )
 
 
 @pytest.mark.slow
@@ -129,6 +139,43 @@ def test_a_piece_in_which_the_face_is_out_of_sight_has_the_pose_beside_it(
 
 
 @pytest.mark.slow
+def test_labels_exchanged_beside_a_cut_are_put_right_as_in_the_whole_take(solved: Solved) -> None:
+    """One of them is hidden from before the cut of two blocks until after it."""
+    first, _ = solved.cuts.piece(1)
+    take = solved.shot.take
+    assert isinstance(take, MarkerTake)
+    positions, pair = take.positions.copy(), [3, 14]
+    exchanged = slice(first - 14, first + 10)
+    positions[exchanged, pair] = positions[exchanged, pair[::-1]]
+    positions[first - 14 : first + 4, 3] = np.nan
+    broken = replace(take, positions=positions)
+    cleaned, _ = clean_take(broken, take.names, solved.shot.setup.clean)
+    left = replace(solved, shot=replace(solved.shot, take=broken))
+    pieces = [solve_cut(left.read, left.cuts, *left.cuts.piece(k), solved.known) for k in range(2)]
+    found = swapped([repair for piece in pieces for repair in piece.repairs])
+    assert found == swapped(cleaned.repairs)
+    assert found == {(take.names[m], f) for m in pair for f in range(first - 14, first + 10)}
+
+
+@pytest.mark.slow
+def test_in_the_block_of_the_neutral_frames_their_labels_are_right(solved: Solved) -> None:
+    """The labels are exchanged over most of it."""
+    take, pair, exchanged = solved.shot.take, [3, 14], slice(20, 150)
+    assert isinstance(take, MarkerTake)
+    positions = take.positions.copy()
+    positions[exchanged, pair] = positions[exchanged, pair[::-1]]
+    left = replace(solved, shot=replace(solved.shot, take=replace(take, positions=positions)))
+    piece = solve_cut(left.read, left.cuts, *left.cuts.piece(0), solved.known)
+    assert swapped(piece.repairs) == {(take.names[m], f) for m in pair for f in range(20, 150)}
+
+
+def swapped(repairs: Sequence[Repair]) -> set[tuple[str, int]]:
+    """Return markers and frames of the repairs of swaps."""
+    swaps = [repair for repair in repairs if repair.kind == "swap"]
+    return {(swap.marker, f) for swap in swaps for f in range(swap.first, swap.last + 1)}
+
+
+@pytest.mark.slow
 def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: Solved) -> None:
     truth = make_world().weights[ORDER]
     usual = retarget(solved.shot).solved
@@ -143,12 +190,12 @@ def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: 
 def test_what_is_not_solved_in_pieces_is_refused(solved: Solved) -> None:
     weights = WeightsTake(("jawOpen",), np.arange(9.0), np.zeros((9, 1)))
     with pytest.raises(InputError, match="as a whole"):
-        estimate_shot([(0, replace(solved.shot, take=weights))], PieceCuts.of(9))
+        estimate_shot([(0, 9, replace(solved.shot, take=weights))], PieceCuts.of(9))
     take = solved.shot.take
     assert isinstance(take, MarkerTake)
     image = replace(take, positions=take.positions[..., :2])
     with pytest.raises(InputError, match="image points"):
-        estimate_shot([(0, replace(solved.shot, take=image))], PieceCuts.of(FRAMES))
+        estimate_shot([(0, FRAMES, replace(solved.shot, take=image))], PieceCuts.of(FRAMES))
     curved = make_curved_world()
     with pytest.raises(SolveError, match="inbetweens"):
         estimated(shot_of(curved, curved.take.positions), PieceCuts.of(40))

@@ -45,7 +45,9 @@ class Pieces:
 
     def known(self) -> EstimatedTake:
         blocks = self.cuts.blocks_over(0, FRAMES)
-        return estimate_shot([(a, self.part(np.arange(a, b))) for a, b in blocks], self.cuts)
+        return estimate_shot(
+            [(a, b, self.part(np.arange(*self.cuts.around(a, b)))) for a, b in blocks], self.cuts
+        )
 
     def solved(self, known: EstimatedTake, cuts: Sequence[int], folder: Path) -> SolvedShot:
         """Return the take joined from pieces with these ends."""
@@ -56,7 +58,13 @@ class Pieces:
 @pytest.fixture
 def patched(monkeypatch: pytest.MonkeyPatch) -> Iterator[pytest.MonkeyPatch]:
     """Short blocks, and a short reach of the judgement: a piece does not see the whole take."""
-    for name, value in (("BLOCK", 120), ("BLOCKS", 3), ("STRETCH", 240), ("STRETCHES", 2)):
+    for name, value in (
+        ("BLOCK", 120),
+        ("BLOCKS", 3),
+        ("MARGIN", 20),
+        ("STRETCH", 240),
+        ("STRETCHES", 2),
+    ):
         monkeypatch.setattr(piece_cuts, f"_{name}", value)
     monkeypatch.setattr(mistracked_lids, "_REACH", 1.0)
     yield monkeypatch

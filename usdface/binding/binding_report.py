@@ -24,6 +24,9 @@ def binding_findings(
     if isinstance(take, WeightsTake):
         findings += unknown_curves(take, resolved.setup.curves, source or take.source)
         findings += rest_kept(take, resolved.setup)
+    elif resolved.setup.curves:
+        message = "{attribute} of the binding are for a take of weights; this one has markers"
+        findings.append(finding("SETTING_UNREAD", source or take.source, message, "curves"))
     if unbound and not resolved.proposal:  # intended, or an unfinished file
         message = (
             "{unbound_count} of {marker_count} markers are bound to no vertex: {markers}; "

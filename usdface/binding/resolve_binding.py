@@ -125,9 +125,14 @@ def _of_markers(
     resolved = ResolvedBinding(mesh, setup, neutral_found=find_neutral, other_take=other_take)
     resolved = _compared(resolved, take)
     looking = proposing or find_neutral or options.peaks == "auto"
-    labelled = _labelled(take, setup) if looking else take
+    named = None if find_neutral or setup.neutral_assumed else setup.neutral
+    labelled = _labelled(take, setup, named) if looking else take
     if proposing:
         proposal = _proposed(labelled, mesh, setup, find_neutral)
+        if find_neutral:  # whose labels are right, as the solve will have it
+            again = _labelled(take, setup, proposal.setup.neutral)
+            if not np.array_equal(again.positions, labelled.positions, equal_nan=True):
+                proposal = _proposed(again, mesh, setup, find_neutral)
         _check_sure(proposal, mesh, take)
         setup, resolved = proposal.setup, replace(resolved, proposal=proposal)
     else:
@@ -186,10 +191,13 @@ def _of_weights(
     return ResolvedBinding(mesh, setup, neutral_found=found, by_unit=tuple(by_unit))
 
 
-def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
+def _labelled(
+    take: MarkerTake, setup: RetargetSetup, neutral: tuple[int, int] | None
+) -> MarkerTake:
     """Return the take with labels corrected and without jumps, as the solve has it.
 
-    Of a film labels are as its dots were followed.
+    Those of the `neutral` frames are right, if given. Of a film labels are as its dots were
+    followed.
     """
     film, clean = take.dimension == 2, setup.clean
     only = CleanOptions(
@@ -198,7 +206,9 @@ def _labelled(take: MarkerTake, setup: RetargetSetup) -> MarkerTake:
         spikes=clean.spikes,
         gaps=False,
     )
-    cleaned, _ = clean_take(take, take.names, only, moving=setup.head != "stabilised")
+    cleaned, _ = clean_take(
+        take, take.names, only, moving=setup.head != "stabilised", neutral=neutral
+    )
     return cleaned.take
 
 

@@ -68,7 +68,12 @@ class Cleaned:
 
 
 def clean_take(
-    take: MarkerTake, markers: Collection[str], options: CleanOptions, *, moving: bool = True
+    take: MarkerTake,
+    markers: Collection[str],
+    options: CleanOptions,
+    *,
+    moving: bool = True,
+    neutral: tuple[int, int] | None = None,
 ) -> tuple[Cleaned, list[Finding]]:
     """Take off the motion of blinks, repair swaps, take out spikes and fill gaps.
 
@@ -81,6 +86,9 @@ def clean_take(
     options : CleanOptions
     moving : bool
         False if the head motion has been removed from the take.
+    neutral : (int, int), optional
+        First and last neutral frame, inclusive, whose labels are right; those of most frames are,
+        if left out.
 
     Returns
     -------
@@ -108,7 +116,7 @@ def clean_take(
     swapped = np.zeros_like(seen)
     start = None
     if options.swaps:
-        positions, seen, swapped, start = _unswapped(positions, seen, spacing, moving)
+        positions, seen, swapped, start = _unswapped(positions, seen, spacing, moving, neutral)
     stabilised = stabilise(
         positions, seen, moving=moving, start=start, rounds=_REFINED if start else ROUNDS
     )
@@ -148,14 +156,18 @@ def _spacing(positions: FloatArray, seen: BoolArray) -> float:
 
 
 def _unswapped(
-    positions: FloatArray, seen: BoolArray, spacing: float, moving: bool
+    positions: FloatArray,
+    seen: BoolArray,
+    spacing: float,
+    moving: bool,
+    neutral: tuple[int, int] | None,
 ) -> tuple[FloatArray, BoolArray, BoolArray, Pose]:
     """Put swapped labels right where the other markers predict them better so.
 
     Returns positions (F, M, 3), visible (F, M), swapped (F, M) and the head pose.
     """
     stabilised = stabilise(positions, seen, moving=moving, rounds=1)
-    owner = assign_labels(stabilised.positions, seen, spacing)
+    owner = assign_labels(stabilised.positions, seen, spacing, neutral)
     swapped: BoolArray = owner != np.arange(seen.shape[1])
     if not swapped.any():
         return positions, seen, swapped, stabilised.pose

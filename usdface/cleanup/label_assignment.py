@@ -16,12 +16,17 @@ _LANDING = 0.5
 _USUAL = 6.0
 
 
-def assign_labels(positions: FloatArray, visible: BoolArray, spacing: float) -> IntArray:
+def assign_labels(
+    positions: FloatArray,
+    visible: BoolArray,
+    spacing: float,
+    right: tuple[int, int] | None = None,
+) -> IntArray:
     """Assign each label to the marker that it shows, by following the markers through the take.
 
     Labels that jump in the same frame, each to where another of them was, are swapped (linear
     assignment). A label that is hidden in that frame counts by where it comes back. The labels of
-    most frames are right.
+    most of the `right` frames are right.
 
     Parameters
     ----------
@@ -30,6 +35,9 @@ def assign_labels(positions: FloatArray, visible: BoolArray, spacing: float) -> 
     visible : (F, M) bool
     spacing : float [m]
         Usual distance between neighbouring markers.
+    right : (int, int), optional
+        First and last frame whose labels are right, inclusive; all frames, if left out or not in
+        the take.
 
     Returns
     -------
@@ -66,7 +74,10 @@ def assign_labels(positions: FloatArray, visible: BoolArray, spacing: float) -> 
         states.append(state)
     lengths.append(len(positions) - starts[-1])
     table, which = np.unique(np.array(states), axis=0, return_inverse=True)
-    usual = table[np.bincount(which.reshape(-1), lengths).argmax()]
+    of_frames = np.repeat(which.reshape(-1), lengths)
+    if right is not None and 0 <= right[0] <= right[1] < len(positions):
+        of_frames = of_frames[right[0] : right[1] + 1]
+    usual = table[np.bincount(of_frames).argmax()]
     named = np.empty(count, dtype=np.int64)
     named[usual] = np.arange(count)
     return np.repeat(named[np.array(states)], lengths, axis=0)

@@ -148,7 +148,7 @@ def _add_delivery(command: argparse.ArgumentParser) -> None:
         type=float,
         default=0.0,
         metavar="RATE",
-        help="frames per second (default: the shot's)",
+        help="frames per second (default, and 0: the shot's)",
     )
 
 

@@ -63,11 +63,11 @@ class KeptPieces:
         check_gains(first_frame, self._options.gains)
         sample = self.cuts.sample(first_frame.setup.neutral)
         blocks = [
-            (first, self.read(np.arange(first, end)))
+            (first, end, self.read(np.arange(*self.cuts.around(first, end))))
             for first, end in self.cuts.blocks_over(0, self.cuts.frames)
             if ((sample >= first) & (sample < end)).any()
         ]
-        inputs = [(first, solve_inputs(part)) for first, part in blocks]
+        inputs = [(first, solve_inputs(part)) for first, _, part in blocks]
         return self._cache.stage(
             "estimates", (inputs, self.cuts.blocks), {}, lambda: estimate_shot(blocks, self.cuts)
         )
@@ -76,7 +76,7 @@ class KeptPieces:
         """Return a piece, from the folder or solved."""
         first, end = self.cuts.piece(number)
         blocks = list(self.cuts.blocks_over(*self.cuts.reached(first, end, known.reach)))
-        shot = self.read(np.arange(blocks[0][0], blocks[-1][1]))
+        shot = self.read(np.arange(*self.cuts.around(blocks[0][0], blocks[-1][1])))
         inputs = (solve_inputs(shot), known, self.cuts.pieces, number)
         return self._cache.stage(
             f"piece{number:05}",

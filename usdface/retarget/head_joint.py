@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from usdface.errors import InputError
 from usdface.face.face_points import FacePoints, face_points
 from usdface.retarget.joint_motion import named_joint
 from usdface.rigs import Mesh, Skeleton, Skin
@@ -45,9 +46,15 @@ def face_joint(skeleton: Skeleton | None, mesh: Mesh, setup: RetargetSetup) -> i
     Raises
     ------
     InputError
-        If the setup names a joint that the skeleton has not.
+        If the setup names a joint that the skeleton has not, or no skeleton moves the mesh.
     """
     if skeleton is None or mesh.skin is None:
+        if setup.head_joint:
+            raise InputError(
+                f"the head's joint is {setup.head_joint!r}, but no skeleton with joints moves "
+                f"{mesh.path}; leave it out, and the SkelRoot moves",
+                "JOINT_UNKNOWN",
+            )
         return None
     if setup.head_joint:
         return named_joint(skeleton, setup.head_joint)

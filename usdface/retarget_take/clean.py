@@ -26,16 +26,23 @@ def clean(
         return take, None, []
     face_markers = (*setup.binding.markers, *setup.head_markers)
     moving = setup.head != "stabilised"
-    cleaned, findings = clean_take(take, face_markers, setup.clean, moving=moving)
+    cleaned, findings = clean_take(
+        take, face_markers, setup.clean, moving=moving, neutral=_named_neutral(setup)
+    )
     return cleaned.take, cleaned, findings
 
 
 @one_blas_thread()
-def clean_inputs(take: MarkerTake, setup: RetargetSetup) -> object:
-    """Return all that `clean` depends on: the labels that are bound, and nothing else of the rig.
+def clean_inputs(take: MarkerTake, setup: RetargetSetup) -> tuple[object, ...]:
+    """Return all that `clean` depends on: bound labels, neutral frames, nothing else of the rig.
 
     In the order of the take, in which the clean-up processes them.
     """
     face_markers = {*setup.binding.markers, *setup.head_markers}
     chosen = tuple(name in face_markers for name in take.names)
-    return take, chosen, setup.clean, setup.head != "stabilised"
+    return take, chosen, setup.clean, setup.head != "stabilised", _named_neutral(setup)
+
+
+def _named_neutral(setup: RetargetSetup) -> tuple[int, int] | None:
+    """Return the neutral frames that were named or found, in which the markers are bound."""
+    return None if setup.neutral_assumed else setup.neutral

@@ -233,6 +233,11 @@ def check_neutral_frames(neutral: tuple[int, int], frame_count: int, source: str
     InputError
     """
     first, last = neutral
+    if first > last:
+        raise InputError(
+            f"neutral frames {first} to {last} are reversed; expected first and last frame",
+            "SETTING_WRONG",
+        )
     if not 0 <= first <= last < frame_count:
         raise InputError(
             f"neutral frames {first} to {last} lie outside the take{source and f' {source}'}, "

@@ -1,6 +1,6 @@
 """Assembly of a shot in memory: vertices of the markers, expression poses, a fuzzy system."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -18,8 +18,10 @@ from usdface.face.fitted_setup import fit_setup
 from usdface.findings import Finding, finding
 from usdface.numerics.solve_errors import solve_errors
 from usdface.options import BindOptions, CorrectionOptions
+from usdface.retarget.head_joint import face_joint
 from usdface.retarget.usable_markers import check_bound_markers
 from usdface.rigs import Mesh, Rig
+from usdface.rule_design.marker_roles import known_roles
 from usdface.setup.calibration import Calibration
 from usdface.setup.expression import Expression
 from usdface.setup.retarget_setup import RetargetSetup
@@ -98,17 +100,40 @@ def assemble_shot(
         check_bound_markers(bound, take)
     elif calibration is not None:
         findings.append(finding("CALIBRATION_UNUSED", take.source))
+    if bound.head_joint:  # one that the rig lacks is refused now, and not when it is to move
+        face_joint(rig.skeleton, mesh, bound)
     bound, new_findings = fit_setup(bound, mesh, take)
     findings += new_findings
     expressions, new_findings = expressions_for(rig.shape_names, poses or {})
     findings += new_findings
+    roles, designed = bound.roles, system is None
     system, bound, new_findings = _expression_system(
         mesh, bound, expressions, system, system_source, correction or {}
     )
     findings += new_findings
+    if isinstance(take, MarkerTake):
+        # A system that is designed here chooses among the markers: any role may name one.
+        read = known_roles(bound.binding.markers, roles) if designed else _roles_read(system)
+        findings += _unread_roles(roles, read, bound, setup_source or take.source)
     face = bound_face(mesh, bound)
     layout = face.with_layout(expressions).layout if system else face.layout
     return Shot(rig, take, bound, system, expressions, layout), findings
+
+
+def _roles_read(system: ExpressionSystem | None) -> set[str]:
+    return {feature.role for feature in system.features} if system else set()
+
+
+def _unread_roles(
+    roles: Mapping[str, str], read: Collection[str], setup: RetargetSetup, source: str
+) -> list[Finding]:
+    """Report roles of a binding that no rule reads, or whose marker is not bound."""
+    bound = setup.binding.markers
+    unread = [role for role, name in roles.items() if role not in read or name not in bound]
+    if not unread:
+        return []
+    message = "{roles}: no rule reads these roles of the binding, or their markers are not bound"
+    return [finding("SETTING_UNREAD", source, message, unread)]
 
 
 def _expression_system(

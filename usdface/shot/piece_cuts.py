@@ -14,6 +14,9 @@ __all__ = ["PieceCuts"]
 # solved, with 68 markers and 53 blend shapes.
 _BLOCK = 4096
 _BLOCKS = 4
+# Frames around a block by which it is cleaned, 9 s at 30 Hz: longer than most gaps, so that labels
+# that change at its end while hidden are seen to come back.
+_MARGIN = 256
 # Segments of the sample, and frames of each.
 _STRETCHES = 16
 _STRETCH = 1024
@@ -56,6 +59,10 @@ class PieceCuts:
         for start, stop in pairwise(self.blocks):
             if start < end and stop > first:
                 yield start, stop
+
+    def around(self, start: int, stop: int) -> tuple[int, int]:
+        """Return first frame and end of the frames by which those of blocks are cleaned."""
+        return self.reached(start, stop, _MARGIN)
 
     def reached(self, first: int, end: int, reach: int) -> tuple[int, int]:
         """Return first frame and end of frames with `reach` more on both sides."""

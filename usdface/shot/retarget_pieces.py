@@ -80,13 +80,14 @@ class EstimatedTake:
         return self.overlap + self.judged
 
 
-def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> EstimatedTake:
+def estimate_shot(parts: Sequence[tuple[int, int, Shot]], cuts: PieceCuts) -> EstimatedTake:
     """Return the estimates of a take from its sample.
 
     Parameters
     ----------
-    parts : sequence of (int, Shot)
-        First frame and frames of each block in which the sample has frames, in ascending order.
+    parts : sequence of (int, int, Shot)
+        First frame and end of each block in which the sample has frames, in ascending order, and
+        the frames around it (`PieceCuts.around`).
     cuts : PieceCuts
 
     Raises
@@ -96,7 +97,7 @@ def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> Estimat
     SolveError
         If the markers do not determine an answer, or the shapes are not linear.
     """
-    shot = parts[0][1]
+    shot = parts[0][2]
     if _marker_take(shot.take).dimension == 2:
         raise InputError(
             "a take of image points is not solved in pieces, since its camera is found from all "
@@ -106,9 +107,9 @@ def estimate_shot(parts: Sequence[tuple[int, Shot]], cuts: PieceCuts) -> Estimat
     neutral = shot.setup.neutral
     wanted = cuts.sample(neutral)
     times, positions = [], []
-    for first, part in parts:
-        take, measured, _ = _cleaned(_marker_take(part.take), part.setup)
-        own = wanted[(wanted >= first) & (wanted < first + len(take.times))] - first
+    for first, end, part in parts:
+        take, measured, _ = _cleaned(_marker_take(part.take), part.setup, cuts, first, end)
+        own = wanted[(wanted >= first) & (wanted < end)] - first
         times.append(take.times[own])
         positions.append(np.where(measured[own][..., None], take.positions[own], np.nan))
     take = replace(
@@ -176,22 +177,28 @@ def solve_cut(
     """
     low, high = cuts.reached(first, end, known.reach)
     blocks = list(cuts.blocks_over(low, high))
-    begin = blocks[0][0]
-    shot = read(np.arange(begin, blocks[-1][1]))
+    begin, stop = blocks[0][0], blocks[-1][1]
+    start, read_end = cuts.around(begin, stop)
+    shot = read(np.arange(start, read_end))
     whole = _marker_take(shot.take)
     cleaned = [
-        _cleaned(whole.with_frames(slice(a - begin, b - begin)), shot.setup) for a, b in blocks
+        _cleaned(whole.with_frames(slice(a0 - start, b0 - start)), shot.setup, cuts, a, b)
+        for a, b in blocks
+        for a0, b0 in [cuts.around(a, b)]
     ]
-    take = replace(whole, positions=np.concatenate([part.positions for part, _, _ in cleaned]))
+    take = replace(
+        whole.with_frames(slice(begin - start, stop - start)),
+        positions=np.concatenate([part.positions for part, _, _ in cleaned]),
+    )
     measured = np.concatenate([seen for _, seen, _ in cleaned])
     reach, core = slice(low - begin, high - begin), slice(first - low, end - low)
     near = Cleaned(take.with_frames(reach), measured[reach], ())
-    solution, lids = _solved(near, shot, reach, known)
+    solution, lids = _solved(near, shot, slice(low - start, high - start), known)
     solution = _cut(solution, core)
     repairs = tuple(
-        replace(repair, first=repair.first + start, last=repair.last + start)
-        for (start, stop), (_, _, found) in zip(blocks, cleaned, strict=True)
-        if first <= start and stop <= end
+        repair
+        for (a, b), (_, _, found) in zip(blocks, cleaned, strict=True)
+        if first <= a and b <= end
         for repair in found
     )
     take = with_replaced_lids(near.take, lids).with_frames(core)
@@ -230,12 +237,33 @@ def _solved(
 
 
 def _cleaned(
-    take: MarkerTake, setup: RetargetSetup
+    take: MarkerTake, setup: RetargetSetup, cuts: PieceCuts, start: int, stop: int
 ) -> tuple[MarkerTake, BoolArray, tuple[Repair, ...]]:
-    """Return a block with cleaned markers, where they were measured, and the repairs."""
+    """Return a block with cleaned markers, where they were measured, and the repairs.
+
+    Parameters
+    ----------
+    take : MarkerTake
+        The frames around the block.
+    setup : RetargetSetup
+        Its neutral frames are counted from the start of the whole take, as the repairs are.
+    cuts : PieceCuts
+    start, stop : int
+        The block's first frame and end.
+    """
+    low, high = cuts.around(start, stop)
+    if setup.neutral is not None:  # the labels of neutral frames are right, where it has any
+        first, last = max(low, setup.neutral[0]), min(high - 1, setup.neutral[1])
+        setup = replace(setup, neutral=(first - low, last - low) if first <= last else None)
     _, cleaned, _ = clean(take, setup)
     assert cleaned is not None
-    return cleaned.take, cleaned.measured, cleaned.repairs
+    own = slice(start - low, stop - low)
+    repairs = tuple(
+        replace(repair, first=max(start, repair.first + low), last=min(stop - 1, repair.last + low))
+        for repair in cleaned.repairs
+        if repair.first + low < stop and repair.last + low >= start
+    )
+    return cleaned.take.with_frames(own), cleaned.measured[own], repairs
 
 
 def _cut(solution: Solution, inside: slice) -> Solution:

@@ -46,6 +46,12 @@ def test_it_holds_the_animation_alone(shot: Path) -> None:
     assert np.array_equal(weights, played.reordered(names).weights.astype(np.float32))
 
 
+def test_a_rate_of_too_many_frames_is_named(shot: Path) -> None:
+    with pytest.raises(InputError, match=r"at 1e\+09 frames a second.*a lower rate") as raised:
+        process(shot, deliver=shot.with_name("fast.usda"), delivery=DeliverOptions(rate=1e9))
+    assert raised.value.code == "SETTING_WRONG"
+
+
 @pytest.mark.slow
 def test_a_range_has_handles_and_a_rate_of_its_own(shot: Path) -> None:
     place = shot.with_name("cut.usdc")

@@ -35,7 +35,6 @@ def processed(
     unit: tuple[float, str] = (1.0, "Y"),
     skinned: bool = True,
     turned: float = 0.0,
-    status: int = 0,
     **bind: object,
 ) -> Usd.Stage | None:
     (world or make_world()).write(folder, **bind)
@@ -50,9 +49,7 @@ def processed(
     names = {name: str(folder / f"{name}.usda") for name in ("rig", "take", "shot")}
     shot = ["--rig", names["rig"], "--take", names["take"], "--bind", str(folder / "bind.json")]
     assert main(["shot", *shot, "-o", names["shot"]]) == 0
-    assert main(["process", names["shot"], "--no-express", *flags]) == status
-    if status:
-        return None
+    assert main(["process", names["shot"], "--no-express", *flags]) == 0
     return Usd.Stage.Open(str(folder / "shot.usdface.usda"))
 
 
@@ -292,8 +289,21 @@ def test_a_joint_that_is_not_there_is_one_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     world = jointed(make_world())
-    processed(tmp_path, world=world, head_joint="Tail", status=1)
+    processed(tmp_path, world=world, head_joint="Neck")
+    shot = tmp_path / "shot.usda"
+    shot.write_text(shot.read_text().replace('"Neck"', '"Tail"'))
+    capsys.readouterr()
+    assert main(["process", str(shot), "--no-express"]) == 1
     assert "no joints named 'Tail'" in capsys.readouterr().err
+    # A shot of such a binding is not written.
+    shot.unlink()
+    world.write(tmp_path, head_joint="Tail")
+    names = [str(tmp_path / name) for name in ("rig.usda", "take.usda", "bind.json")]
+    words = [
+        word for pair in zip(("--rig", "--take", "--bind"), names, strict=True) for word in pair
+    ]
+    assert main(["shot", *words, "-o", str(shot)]) == 1
+    assert "no joints named 'Tail'" in capsys.readouterr().err and not shot.exists()
 
 
 def nod(path: Path) -> None:

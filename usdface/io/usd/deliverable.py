@@ -98,7 +98,13 @@ def _frames(
     low, high = start - options.handles, end + options.handles
     outside = low < first or high > last
     low, high = max(low, first), min(high, last)
-    if high < low or high - low > _MOST_FRAMES:
+    if high - low > _MOST_FRAMES:
+        raise InputError(
+            f"cannot write {path}: at {rate:g} frames a second these are {high - low + 1:.3g} "
+            f"frames, more than {_MOST_FRAMES}; expected a lower rate (--rate)",
+            "SETTING_WRONG",
+        )
+    if high < low:
         raise InputError(
             f"cannot write {path}: frames {start:g} to {end:g} of {rate:g} a second are not in the "
             f"take, which has {first:g} to {last:g}",

@@ -8,7 +8,6 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray
-from usdface.errors import InputError
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.layer_samples import write_samples, write_value
 from usdface.io.usd.value_arrays import matrices
@@ -88,12 +87,6 @@ def find_carrier(
     if joint is not None:
         to_world = np.array(xforms.GetLocalToWorldTransform(prim)) @ inverse_head_motion(root)
         return HeadCarrier(joint, skeleton, to_world @ si)
-    if setup.head_joint:
-        raise InputError(
-            f"the head's joint is {setup.head_joint!r}, but no skeleton with joints moves "
-            f"{mesh.path}; leave it out, and the SkelRoot moves",
-            "JOINT_UNKNOWN",
-        )
     if not root:
         return None
     to_world = np.array(xforms.GetLocalToWorldTransform(root)) @ inverse_head_motion(root)

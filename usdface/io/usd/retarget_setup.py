@@ -238,6 +238,12 @@ def check_neutral(
     if setup.neutral is None or not isinstance(take, MarkerTake):
         return
     first, last = setup.neutral
+    if first > last:
+        raise InputError(
+            f"prim <{prim.GetPath()}>: {tokens.NEUTRAL_RANGE} is ({first}, {last}), which is "
+            "reversed; expected first and last frame",
+            "SETTING_WRONG",
+        )
     if not 0 <= first <= last < count:
         raise InputError(
             f"prim <{prim.GetPath()}>: {tokens.NEUTRAL_RANGE} is ({first}, {last}), which is not "
