@@ -72,9 +72,12 @@ def test_image_markers_stay_in_the_image() -> None:
     assert flat.shape == (4, 10, 3) and not flat[..., 2].any()
 
 
-@pytest.mark.parametrize("frames", [(-1, 2), (3, 2), (0, 5)])
-def test_neutral_frames_lie_in_the_take(frames: tuple[int, int]) -> None:
-    with pytest.raises(InputError, match="frames 0 to 4"):
+@pytest.mark.parametrize(
+    ("frames", "said"),
+    [((-1, 2), "frames 0 to 4"), ((3, 2), "3 to 2 are reversed"), ((0, 5), "frames 0 to 4")],
+)
+def test_neutral_frames_lie_in_the_take(frames: tuple[int, int], said: str) -> None:
+    with pytest.raises(InputError, match=said):
         neutral_markers(np.tile(FACE, (5, 1, 1)), frames)
 
 
