@@ -170,7 +170,10 @@ def _on_skin(
     own = with_places(PlacedFilm(straight, surface, bound, none), guess, solve)
     performed = with_transferred_shapes(own, solve)
     # Where they explain no more than the character's own, the face is none of another.
-    return placed if performed is own else with_places(performed, guess, solve)
+    if performed is own:
+        return placed
+    performed = with_places(performed, guess, solve)
+    return min(placed, performed, key=lambda each: each.solved.left)
 
 
 def _solved_last(
