@@ -97,6 +97,13 @@ def test_times_in_milliseconds_are_read(read, header):
     assert (take.rate, findings) == (25, [])
 
 
+def test_times_in_milliseconds_are_the_same_to_a_microsecond(read):
+    for later, ignored in ((40.0005, []), (40.01, ["times of a frame after its first"])):
+        rows = "0,0,A,1,2,3", "1,40,A,1,2,3", f"1,{later},B,1,2,3", "0,0,B,1,2,3"
+        _, findings = read("\n".join(["frame,time_ms,marker,x,y,z", *rows]) + "\n")
+        assert [n for f in findings for n in f.values.get("channels", [])] == ignored
+
+
 def test_a_time_that_the_take_does_not_keep_is_told(read):
     """Without frame numbers nothing else says which part of a recording a take is."""
     lines = wide_text().splitlines()
