@@ -22,6 +22,7 @@ from usdface.io.usd.file_kind import kind_of_usd
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
 from usdface.pipeline import process, process_sequence
+from usdface.pipeline.farm_jobs import write_sequence_job
 from usdface.pipeline.sequence import plans_of
 from usdface.pipeline.shot_task import file_role, run_shot
 from usdface.show import keys
@@ -468,8 +469,10 @@ def test_a_layer_over_a_shot_with_its_result_in_itself_is_left_out_and_reported(
     process(shots / "a.usda", in_place=True)
     result = process_sequence(shots, gather=True)
     assert [row.name for row in result.value] == ["a"]
-    left_out = [found.where for found in result.findings if found.code == "SHOT_LEFT_OUT"]
-    assert left_out == [str(shots / "a_light.usda")]
+    job = write_sequence_job(shots, place / "job", root=place)
+    for findings in (result.findings, job.findings):
+        left_out = [found.where for found in findings if found.code == "SHOT_LEFT_OUT"]
+        assert left_out == [str(shots / "a_light.usda")]
 
 
 def test_a_result_of_any_name_and_a_layer_over_it_are_no_shots(place: Path) -> None:
