@@ -85,12 +85,16 @@ def read_csv_markers(
 
 
 def _report_start(raw: RawTake) -> list[Finding]:
-    """Return FRAMES_RENUMBERED unless the table begins at frame 0 or 1, or else at time 0."""
-    if raw.first_frame or raw.seconds is None:
+    """Return FRAMES_RENUMBERED unless the table begins at frame 0 or 1 and at the time of that."""
+    if raw.first_frame > 1 or raw.seconds is None:
         return frames_before(raw.path, raw.first_frame, 1)[1]
     first = float(raw.seconds[0])
+    # Some recorders count from frame 1, a step after 0 s.
+    step = float(np.diff(raw.seconds[:2]).sum()) if raw.first_frame == 1 else 0.0
+    if first == 0.0 or abs(first - step) < 0.5 * step:
+        return []
     message = "time 0 is {seconds:g} s of the recording"
-    return [finding("FRAMES_RENUMBERED", str(raw.path), message, first)] if first else []
+    return [finding("FRAMES_RENUMBERED", str(raw.path), message, first)]
 
 
 def _nameless_positions(rows: list[Row], columns: dict[str, int]) -> int:
