@@ -33,8 +33,8 @@ _FARTHEST = 1e6  # px; more is no place that counts
 # In the column of the face's number where no face was found.
 _NOBODY = frozenset({"", "-1", "-1.0", "nan", "na", "none", "null"})
 _JOINED = (
-    "{face} was lost and is found again near its place under other numbers: {names} are read as "
-    "the same person"
+    "{face} was lost and is found again near its place under other numbers, which are read as the "
+    "same person: {names}"
 )
 
 
