@@ -10,9 +10,10 @@ __all__ = ["read_only_again"]
 
 
 def read_only_again(restore: Any) -> Any:
-    """Return a `__setstate__` that makes the arrays of its instance read-only, as they were.
+    """Return a `__setstate__` that makes all arrays of its instance read-only.
 
-    NumPy forgets the flag when an array is pickled or copied.
+    NumPy forgets the flag when an array is pickled or copied. A shallow copy shares its arrays with
+    the original, where they are read-only from then on, too.
 
     Parameters
     ----------

@@ -16,11 +16,13 @@ from worlds import make_world
 
 from usdface.cli import main
 from usdface.errors import InputError, OutputError, PluginError, UsdFaceError
+from usdface.findings import Finding
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.file_kind import kind_of_usd
 from usdface.io.usd.rig_write import write_rig
 from usdface.materials import Material, Texture
 from usdface.pipeline import process, process_sequence
+from usdface.pipeline.farm_jobs import write_sequence_job
 from usdface.pipeline.sequence import plans_of
 from usdface.pipeline.shot_task import file_role, run_shot
 from usdface.show import keys
@@ -467,8 +469,31 @@ def test_a_layer_over_a_shot_with_its_result_in_itself_is_left_out_and_reported(
     process(shots / "a.usda", in_place=True)
     result = process_sequence(shots, gather=True)
     assert [row.name for row in result.value] == ["a"]
-    left_out = [found.where for found in result.findings if found.code == "SHOT_LEFT_OUT"]
-    assert left_out == [str(shots / "a_light.usda")]
+    job = write_sequence_job(shots, place / "job", root=place)
+    for findings in (result.findings, job.findings):
+        left_out = [found.where for found in findings if found.code == "SHOT_LEFT_OUT"]
+        assert left_out == [str(shots / "a_light.usda")]
+
+
+def test_a_result_of_any_name_and_a_layer_over_it_are_no_shots(place: Path) -> None:
+    shots = place / "shots"
+    process(shots / "a.usda", output=shots / "larger.usda")
+    over = Sdf.Layer.CreateNew(str(shots / "larger_anim.usda"))
+    over.subLayerPaths.append("./larger.usda")
+    over.Save()
+    assert file_role(shots / "larger.usda") == file_role(shots / "larger_anim.usda") == "other"
+
+
+def test_a_layer_is_reported_once_as_left_out_and_not_where_it_is_named(place: Path) -> None:
+    shots = place / "shots"
+    over = Sdf.Layer.CreateNew(str(shots / "a_light.usda"))
+    over.subLayerPaths.append("./a.usda")
+    over.Save()
+    process(shots / "a.usda", in_place=True)
+    for sources, count in (([shots, shots], 1), ([shots, shots / "a_light.usda"], 0)):
+        left_out: list[Finding] = []
+        plans = plans_of(sources, left_out=left_out)
+        assert (len(left_out), len(plans)) == (count, 2 - count)
 
 
 @pytest.mark.parametrize("layers", ["@./a.usda@", "@./b.usda@"])

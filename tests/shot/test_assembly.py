@@ -22,7 +22,7 @@ def test_a_shot_that_binds_no_marker_is_refused_without_a_warning_of_numpy() -> 
 def test_a_head_joint_that_the_rig_lacks_is_refused() -> None:
     world = make_world()
     setup = world.setup(head_joint="Tail")
-    with pytest.raises(usdface.InputError, match="the head's joint is 'Tail', but no") as raised:
+    with pytest.raises(usdface.InputError, match=r"'Tail', but no.* moves the mesh;") as raised:
         usdface.assemble_shot(world.rig, world.take, setup=setup)
     assert raised.value.code == "JOINT_UNKNOWN"
 

@@ -948,7 +948,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "OUTPUT_WITHOUT_RULE": (
         "info",
         "correct_rules",
-        "no rule concludes an output, so its emotion is never raised",
+        "no rule concludes an output, so it keeps its default: with 0 its emotion is never raised",
     ),
     "RULE_OFF": ("info", "nothing", "a rule is disabled or has weight 0"),
     "RULES_CONTRADICT": (

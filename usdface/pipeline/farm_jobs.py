@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 from usdface.errors import InputError
+from usdface.findings import Finding
 from usdface.io.atomic import StrPath
 from usdface.io.inputs import files_read
 from usdface.io.layer_paths import layer_paths
@@ -56,7 +57,8 @@ def write_sequence_job(
     -------
     Result of None
         `written` begins with the template. Keys of the summary: ``shots``, ``tasks``, ``inputs``,
-        ``root``.
+        ``root``. A layer of a folder that is left out although it has a shot is a finding
+        (`SHOT_LEFT_OUT`).
 
     Raises
     ------
@@ -68,7 +70,8 @@ def write_sequence_job(
     progress = Progress.of(on_progress)
     given = [sources] if isinstance(sources, str | os.PathLike) else list(sources)
     with progress.step("find shots"):
-        plans = plans_of(given, pages=pages, skip_hooks=skip_hooks)
+        left_out: list[Finding] = []
+        plans = plans_of(given, pages=pages, skip_hooks=skip_hooks, left_out=left_out)
         inputs = _inputs(plans)
     with progress.step("write"):
         base = Path(root) if root else common_folder([*inputs, *(plan.file for plan in plans)])
@@ -78,7 +81,7 @@ def write_sequence_job(
         )
     tasks = -(-len(plans) // chunk)
     summary = {"shots": len(plans), "tasks": tasks, "inputs": len(inputs), "root": str(base)}
-    return Result(None, written, (), summary, seconds=progress.seconds)
+    return Result(None, written, tuple(left_out), summary, seconds=progress.seconds)
 
 
 def write_pieces_job(

@@ -158,8 +158,12 @@ def plans_of(
 
     SHOT_LEFT_OUT is appended to `left_out` for each layer of a folder over a result in a shot.
     """
-    is_shot = _shot_test([] if left_out is None else left_out)
-    plans = find_shots(map(Path, sources), is_shot, Path(root) if root else None)
+    skipped: list[Path] = []
+    plans = find_shots(map(Path, sources), _shot_test(skipped), Path(root) if root else None)
+    if left_out is not None:  # one that another source names is a shot all the same
+        named = {plan.file.resolve() for plan in plans}
+        distinct = {path.resolve(): path for path in skipped if path.resolve() not in named}
+        left_out += [finding("SHOT_LEFT_OUT", str(path)) for path in distinct.values()]
     return [
         replace(plan, page=plan.page or pages, skip_hooks=(*plan.skip_hooks, *skip_hooks))
         for plan in plans
@@ -199,15 +203,15 @@ def _page_place(table: StrPath | None) -> Path | None:
     return Path(table)
 
 
-def _shot_test(left_out: list[Finding]) -> Callable[[Path], bool]:
-    """Return a function that tells whether a file is a shot, and appends what is left out."""
+def _shot_test(skipped: list[Path]) -> Callable[[Path], bool]:
+    """Return a function that tells whether a file is a shot, and appends layers over results."""
 
     def is_shot(path: Path) -> bool:
         from usdface.pipeline.shot_task import file_role  # loads USD: a second run needs none
 
         role = file_role(path)
         if role == "over result":
-            left_out.append(finding("SHOT_LEFT_OUT", str(path)))
+            skipped.append(path)
         return role == "shot"
 
     return is_shot

@@ -46,7 +46,7 @@ def file_role(path: Path) -> FileRole:
     -------
     {"shot", "over result", "other"}
         "over result" for a layer over a shot that has its result in itself: unlike one over the
-        root layer of a result, it does not name the result.
+        root layer of a result, it does not name the result. "other" for results, too.
     """
     from usdface.io.usd.generation import stage_generations
     from usdface.io.usd.played_shot import defines_setup, has_setup
@@ -61,8 +61,9 @@ def file_role(path: Path) -> FileRole:
             return "other"
         if results <= own or defines_setup(stage):
             return "shot"
-        named = any(layer.stem.endswith(".usdface") for layer in results)
-        return "other" if named else "over result"
+        # The root layer of a result, whatever its name, is beside the folder of the others.
+        has_root = any(not layer.parent.name.endswith(".usdface") for layer in results)
+        return "other" if has_root else "over result"
     except InputError:
         return "shot"  # the table says why it is not processed
 

@@ -52,7 +52,7 @@ def face_joint(skeleton: Skeleton | None, mesh: Mesh, setup: RetargetSetup) -> i
         if setup.head_joint:
             raise InputError(
                 f"the head's joint is {setup.head_joint!r}, but no skeleton with joints moves "
-                f"{mesh.path}; leave it out, and the SkelRoot moves",
+                f"{mesh.path or 'the mesh'}; leave it out, and the SkelRoot moves",
                 "JOINT_UNKNOWN",
             )
         return None

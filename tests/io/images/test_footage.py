@@ -180,6 +180,11 @@ def test_two_faces_in_one_image_are_reported(tmp_path: Path) -> None:
     assert (apart.values["dot_count"], apart.values["other_count"]) == (20, 12)
 
 
+def test_the_frame_of_a_start_timecode_is_one_of_a_second(copied: Path) -> None:
+    with pytest.raises(InputError, match="frame 30; expected 0 to 23, of 24 frames a second"):
+        read_footage(copied, TakeOptions(rate=24.0, start_timecode="01:00:00:30"))
+
+
 def test_missing_and_spoilt_images_are_occluded_and_reported(copied: Path) -> None:
     (copied / "face.0104.png").unlink()
     (copied / "face.0107.png").write_bytes(b"nonsense")

@@ -88,6 +88,19 @@ def test_a_first_frame_that_is_not_the_recordings_is_told(read):
             assert [f.values["frame_number"] for f in findings] == told
 
 
+@pytest.mark.parametrize("frame", [0, 1])
+@pytest.mark.parametrize(("begin", "told"), [(0.0, []), (5.0, [5.0])])
+def test_a_part_that_counts_its_own_frames_tells_its_time(read, frame, begin, told):
+    rows = [f"{frame + k},{begin + k / 25},A,1,2,{k}" for k in range(3)]
+    _, findings = read("\n".join(["frame,time,marker,x,y,z", *rows]) + "\n")
+    assert [f.values["seconds"] for f in findings if f.code == "FRAMES_RENUMBERED"] == told
+
+
+def test_frame_1_may_be_a_step_after_the_start(read):
+    _, findings = read("frame,time,A_x,A_y,A_z\n1,0.04,1,2,3\n2,0.08,1,2,3\n")
+    assert "FRAMES_RENUMBERED" not in codes(findings)
+
+
 @pytest.mark.parametrize("header", ["time_ms", "Time [ms]", "timestamp (ms)"])
 def test_times_in_milliseconds_are_read(read, header):
     lines = wide_text(first=header).splitlines()
@@ -95,6 +108,13 @@ def test_times_in_milliseconds_are_read(read, header):
     take, findings = read("\n".join([lines[0], *rows]) + "\n")
     np.testing.assert_allclose(take.times, np.arange(5) / 25)
     assert (take.rate, findings) == (25, [])
+
+
+def test_times_in_milliseconds_are_the_same_to_a_microsecond(read):
+    for later, ignored in ((40.0005, []), (40.01, ["times of a frame after its first"])):
+        rows = "0,0,A,1,2,3", "1,40,A,1,2,3", f"1,{later},B,1,2,3", "0,0,B,1,2,3"
+        _, findings = read("\n".join(["frame,time_ms,marker,x,y,z", *rows]) + "\n")
+        assert [n for f in findings for n in f.values.get("channels", [])] == ignored
 
 
 def test_a_time_that_the_take_does_not_keep_is_told(read):

@@ -83,6 +83,16 @@ def test_a_face_that_is_found_again_at_its_place_is_joined(tmp_path):
     assert dict(found.values) == {"face": "face 0", "face_count": 2, "frame_count": 6}
 
 
+def test_the_faces_of_most_frames_are_joined_however_many_there_are(tmp_path):
+    rows = [(n, 0, 1, PERFORMER, 20) for n in range(1, 4)]
+    rows += [(n, n, 1, PASSER_BY + 40 * n, 20) for n in range(4, 100)]
+    rows += [(n, 100, 1, PERFORMER, 20) for n in range(100, 103)]
+    take, findings = read_take(two_landmarks(tmp_path, *rows))
+    assert len(take.times) == 6
+    (joined,) = [found for found in findings if found.code == "FACES_JOINED"]
+    assert joined.values["names"] == ["face 100"]
+
+
 @pytest.mark.parametrize(
     "again", [(5, 1, 1, PERFORMER + 15, 20), (5, 1, 1, PERFORMER, 40), (3, 1, 1, PERFORMER, 20)]
 )

@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from pxr import Sdf, Usd
 from worlds import make_world
@@ -12,7 +13,9 @@ from usdface.content_digest import content_digest
 from usdface.errors import InputError
 from usdface.io.fuzzy_formats.files import read_fuzzy_file, write_fuzzy_file
 from usdface.io.usd.shot import read_shot
+from usdface.io.usd.take_write import write_take
 from usdface.pipeline import make_shot, process
+from usdface.takes import WeightsTake
 
 CALIBRATION = {"shapes": {"jawOpen": {"gain": 1.2}, "mouthSmileLeft": {"gain": 0.9}}}
 
@@ -99,6 +102,18 @@ def test_the_rule_base_that_a_shot_gets_in_place_of_its_own_is_reported(folder: 
     assert found.where == str(folder / "shots/c.usda")
     assert found.values["kept_count"] == count and found.values["rule_count"] == count - 1
     assert found.values["name"] == str(folder / "fewer.usda")
+
+
+def test_a_shot_without_rules_of_its_own_is_said_to_have_none(folder: Path) -> None:
+    """A take of weights binds no marker, so no rules are designed for it."""
+    shoot(folder, "a")
+    names = make_world().rig.shape_names
+    write_take(WeightsTake(names, [0.0, 0.1], np.zeros((2, len(names)))), folder / "phone.usda")
+    files = (folder / n for n in ("rig.usda", "phone.usda", "shots/p.usda"))
+    result = make_shot(*files, character_layer=folder / "sets/mia.usda")
+    (found,) = [each for each in result.findings if each.code == "LAYER_RULES_DIFFER"]
+    assert found.message.endswith("rules; it has none of its own")
+    assert found.values["kept_count"] > 0 and "rule_count" not in found.values
 
 
 def test_a_layer_of_another_character_is_refused(folder: Path) -> None:

@@ -26,6 +26,7 @@ from usdface.io.images.film import Film, open_film
 from usdface.io.images.footage_files import read_fixes, read_named_places
 from usdface.io.rigs.files import read_rig_file
 from usdface.io.takes.raw_take import RawTake, finish_take
+from usdface.io.takes.timing import check_timecode
 from usdface.options import TakeOptions
 from usdface.setup.assumed_mesh import assumed_mesh_findings
 from usdface.takes import MarkerTake
@@ -94,7 +95,8 @@ def read_image_take(path: Path, options: TakeOptions) -> tuple[MarkerTake, list[
     Raises
     ------
     InputError
-        If there are no images, no dots, or sizes change.
+        If there are no images, no dots, sizes change, or the rate is not that of the start
+        timecode.
     """
     take, _, findings = read_footage(path, options)
     return take, findings
@@ -222,7 +224,10 @@ def _take(film: Film, tracks: Tracks, options: TakeOptions) -> tuple[MarkerTake,
         start_timecode=options.start_timecode or film.timecode,
     )
     focal = options.focal_length or film.header.focal or None
-    return finish_take(raw, replace(options, image_size=film.header.size, focal_length=focal))
+    given = replace(options, image_size=film.header.size, focal_length=focal)
+    take, findings = finish_take(raw, given)
+    check_timecode(film.path, options.start_timecode or "", take.rate)
+    return take, findings
 
 
 def _found(film: Film, model: DotModel, tracks: Tracks, timecode: str) -> list[Finding]:

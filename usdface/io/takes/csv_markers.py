@@ -85,12 +85,16 @@ def read_csv_markers(
 
 
 def _report_start(raw: RawTake) -> list[Finding]:
-    """Return FRAMES_RENUMBERED unless the table begins at frame 0 or 1, or else at time 0."""
-    if raw.first_frame or raw.seconds is None:
+    """Return FRAMES_RENUMBERED unless the table begins at frame 0 or 1 and at the time of that."""
+    if raw.first_frame > 1 or raw.seconds is None:
         return frames_before(raw.path, raw.first_frame, 1)[1]
     first = float(raw.seconds[0])
+    # Some recorders count from frame 1, a step after 0 s.
+    step = float(np.diff(raw.seconds[:2]).sum()) if raw.first_frame == 1 else 0.0
+    if first == 0.0 or abs(first - step) < 0.5 * step:
+        return []
     message = "time 0 is {seconds:g} s of the recording"
-    return [finding("FRAMES_RENUMBERED", str(raw.path), message, first)] if first else []
+    return [finding("FRAMES_RENUMBERED", str(raw.path), message, first)]
 
 
 def _nameless_positions(rows: list[Row], columns: dict[str, int]) -> int:
@@ -116,6 +120,7 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
             f"{path}: there are no frames of data; expected at least one", "TAKE_EMPTY"
         )
     table = read_numbers(path, data, [*clocks, *(columns[axis] for axis in axes)])
+    table[:, len(clocks) - 1] /= _units_of_clock(columns)
     if not np.isfinite(table[:, 0]).all():
         line = data[int(np.argmin(np.isfinite(table[:, 0])))][0]
         raise InputError(
@@ -185,6 +190,8 @@ def _wide(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
     check_size(path, len(data), len(places))
     picked = [axes[axis] for axes in places.values() for axis in wanted]
     table = read_numbers(path, data, [*clocks, *picked])
+    if clocks:
+        table[:, len(clocks) - 1] /= _units_of_clock(columns)
     positions = table[:, len(clocks) :].reshape(len(data), len(places), len(wanted))
     return _raw(path, tuple(places), positions, table[:, : len(clocks)], columns), ignored
 
@@ -197,13 +204,12 @@ def _raw(
     columns: dict[str, int],
 ) -> RawTake:
     timed = _time_column(columns) is not None
-    units_per_second = 1.0 if _column(columns, _TIME) is not None else 1000.0
     numbered = bool(clocks.size) and _column(columns, _FRAME) is not None
     return RawTake(
         path=path,
         labels=labels,
         positions=positions,
-        seconds=clocks[:, -1] / units_per_second if timed else None,
+        seconds=clocks[:, -1] if timed else None,
         frames=clocks[:, 0] if numbered and not timed else None,
         first_frame=int(clocks[0, 0]) if numbered and abs(clocks[0, 0]) < 1 << 31 else 0,
     )
@@ -216,6 +222,12 @@ def _column(columns: dict[str, int], names: frozenset[str]) -> int | None:
 def _time_column(columns: dict[str, int]) -> int | None:
     seconds = _column(columns, _TIME)
     return _column(columns, _MILLISECONDS) if seconds is None else seconds
+
+
+def _units_of_clock(columns: dict[str, int]) -> float:
+    """Return the units in a second of a time, the last clock; 1 of frame numbers alone."""
+    in_milliseconds = _column(columns, _TIME) is None and _time_column(columns) is not None
+    return 1000.0 if in_milliseconds else 1.0
 
 
 def _refuse_repeats(path: Path, data: list[Row], cells: IntArray) -> None:

@@ -189,8 +189,7 @@ def finish_take(raw: RawTake, options: TakeOptions) -> tuple[MarkerTake, list[Fi
         if not raw.computed:
             unseen, new_findings = find_unseen(path, labels, positions)
             occluded[unseen], positions[unseen] = True, np.nan
-            findings += new_findings
-            findings += report_repeated_frames(path, positions)
+            findings += new_findings + report_repeated_frames(path, positions)
         findings += report_take_size(path, positions, unit)
     seen, occlusion = find_occlusion(path, labels, occluded)
     findings += occlusion
@@ -286,8 +285,7 @@ def find_occlusion(
             "expected a position at least once: are the labels right?",
             "TAKE_EMPTY",
         )
-    frame_count = len(occluded)
-    findings = []
+    frame_count, findings = len(occluded), []
     for label, count in zip(labels, occluded.sum(axis=0).tolist(), strict=True):
         where = f"{path}: {label}"
         if count == frame_count:

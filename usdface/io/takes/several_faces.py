@@ -33,8 +33,8 @@ _FARTHEST = 1e6  # px; more is no place that counts
 # In the column of the face's number where no face was found.
 _NOBODY = frozenset({"", "-1", "-1.0", "nan", "na", "none", "null"})
 _JOINED = (
-    "{face} was lost and is found again near its place under other numbers: {names} are read as "
-    "the same person"
+    "{face} was lost and is found again near its place under other numbers, which are read as the "
+    "same person: {names}"
 )
 
 
@@ -156,17 +156,21 @@ def _rows_of(
 def _people(
     tracked: Mapping[_Sample, list[str]], points: Callable[[list[str]], FloatArray]
 ) -> dict[str, str]:
-    """Return who each face is, by the number under which that person is first seen."""
+    """Return who each face is, by the number under which that person is first seen.
+
+    Of very many faces only those of most frames are compared.
+    """
     seen: dict[str, dict[float, list[str]]] = {}
     for (name, frame), cells in tracked.items():
         seen.setdefault(name, {})[_number(frame)] = cells
     people: dict[str, str] = {name: name for name in seen}
-    if len(seen) > _REMEMBERED or not all(map(isfinite, chain.from_iterable(seen.values()))):
+    if not all(map(isfinite, chain.from_iterable(seen.values()))):
         return people
-    for name in sorted(seen, key=lambda each: min(seen[each])):
+    longest = sorted(seen, key=lambda each: -len(seen[each]))[:_REMEMBERED]
+    for name in sorted(longest, key=lambda each: min(seen[each])):
         others = {
             person: moved
-            for person in set(people.values()) - {name}
+            for person in dict.fromkeys(people[each] for each in longest if each != name)
             if min(seen[person]) < min(seen[name])
             and (moved := _moved(seen[person], seen[name], points)) <= _MOVED
         }

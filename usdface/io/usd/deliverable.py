@@ -60,7 +60,7 @@ def write_deliverable(
     Raises
     ------
     InputError
-        If no frame of the range is in the take.
+        If no frame of the range is in the take, or the rate makes too many of it.
     OutputError
         If the file cannot be written.
     """

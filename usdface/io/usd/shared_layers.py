@@ -169,6 +169,9 @@ def _report_rules(
         {str(value) for place, value in held.items() if place.name == tokens.RULE_TEXT}
         for held in (kept, own)
     )
+    if not own_rules:  # as of a take of weights, which binds no marker
+        message = "gets the rule base of {file}, of {kept_count} rules; it has none of its own"
+        return [finding("LAYER_RULES_DIFFER", shot, message, str(path), len(kept_rules))]
     message = (
         "gets the rule base of {file}, of {kept_count} rules, in place of its own {rule_count} "
         "({name}), of which {shared_count} read the same"
