@@ -108,13 +108,11 @@ def clean_take(
     usable = int((seen.sum(axis=1) >= _FEWEST_MARKERS).sum()) >= _FEWEST_FRAMES
     if spacing == 0.0 or not usable:
         return untouched, [*findings, finding("CLEANUP_SKIPPED", take.source)]
-    astray = np.zeros_like(seen)
-    if options.spikes and take.dimension == 3:
-        astray = find_strays(positions, seen)
-        seen = seen & ~astray
-        positions = np.where(seen[..., None], positions, np.nan)
-    swapped = np.zeros_like(seen)
-    start = None
+    is_searched = options.spikes and take.dimension == 3
+    astray = find_strays(positions, seen) if is_searched else np.zeros_like(seen)
+    seen = seen & ~astray
+    positions = np.where(seen[..., None], positions, np.nan)
+    swapped, start = np.zeros_like(seen), None
     if options.swaps:
         positions, seen, swapped, start = _unswapped(positions, seen, spacing, moving, neutral)
     stabilised = stabilise(

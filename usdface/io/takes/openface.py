@@ -59,12 +59,6 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         )
     blinks = _BLINK in columns
     gazes = all(name in columns for name in (*_GAZE, *_POSE))
-    ignored = [
-        *([] if gazes else ["gaze"]),
-        "position of the head" if gazes else "pose",
-        "landmarks in space",
-        "other action units" if blinks else "action units",
-    ]
     face, good = columns.get("face_id"), slice(columns["success"], columns["success"] + 1)
     rows, left_out = rows_of_face(
         path,
@@ -93,10 +87,20 @@ def read_openface(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
         confidence=sure,
         blink=_blink(values, success) if blinks else None,
         gaze=_gaze(values, success) if gazes else None,
-        ignored=ignored,
+        ignored=_ignored(blinks, gazes),
     )
     take, findings = finish_tracks(tracks, options)
     return take, left_out + findings
+
+
+def _ignored(blinks: bool, gazes: bool) -> list[str]:
+    """Return the columns that are not read, of a table with blinks and gazes or without."""
+    return [
+        *([] if gazes else ["gaze"]),
+        "position of the head" if gazes else "pose",
+        "landmarks in space",
+        "other action units" if blinks else "action units",
+    ]
 
 
 def _points(cells: list[str], columns: list[int]) -> FloatArray:
