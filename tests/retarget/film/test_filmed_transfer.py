@@ -1,18 +1,21 @@
 """Blend shapes of the filmed performer's own face, on a smooth head before a camera."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
+import pytest
 from filmed import CAMERA, filmed_markers
 from skins import make_head
 
 from usdface.arrays import FloatArray
 from usdface.face.dot_skin import DotSkin
 from usdface.face.marker_surface import MarkerSurface
+from usdface.retarget.film.film_head import film_head
 from usdface.retarget.film.filmed_take import FilmedTake
 from usdface.retarget.film.filmed_transfer import with_transferred_shapes
-from usdface.retarget.film.placed_film import PlacedFilm
-from usdface.retarget.film.solve_film import SolvedFilm, solve_film
+from usdface.retarget.film.placed_film import PlacedFilm, solved_again
+from usdface.retarget.film.solve_film import SolvedFilm, SolveOnSkin, solve_film
 
 HEAD = make_head()
 SURFACE = HEAD.surface
@@ -78,3 +81,27 @@ def test_a_mesh_without_faces_keeps_its_shapes() -> None:
     bare = replace(HEAD.mesh, face_counts=none, face_indices=none)
     before = placed(MarkerSurface(bare, HEAD.vertices), OWN)
     assert with_transferred_shapes(before, known) is before
+
+
+@pytest.mark.parametrize("size", [1.0, 0.3])
+def test_blend_shapes_that_leave_more_than_the_map_are_not_used(
+    size: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The map's places stay on the vertices: it leaves more than true shapes, less than small."""
+
+    def transferred(placed: PlacedFilm, solve: SolveOnSkin) -> PlacedFilm:
+        shapes = tuple(replace(each, offsets=size * each.offsets) for each in SURFACE.mesh.shapes)
+        return solved_again(placed, SURFACE.with_shapes(shapes), placed.shifts, solve)
+
+    module = import_module("usdface.retarget.film.film_head")
+    monkeypatch.setattr(module, "with_transferred_shapes", transferred)
+    steps = module.with_places
+    monkeypatch.setattr(
+        module,
+        "with_places",
+        lambda film, *more: film if film.solved.film.mapped else steps(film, *more),
+    )
+    beside = HEAD.beside(0.001, seed=3)
+    take = filmed_markers(HEAD.performed(beside), 20.0, noise=0.2)
+    found, _ = film_head(take, take.names, SURFACE, (0, 9), known, weighted=False)
+    assert found is not None and found.head.mapped == (size < 1.0)

@@ -169,7 +169,7 @@ def _on_skin(
     straight = solve_film(replace(film, mapped=False), camera, on_vertices, _ROUNDS, errors=errors)
     own = with_places(PlacedFilm(straight, surface, bound, none), guess, solve)
     performed = with_transferred_shapes(own, solve)
-    # Where they explain no more than the character's own, the face is none of another.
+    # Where they explain no more than the character's own, the performer moves as the character.
     if performed is own:
         return placed
     performed = with_places(performed, guess, solve)

@@ -43,7 +43,7 @@ class FilmedHead:
     errors : (M,) float64 [1]
         Of the markers (`usdface.retarget.film.filmed_errors`).
     mapped : bool
-        The space map bends displacements; else they are the character's as they are.
+        Displacements go through the space map; else they are taken as they are.
     """
 
     markers: tuple[str, ...]

@@ -40,7 +40,7 @@ class FilmedTake:
     shown : (M, 2) float64 [px], or 0
         Displacements in the neutral frames by weights that they show.
     mapped : bool
-        The space map bends displacements; else they are the character's as they are.
+        Displacements go through the space map; else they are taken as they are.
     """
 
     take: MarkerTake

@@ -23,7 +23,7 @@ class Views:
         The deviation of the take over that of the sample, by the errors of the markers; 0 = no
         information.
     mapped : bool
-        The space map bends displacements; else they are the character's as they are.
+        Displacements go through the space map; else they are taken as they are.
     """
 
     markers: tuple[str, ...]
