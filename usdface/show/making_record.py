@@ -14,8 +14,9 @@ from pathlib import Path
 
 from usdface.findings import Finding, finding
 from usdface.findings.codes import CODES
+from usdface.io.relative_path import relative_path
 from usdface.show.plan import Making, ShotPlan
-from usdface.show.record import Record, read_record, record_path, relative_name, write_record
+from usdface.show.record import Record, read_record, record_path, write_record
 
 __all__ = ["is_made", "is_settled", "making_findings", "note_kept", "note_making", "read_making"]
 
@@ -65,12 +66,12 @@ def making_findings(record: Record | None, name: str) -> list[Finding]:
 
 def _named(plan: ShotPlan, making: Making) -> dict[str, dict[str, str]]:
     folder = plan.file.parent
-    return {"named": {role: relative_name(path, folder) for role, path in making.named.items()}}
+    return {"named": {role: relative_path(path, folder) for role, path in making.named.items()}}
 
 
 def _is_named(path: Path, name: str, folder: Path) -> bool:
     """Return whether a name in a folder leads to the file, by whatever way."""
-    if relative_name(path, folder) == name:
+    if relative_path(path, folder) == name:
         return True
     with suppress(OSError, ValueError):
         return path.samefile(folder / name)

@@ -1,12 +1,12 @@
 """The table of a sequence as a page: one HTML file that makes no request."""
 
-import os
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from urllib.parse import quote
 
 from usdface.errors import OutputError
+from usdface.io.relative_path import relative_path
 from usdface.plain_text import plain
 from usdface.show.table import Row
 
@@ -68,8 +68,9 @@ def table_page(rows: Sequence[Row], title: str, place: Path) -> str:
 def _row(row: Row, place: Path) -> str:
     name = _text(row.name)
     if target := row.page or row.root:
-        relative = os.path.relpath(target, place.parent)
-        name = f'<a href="{escape(quote(Path(relative).as_posix()))}">{name}</a>'
+        relative = Path(relative_path(Path(target), place.parent))
+        link = relative.as_uri() if relative.is_absolute() else quote(relative.as_posix())
+        name = f'<a href="{escape(link)}">{name}</a>'
     share = None if row.occluded_share is None else 100.0 * row.occluded_share
     numbers = (
         (str(row.frames) if row.frames else ""),

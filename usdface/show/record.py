@@ -5,7 +5,6 @@ record of another form is ignored.
 """
 
 import json
-import os
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
@@ -15,6 +14,7 @@ from typing import Any
 from usdface.errors import InputError, OutputError
 from usdface.io.atomic import write_text
 from usdface.io.layer_paths import layer_paths
+from usdface.io.relative_path import relative_path
 from usdface.show.keys import content_key, file_digest, numbered_siblings
 
 __all__ = [
@@ -24,7 +24,6 @@ __all__ = [
     "read_record",
     "record_of",
     "record_path",
-    "relative_name",
     "write_record",
 ]
 
@@ -67,7 +66,7 @@ class Record:
 
     def wrote(self, path: Path, folder: Path) -> bool:
         """Return whether a file is an output, and as it was written."""
-        digest = self.outputs.get(relative_name(path, folder))
+        digest = self.outputs.get(relative_path(path, folder))
         return bool(digest) and file_digest(path) == digest
 
     def key_now(self, folder: Path, options: Any) -> str:
@@ -88,11 +87,11 @@ def record_of(
     row: Mapping[str, Any] | None = None,
 ) -> Record:
     """Return the record of a result whose shot is in a folder."""
-    files = {relative_name(path, folder): file_digest(path) or "" for path in read}
-    missing = sorted(relative_name(path, folder) for path in absent)
+    files = {relative_path(path, folder): file_digest(path) or "" for path in read}
+    missing = sorted(relative_path(path, folder) for path in absent)
     siblings = _siblings(files, folder)
     key = content_key(files, missing, siblings, options)
-    outputs = {relative_name(path, folder): file_digest(path) or "" for path in written}
+    outputs = {relative_path(path, folder): file_digest(path) or "" for path in written}
     return Record(key, files, missing, siblings, outputs, dict(row or {}))
 
 
@@ -146,16 +145,10 @@ def read_failure(shot: Path) -> dict[str, Any] | None:
     return row if isinstance(row, dict) else None
 
 
-def relative_name(path: Path, folder: Path) -> str:
-    """Return a name relative to a folder, so that a moved show keeps its results."""
-    # Links are not followed: their target may change.
-    return Path(os.path.relpath(path, folder)).as_posix()
-
-
 def _same(digests: Mapping[str, str], folder: Path) -> bool:
     return all(file_digest(folder / name) == digest for name, digest in digests.items())
 
 
 def _siblings(files: Iterable[str], folder: Path) -> dict[str, list[str]]:
     found = numbered_siblings(folder / name for name in files)
-    return {relative_name(Path(pattern), folder): names for pattern, names in found.items()}
+    return {relative_path(Path(pattern), folder): names for pattern, names in found.items()}

@@ -92,6 +92,7 @@ class Worker:
                 text=True,
                 encoding="utf-8",
                 env=environment(),
+                creationflags=getattr(subprocess, "CREATE_NO_WINDOW", 0),  # no console on Windows
             )
         except OSError as error:
             self.error = f"cannot start {command.label}: {error}"

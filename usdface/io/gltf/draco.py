@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.errors import InputError
+from usdface.io.no_window import NO_WINDOW
 
 __all__ = ["decode_draco"]
 
@@ -35,7 +36,13 @@ def decode_draco(blobs: Sequence[bytes]) -> list[Mapping[str, NDArray[Any]] | No
     request = b"".join(struct.pack("<Q", len(blob)) + blob for blob in blobs)
     command = [sys.executable, "-P", str(_WORKER)]
     try:
-        done = subprocess.run(command, input=request, capture_output=True, timeout=_TIMEOUT)
+        done = subprocess.run(
+            command,
+            input=request,
+            capture_output=True,
+            timeout=_TIMEOUT,
+            creationflags=NO_WINDOW,
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
         raise InputError(f"the Draco decoder gave no answer: {error}") from error
     try:

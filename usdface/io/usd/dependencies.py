@@ -32,7 +32,7 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
     list of Path
         Absolute, without `path`; each once, in an order that the files alone determine.
     """
-    left_out = {str(layer.resolve()) for layer in apart}
+    left_out = {layer.resolve() for layer in apart}
     delegate = UsdUtils.CoalescingDiagnosticDelegate()  # no word of USD's on standard error
     try:
         # Only the composed stage knows layers named by variables that a stronger one sets.
@@ -42,21 +42,21 @@ def dependencies(path: Path, apart: Collection[Path] = ()) -> list[Path]:
         return []
     except InputError:
         stage, used = None, []
-    root = str(path.resolve())
-    waiting, found = [root, *used], dict.fromkeys((root, *used))
+    root = path.resolve()
+    waiting, found = [str(root), *used], dict.fromkeys((str(root), *used))
     while waiting:
         layer = waiting.pop(0)
-        skipped = left_out if layer == root else set()
+        skipped = left_out if Path(layer) == root else set()
         for name in _named_by(layer, skipped):
             if name not in found:
                 found[name] = None
                 waiting.append(name)
     del delegate, stage  # which held the layers open until they were looked at
     files = dict.fromkeys(Path(Ar.SplitPackageRelativePathOuter(name)[0]) for name in found)
-    return [file for file in files if str(file) != root and file.is_file()]
+    return [file for file in files if file != root and file.is_file()]
 
 
-def _named_by(name: str, skipped: Collection[str]) -> Iterator[str]:
+def _named_by(name: str, skipped: Collection[Path]) -> Iterator[str]:
     """Yield the files that the layer `name` names, resolved; none if it is no readable layer.
 
     `skipped` are sublayers that do not count.
@@ -83,6 +83,6 @@ def _named_by(name: str, skipped: Collection[str]) -> Iterator[str]:
             continue
         if resolved:
             outer, inner = Ar.SplitPackageRelativePathOuter(resolved)
-            outer = str(Path(outer).resolve())
-            if outer not in skipped or asset not in sublayers:
-                yield Ar.JoinPackageRelativePath(outer, inner) if inner else outer
+            file = Path(outer).resolve()
+            if file not in skipped or asset not in sublayers:
+                yield Ar.JoinPackageRelativePath(str(file), inner) if inner else str(file)

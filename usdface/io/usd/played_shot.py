@@ -102,10 +102,11 @@ def _solved_weights(staged: StagedShot) -> WeightsTake | None:
     """
     root = Path(staged.stage.GetRootLayer().realPath)
     ours = layer_paths(root, root)
-    upper = {str(path.resolve()) for path in (ours.express, ours.closure)}
+    upper = {path.resolve() for path in (ours.express, ours.closure)}
     in_place = layer_paths(root, None)
-    upper |= {str(path.resolve()) for path in (in_place.express, in_place.closure)}
-    over = [layer.identifier for layer in staged.stage.GetLayerStack() if layer.realPath in upper]
+    upper |= {path.resolve() for path in (in_place.express, in_place.closure)}
+    stack = staged.stage.GetLayerStack()
+    over = [layer.identifier for layer in stack if Path(layer.realPath) in upper]
     if not over:
         return None
     staged.stage.MuteAndUnmuteLayers(over, [])

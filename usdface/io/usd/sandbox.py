@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from usdface.errors import InputError
+from usdface.io.no_window import NO_WINDOW
 from usdface.user_cache import user_cache_folder
 
 __all__ = ["RefusedError", "try_to_open"]
@@ -101,6 +102,7 @@ def _open_in_worker(python: str, path: Path) -> dict[str, Any]:
             stderr=subprocess.DEVNULL,
             env=environment,
             timeout=timeout,
+            creationflags=NO_WINDOW,
         )
     except subprocess.TimeoutExpired:
         return {"refused": f"does not open within {timeout:.0f} s"}
@@ -142,7 +144,7 @@ def _memory_of(path: Path) -> Path | None:
 
 def _known(memory: Path) -> bool:
     with suppress(OSError, ValueError, AttributeError):
-        held = json.loads(memory.read_text())
+        held = json.loads(memory.read_text(encoding="utf-8"))
         return bool(held) and all(_state(name) == state for name, state in held.items())
     return False
 
@@ -152,7 +154,9 @@ def _known_within(path: Path, root: Path) -> bool:
     if memory is None or not _known(memory):
         return False
     with suppress(OSError, ValueError, AttributeError):
-        return any(Path(name).resolve() == place for name in json.loads(memory.read_text()))
+        return any(
+            Path(name).resolve() == place for name in json.loads(memory.read_text(encoding="utf-8"))
+        )
     return False
 
 
@@ -165,7 +169,7 @@ def _remember(memory: Path, files: list[str]) -> None:
         for old in known[: max(0, len(known) - _MOST_KNOWN)]:
             old.unlink(missing_ok=True)
         half = memory.with_suffix(f".{os.getpid()}")
-        half.write_text(json.dumps(held))
+        half.write_text(json.dumps(held), encoding="utf-8")
         half.replace(memory)
 
 

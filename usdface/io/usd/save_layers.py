@@ -9,6 +9,7 @@ from pxr import Sdf, Tf, UsdUtils
 
 from usdface.errors import OutputError
 from usdface.io.atomic import all_or_none, atomic_path, staged_files, when_written, write_bridge
+from usdface.io.relative_path import relative_path
 from usdface.io.usd.errors import usd_message
 from usdface.io.usd.held_layers import hold_specs
 from usdface.io.usd_names import unusable_part
@@ -27,8 +28,9 @@ def relative_asset(target: Path, owner: Path) -> str:
     for path in (target, owner):
         if fault := unusable_part(path):
             raise OutputError(f"a USD file cannot refer to {target}: {fault}")
-    relative = Path(os.path.relpath(target.resolve(), owner.resolve().parent)).as_posix()
-    return relative if relative.startswith("..") else f"./{relative}"
+    relative = relative_path(target.resolve(), owner.resolve().parent)
+    plain = relative.startswith("..") or Path(relative).is_absolute()
+    return relative if plain else f"./{relative}"
 
 
 def check_usd_name(path: Path) -> None:

@@ -48,19 +48,19 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         raise InputError(f"no such USD file: {path}", "FILE_UNREADABLE")
     finish_dead_runs(path.parent)
     try_to_open(path)
-    left_out = {str(layer.resolve()) for layer in without}
+    left_out = {layer.resolve() for layer in without}
     with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
         hold_layers(stage)
         broken = [one_line(str(error)) for error in stage.GetCompositionErrors()]
         for layer in stage.GetUsedLayers():
-            if layer.realPath in left_out:
+            if Path(layer.realPath) in left_out:
                 stage.MuteLayer(layer.identifier)
     check_clocks(stage)
     if broken and (fault := unusable_part(path)):
         raise InputError(f"{path} does not compose: {fault}", "FILE_UNREADABLE")
     for error in broken:
-        if not any(f"@{layer}@" in error for layer in left_out):
+        if not any(f"@{layer.as_posix()}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {_with_remedy(error)}", "SCHEMA_BROKEN")
     return stage
 
