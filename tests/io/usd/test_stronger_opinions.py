@@ -37,6 +37,12 @@ def test_in_place_below_own_weights_is_refused_before_the_solve(
     assert digests(shot.parent) == before
 
 
+def test_in_place_prints_nothing(shot: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """USD warns of a list where it stores an array."""
+    process(shot, in_place=True)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_beside_the_shot_it_shows(shot: Path) -> None:
     with_attribute(shot, WEIGHTS, Sdf.ValueTypeNames.FloatArray, [0.1] * 12)
     assert animation_of(process(shot).written[0]).weights.max() > 0.5

@@ -5,7 +5,7 @@ USD takes the strongest opinion on an attribute whole: a single value hides all 
 
 from collections.abc import Iterator, Sequence
 
-from pxr import Sdf, Usd
+from pxr import Sdf, Usd, Vt
 
 from usdface.errors import OutputError
 from usdface.findings import Finding, finding
@@ -29,7 +29,7 @@ def check_weights_shown(animation: str, stronger: Sdf.Layer) -> None:
     layer = Sdf.Layer.CreateAnonymous(".usda")
     prim = Sdf.CreatePrimInLayer(layer, animation)
     weights = Sdf.AttributeSpec(prim, "blendShapeWeights", Sdf.ValueTypeNames.FloatArray)
-    layer.SetTimeSample(weights.path, 0.0, [0.0])
+    layer.SetTimeSample(weights.path, 0.0, Vt.FloatArray(1))
     try:
         check_shown(layer, stronger)
     finally:
