@@ -94,7 +94,7 @@ def test_pins_a_single_shape_for_both_eyes_and_single_frames_stay() -> None:
     np.testing.assert_array_equal(
         without_unshown_closing(weights, weights, shown, shared, FREE), weights
     )
-    assert np.isinf(shown_closing(np.zeros((1, 2)), None, even_times(np.zeros(1))).most).all()
+    assert np.isinf(shown_closing(np.zeros((1, 2)), None, even_times(np.zeros(1)))).all()
 
 
 def test_an_exaggerated_eye_is_judged_as_it_was_performed() -> None:

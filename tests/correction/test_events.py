@@ -170,6 +170,13 @@ def test_an_emotion_that_lasts_is_alike_at_any_frame_rate(rates: tuple[int, int]
     np.testing.assert_allclose(*found, atol=0.02)
 
 
+@pytest.mark.parametrize("output", [[0.3, 1.0], [0.3, 1.0, 0.3, 0.3], [0.5, 1.0, 0.5]])
+def test_an_event_that_is_high_for_one_frame_of_240_hz_has_a_peak(output: list[float]) -> None:
+    values = np.full((len(output), 1), 0.4)
+    peaks = events_of(np.array(output), 0.2, 1 / 240).peaks(values)
+    np.testing.assert_allclose(peaks, values)
+
+
 def test_a_single_frame_is_an_event() -> None:
     events = events_of(np.array([0.9]), 0.15, 0.0)
     np.testing.assert_array_equal(events.frames, [0])

@@ -69,3 +69,11 @@ def test_a_still_take_is_one_frame(result: ShotResult) -> None:
     still = replace(result.solved, weights=np.zeros_like(result.solved.weights))
     alone = replace(result, solved=still, corrected=None)
     assert set(sheet_frames(alone, 12).values()) == {"rest"}
+
+
+def test_a_single_frame_is_drawn_for_all_that_it_shows(result: ShotResult) -> None:
+    frame = replace(result.solved, times=np.zeros(1), weights=result.solved.weights[60:61])
+    corrected = frame.weights + 0.5 * (frame.weights > 0.5)
+    shot = replace(result.shot, take=frame)
+    found = peak_frames(ShotResult(shot, frame, corrected=corrected))
+    assert list(found) == [0] and {"correction", "mouth"} <= set(found[0].split(", "))

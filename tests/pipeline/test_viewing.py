@@ -171,10 +171,14 @@ def test_what_is_no_footage_of_the_take_is_refused(
     short = report(tmp_path, "short.json", [1.0])
     wrong = report(tmp_path, "wrong.json", [1.0, 2.0, "x"])
     (tmp_path / "none.json").write_text("[]")
+    rig, glb = filmed_shot / "rig.usda", tmp_path / "rig.glb"
+    export_scene(rig, glb)
     one = tmp_path / "one.0000.png"
     one.write_bytes((filmed_shot / "face.0000.png").read_bytes())
     cases = [
         (done.root, {"footage": images}, "is no take of images"),
+        (rig, {"footage": images}, "rig.usda has no take"),
+        (glb, {"footage": images}, "rig.glb has no take"),
         (shot, {"tracks": short}, "give --footage"),
         (shot, {"footage": images, "tracks": short}, "is of 1 frames, the take has 3"),
         (shot, {"footage": images, "tracks": wrong}, "confidence of 'nose' is wrong"),

@@ -9,10 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
+from worlds import make_world
 
 import usdface
-from usdface.options import ProcessOptions, SolveOptions
+from usdface.options import CleanOptions, ProcessOptions, SolveOptions
 from usdface.rigs import Rig
+from usdface.setup.binding import Binding
+from usdface.shot.measures import shot_measures
 from usdface.shot.report import report_of
 from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake
@@ -140,3 +143,24 @@ def test_noise_larger_than_the_motion_is_not_usable(shot: Shot) -> None:
     noise = np.random.default_rng(1).normal(size=shot.take.positions.shape)
     verdict = verdict_on(with_positions(shot, shot.take.positions + 0.008 * noise))
     assert verdict.level == "not_usable" and codes(verdict)[0] == "NOISE_LARGE"
+
+
+def test_a_marker_that_is_seen_without_a_pose_alone_hides_no_other_that_is_astray() -> None:
+    """Its distance is unknown: the neutral frame that shows it lacks two of the head markers."""
+    world, rigid = make_world(), ("temple_l", "temple_r", "forehead", "bridge")
+    names = world.take.names
+    positions = world.take.positions.copy()
+    positions[:, names.index("cheek_l")] = np.nan
+    positions[1] = world.take.positions[1]
+    positions[1, [names.index(name) for name in rigid[:2]]] = np.nan
+    positions[:, names.index("lid_r"), 1] += np.linspace(0.0, 0.02, len(positions))
+    bound = [name for name in names if name not in rigid]
+    setup = replace(
+        world.setup(neutral=(0, 3), head="markers", head_markers=rigid),
+        binding=Binding(tuple(bound), np.array([world.points[name] for name in bound]), "head"),
+        clean=CleanOptions(blinks=False, swaps=False, spikes=False, gaps=False),
+    )
+    result = usdface.retarget(Shot(world.rig, replace(world.take, positions=positions), setup))
+    assert result.solution is not None and "cheek_l" in result.solution.markers
+    astray = shot_measures(result, {})["MARKER_ASTRAY"]
+    assert astray.where == ("lid_r",) and astray.value > 5.0

@@ -13,6 +13,7 @@ from usdface.cleanup.clean import clean_take
 from usdface.cleanup.repairs import Repair
 from usdface.errors import InputError, SolveError
 from usdface.io.mapped_arrays import MappedArrays
+from usdface.options import HeadMode
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot import piece_cuts
@@ -136,6 +137,38 @@ def test_a_piece_in_which_the_face_is_out_of_sight_has_the_pose_beside_it(
     np.testing.assert_array_equal(turns[end], turns[end + 128])
     codes = {found.code for found in joined.findings}
     assert {"HEAD_MARKERS_FEW", "FRAME_UNSOLVED"} <= codes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("head", ["markers", "stabilised"])
+def test_a_head_that_its_own_markers_show_moves_on_where_the_face_is_hidden(
+    solved: Solved, tmp_path: Path, head: HeadMode
+) -> None:
+    """And the pose of a stabilised head is known without any marker."""
+    world, rigid = make_world(), ("temple_l", "temple_r", "forehead", "bridge")
+    bound = [name for name in world.take.names if head == "stabilised" or name not in rigid]
+    positions = world.take.positions[ORDER]
+    positions[500:520, [world.take.names.index(name) for name in bound]] = np.nan
+    setup = replace(
+        solved.shot.setup,
+        binding=Binding(tuple(bound), np.array([world.points[name] for name in bound]), "head"),
+        head=head,
+        head_markers=rigid if head == "markers" else (),
+    )
+    shot = replace(shot_of(world, positions), setup=setup)
+    cuts = solved.cuts
+    known = estimated(shot, cuts)
+    pieces = [
+        solve_cut(lambda frames: part(shot, frames), cuts, *cuts.piece(k), known)
+        for k in range(len(cuts))
+    ]
+    joined, usual = join(pieces, known, MappedArrays(tmp_path)), retarget(shot)
+    assert joined.solution is not None and usual.solution is not None
+    np.testing.assert_allclose(
+        joined.solution.pose.rotations, usual.solution.pose.rotations, atol=1e-9, rtol=0
+    )
+    codes = {found.code for found in joined.findings}
+    assert "FRAME_UNSOLVED" in codes and "HEAD_MARKERS_FEW" not in codes
 
 
 @pytest.mark.slow

@@ -30,7 +30,7 @@ def test_estimates_then_pieces_then_the_join(
     pieces, job = tmp_path / "pieces", tmp_path / "job"
     words = ["--pieces", str(pieces), "--openjd", str(job), "--chunk", "2"]
     more = ["--gains", "joy=0.5", "--no-head", "--gltf", "face.glb"]
-    more += ["--deliver", "face.usdc", "--start", "-3"]
+    more += ["--deliver", "face.usdc", "--start", "-3", "--end", "0"]
     assert main(["process", str(shot), *words, *more]) == 0
     assert not pieces.exists()
     bundle = {path.stem: json.loads(path.read_text()) for path in job.iterdir()}
@@ -47,7 +47,7 @@ def test_estimates_then_pieces_then_the_join(
     for each in arguments:
         assert {"--gains=joy=0.5", "--no-head"} <= set(each)
     assert ["--gltf=face.glb" in each for each in arguments] == [False, False, True]
-    assert "--start=-3" in arguments[2] and "--piece" not in arguments[2]
+    assert {"--start=-3", "--end=0"} <= set(arguments[2]) and "--piece" not in arguments[2]
     names = {
         Path(n).name for n in bundle["asset_references"]["assetReferences"]["inputs"]["filenames"]
     }

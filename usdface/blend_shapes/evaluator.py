@@ -4,7 +4,7 @@ A combination shape has no weight of its own: it is the product, or the least, o
 parents' weights.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -14,7 +14,13 @@ from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.blend_shapes.combination_weight import CombinationWeight
 from usdface.blend_shapes.inbetween_path import InbetweenPath
 
-__all__ = ["BlendShapeEvaluator"]
+__all__ = ["BlendShapeEvaluator", "shape_places"]
+
+
+def shape_places(names: Sequence[str], shape_names: Sequence[str]) -> IntArray:
+    """Return the place of each name among the shapes of an evaluator, -1 = none: (T,) int64."""
+    places = {name: place for place, name in enumerate(shape_names)}
+    return np.array([places.get(name, -1) for name in names], dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +96,8 @@ class BlendShapeEvaluator:
         Parameters
         ----------
         shapes : (T,) int64
-            The shape of each column of the weights; -1 = not in this evaluator. The weight of a
-            shape without a column is 0.
+            The shape of each column of the weights, by `shape_places`; -1 = not in this evaluator.
+            The weight of a shape without a column is 0.
         """
         known = np.flatnonzero(shapes >= 0)
         place = dict(zip(shapes[known].tolist(), known.tolist(), strict=True))

@@ -15,6 +15,7 @@ from usdface.cli.command import (
     settings,
 )
 from usdface.cli.option_rules import check_together
+from usdface.cli.process_job import write_job
 from usdface.cli.process_options import add_run_options, run_options
 from usdface.cli.progress import progress
 from usdface.errors import InputError
@@ -22,7 +23,6 @@ from usdface.options import DeliverOptions, ProcessOptions
 
 if TYPE_CHECKING:
     from usdface.result import Result
-from usdface.cli.process_job import write_job
 
 __all__ = ["add_process"]
 

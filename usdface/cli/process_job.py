@@ -39,16 +39,18 @@ def write_job(parsed: argparse.Namespace) -> int:
 
 def _words(parsed: argparse.Namespace, names: Sequence[str]) -> list[str]:
     """Return options as words of the command line; without those that were not given."""
-    given = vars(parsed)
     words = []
     for name in names:
-        value = not given[name[3:]] if name.startswith("no_") else given[name]
+        given = name.removeprefix("no_")
+        value = getattr(parsed, given)
         option = "--" + {"skip_hooks": "skip-hook"}.get(name, name.replace("_", "-"))
-        if value is True:
+        if value == parsed.command.get_default(given):
+            continue
+        if isinstance(value, bool):
             words.append(option)
-        elif isinstance(value, list | tuple):
+        elif isinstance(value, list):
             words += [word for each in value for word in (option, str(each))]
-        elif value not in (None, False, "", 0):
+        else:
             # A number may be negative, so it must not look like an option.
             words.append(f"{option}={value}")
     return words

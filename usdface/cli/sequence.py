@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 __all__ = ["add_sequence"]
 
-# Options that have no effect beside another.
 # Options by the one that they belong to, and by the one that ignores them.
 _NEEDS = {"chunk": "--openjd DIR"}
 _EXCLUDES = {

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
-from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator, shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.closure.rims import RimPairs, rim_pairs
 from usdface.face.bound_face import BoundFace
@@ -215,7 +215,6 @@ def _posed(mesh: Mesh, shape: int, weight: float) -> FloatArray:
 def _evaluator(
     mesh: Mesh, vertices: IntArray, pairs: RimPairs, names: tuple[str, ...]
 ) -> BlendShapeEvaluator:
-    column = {name: place for place, name in enumerate(mesh.shape_names)}
-    shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
     evaluator = evaluator_of(mesh.shapes, vertices)[0]
-    return evaluator.mapped(lambda values: pairs.apertures(vertices, values)).reordered(shapes)
+    apertures = evaluator.mapped(lambda values: pairs.apertures(vertices, values))
+    return apertures.reordered(shape_places(names, mesh.shape_names))

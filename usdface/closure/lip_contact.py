@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator, shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.closure.lip_limits import WIDENS
 from usdface.face.bound_face import BoundFace
@@ -76,11 +76,10 @@ def lip_apertures_of(face: BoundFace, names: tuple[str, ...]) -> LipApertures | 
         return np.asarray(((both[..., 0, :, :] - both[..., 1, :, :]) @ across) @ shares)
 
     vertices = lips.T.ravel()
-    column = {name: place for place, name in enumerate(mesh.shape_names)}
-    shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
     evaluator = with_known_limits(evaluator_of(mesh.shapes, vertices)[0], mesh.shape_names)
     neutral = apertures(mesh.points[vertices].reshape(-1))
-    return LipApertures(neutral, x, across, evaluator.mapped(apertures).reordered(shapes))
+    evaluator = evaluator.mapped(apertures).reordered(shape_places(names, mesh.shape_names))
+    return LipApertures(neutral, x, across, evaluator)
 
 
 def touching_lips(weights: FloatArray, largest: FloatArray, apertures: LipApertures) -> FloatArray:

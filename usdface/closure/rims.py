@@ -7,6 +7,7 @@ from scipy.sparse import coo_array, csr_array, vstack
 from scipy.spatial import cKDTree
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.geometry.face_corners import next_corners
 from usdface.geometry.vertex_normals import unit_or_zero, vertex_normals
 from usdface.rigs import Mesh
 
@@ -110,14 +111,12 @@ def _samples(mesh: Mesh, rim: IntArray) -> csr_array:
     The vertices, and the centres of the edges and faces between them.
     """
     counts, corners = mesh.face_counts, mesh.face_indices
-    stops = np.cumsum(counts)
     face = np.repeat(np.arange(len(counts)), counts)
-    following = np.arange(len(corners)) + 1
-    following[stops[counts > 0] - 1] = (stops - counts)[counts > 0]
     inside = np.isin(corners, rim)
     whole = np.bincount(face, weights=inside, minlength=len(counts)) == counts
     edges = np.unique(
-        np.sort(np.stack([corners, corners[following]], axis=1)[whole[face]], axis=1), axis=0
+        np.sort(np.stack([corners, corners[next_corners(counts)]], axis=1)[whole[face]], axis=1),
+        axis=0,
     )
     centre_of = np.cumsum(whole) - 1
     used = whole[face]

@@ -7,7 +7,6 @@ eye down: a single eye that is narrowed without that is opened.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
@@ -18,7 +17,7 @@ from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.closure.lid_pulses import LEAST_HEIGHT, lid_pulses
 from usdface.findings import Finding, finding
 
-__all__ = ["ShownClosing", "opened_findings", "shown_closing", "without_unshown_closing"]
+__all__ = ["opened_findings", "shown_closing", "without_unshown_closing"]
 
 # Height of a performer's blinks, in closed eyes of the character: of two real takes 0.44 and more.
 _LEAST_BLINK = 0.4
@@ -36,15 +35,8 @@ _HARDLY = 0.05
 _FALLEN = 0.1
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ShownClosing:
-    """How far the markers show each eye as closed at most: (F, 2); infinite = not measured."""
-
-    most: FloatArray
-
-
-def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -> ShownClosing:
-    """Return how far the eyes may be closed by their markers.
+def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -> FloatArray:
+    """Return how far the markers show each eye as closed at most: (F, 2); infinite = not measured.
 
     Parameters
     ----------
@@ -58,7 +50,7 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -
     """
     most = np.full(signal.shape, np.inf)
     if len(signal) < 3:
-        return ShownClosing(most)
+        return most
     around = round(_AROUND / even.step)
     for eye in (0, 1):
         curves = [each[:, eye] for each in (signal, own) if each is not None]
@@ -69,7 +61,7 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -
         held = maximum_filter1d(_evidence(closed), 2 * around + 1)
         smooth = gaussian_filter1d(held, max(0.5 * around, 1e-3))
         most[:, eye] = even.of_frames(smooth) / (_LEAST_BLINK - LEAST_HEIGHT)
-    return ShownClosing(most)
+    return most
 
 
 def _evidence(closed: list[FloatArray]) -> FloatArray:
@@ -88,7 +80,7 @@ def _evidence(closed: list[FloatArray]) -> FloatArray:
 def without_unshown_closing(
     weights: FloatArray,
     solved: FloatArray,
-    shown: ShownClosing,
+    shown: FloatArray,
     apertures: Mapping[Eye, LidApertures],
     near_pins: FloatArray,
     *,
@@ -106,7 +98,8 @@ def without_unshown_closing(
         Exaggerated and corrected.
     solved : (F, T) float64
         As the performer shows them.
-    shown : ShownClosing
+    shown : (F, 2) float64
+        As of `shown_closing`.
     apertures : mapping of "left", "right" to LidApertures
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`: pinned weights stay.
@@ -117,7 +110,7 @@ def without_unshown_closing(
     if len(set(closers)) < 2:
         return weights
     both = solved[:, closers]
-    least = np.minimum(both, np.maximum(shown.most, both[:, ::-1]) + _HARDLY)
+    least = np.minimum(both, np.maximum(shown, both[:, ::-1]) + _HARDLY)
     near = near_pins[:, closers]
     # Exact at both ends: a second run finds what the first has left.
     kept = near * both + (1.0 - near) * least

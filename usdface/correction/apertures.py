@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray, frozen
-from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator, shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -129,9 +129,8 @@ def apertures_of(face: BoundFace, names: tuple[str, ...], poses: FloatArray) -> 
         return np.concatenate(apertures, axis=-1)
 
     vertices = pairs.T.ravel()
-    column = {name: place for place, name in enumerate(mesh.shape_names)}
-    shapes = np.array([column.get(name, -1) for name in names], dtype=np.int64)
-    evaluator = evaluator_of(mesh.shapes, vertices)[0].mapped(across).reordered(shapes)
+    evaluator = evaluator_of(mesh.shapes, vertices)[0].mapped(across)
+    evaluator = evaluator.reordered(shape_places(names, mesh.shape_names))
     neutral_apertures = across(mesh.points[vertices].ravel())
     contact = tuple(
         kind for (kind, _), mean in zip(contacts, means, strict=True) for _ in range(mean.shape[1])

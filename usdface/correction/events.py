@@ -162,14 +162,19 @@ class _Stretch:
     def _joined_frames(
         self, values: FloatArray
     ) -> tuple[FloatArray, FloatArray, IntArray, FloatArray]:
-        """Return means of frames of the cores: output (J,), values (J, T), core, how many (J,)."""
+        """Return means of frames of the cores: output (J,), values (J, T), core, how many (J,).
+
+        The output is of the peak where that of one of the frames is, however short: no event is
+        without a peak.
+        """
         output, core = self._own[self._inner], self._core
         if self._joined == 1:
             return output, values, core, np.ones(len(output))
         within = np.arange(len(core)) - np.searchsorted(core, core)
         starts = np.flatnonzero(within % self._joined == 0)
         count = np.diff(np.append(starts, len(core))).astype(np.float64)
-        output = np.add.reduceat(output, starts) / count
+        most = np.maximum.reduceat(output, starts)
+        output = np.maximum(np.add.reduceat(output, starts) / count, _PEAK[1] * most)
         values = np.add.reduceat(values, starts, axis=0) / count[:, None]
         return output, values, core[starts], count
 

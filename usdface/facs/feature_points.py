@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.binding.face_surface import face_surface
 from usdface.binding.landmarks import FaceLandmarks, find_landmarks
+from usdface.blend_shapes.evaluator import shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
 from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
@@ -114,14 +115,13 @@ class FeaturePoints:
         (F, len(POINTS), 3) float64 [mm of a human head]
         """
         result = np.zeros((len(weights), len(POINTS), 3))
-        column = {name: i for i, name in enumerate(names)}
         for which, mesh in enumerate(rig.meshes):
             here = {p: v for p, (at, v) in self.patches.items() if at == which}
             if not here or not mesh.shapes:
                 continue
             vertices = np.unique(np.concatenate(list(here.values())))
             evaluator, _ = evaluator_of(mesh.shapes, vertices)
-            order = np.array([column.get(name, -1) for name in mesh.shape_names])
+            order = shape_places(mesh.shape_names, names)
             own = np.where(order >= 0, weights[:, order], 0.0)
             moved = evaluator.displacements(evaluator.combined(own))
             moved = moved.reshape(len(weights), len(vertices), 3)

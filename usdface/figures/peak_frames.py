@@ -123,10 +123,15 @@ def _size(moved: FloatArray) -> FloatArray:
 
 def _highest(curve: FloatArray, times: FloatArray, count: int, least: float) -> IntArray:
     """Return the highest local maxima of a curve over time."""
-    apart = max(1, round(_APART / frame_step(times)))
+    apart = max(1, _frames(_APART, times))
     padded = np.concatenate([[-np.inf], curve, [-np.inf]])
     peaks = local_maxima(padded, least, apart) - 1
     return np.asarray(peaks[np.argsort(-curve[peaks], kind="stable")[:count]])
+
+
+def _frames(lasting: float, times: FloatArray) -> int:
+    """Return how many frames a time [s] is; 0 where there is but one."""
+    return round(lasting / frame_step(times)) if len(times) > 1 else 0
 
 
 def _rest(raw: FloatArray) -> Iterator[tuple[int, str]]:
@@ -164,13 +169,15 @@ def _blinks(result: ShotResult) -> Iterator[tuple[int, str]]:
     moved = _displacements(result, mesh, lids.ravel(), result.solved.weights)
     moved = moved.reshape(len(times), *lids.shape, 3)
     closing = (moved[:, :, 1, 1] - moved[:, :, 0, 1]).mean(axis=1)
-    width = 2 * round(_BLINK / frame_step(times)) + 1
+    width = 2 * _frames(_BLINK, times) + 1
     for frame in _highest(closing - median_filter(closing, width), times, _BLINKS, _CLOSING):
         yield int(frame), "blink"
 
 
 def _held(raw: FloatArray, times: FloatArray) -> Iterable[tuple[int, str]]:
     """Yield the middles of the longest poses that are held."""
+    if len(times) == 1:
+        return []
     size = _size(raw)
     speed = _size(np.gradient(raw, times, axis=0))
     held = (size > 2 * _REST) & (speed < _STILL * size)

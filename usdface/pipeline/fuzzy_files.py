@@ -80,7 +80,7 @@ def write_paper_system(
 
     Returns
     -------
-    Result of FuzzySystem
+    Result of ExpressionSystem
         Keys of the summary as those of `convert_fuzzy`.
 
     Raises

@@ -178,6 +178,7 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
     if may_be_gltf(path):
         from usdface.io.gltf.read import read_gltf
 
+        _refuse_footage(path, options)
         rig, clips, findings = read_gltf(path, asset_folder(options.asset_root))
         return rig, _clips(rig, clips, options, findings), findings
     from usdface.io.usd.clips import animated_rig
@@ -187,6 +188,7 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
 
     stage, folder = open_stage(path), asset_folder(options.asset_root)
     if not has_setup(stage):
+        _refuse_footage(path, options)
         rig, clips, findings = animated_rig(stage, folder)
         return rig, _clips(rig, clips, options, findings), findings
     from usdface.page.shot_data import shot_data
@@ -200,6 +202,11 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
     if options.footage is not None:
         data["footage"] = _footage(played.shot.take, options)
     return played.rig, data | {"facts": facts}, findings
+
+
+def _refuse_footage(path: Path, options: ViewOptions) -> None:
+    if options.footage is not None:
+        raise InputError(f"{path} has no take; leave out --footage", "SETTING_WRONG")
 
 
 def _footage(take: MarkerTake | WeightsTake, options: ViewOptions) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, frozen
 from usdface.blend_shapes.combined_weights import with_combinations
-from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.blend_shapes.evaluator import BlendShapeEvaluator, shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.face.known_limits import with_known_limits
 from usdface.face.layout import FaceLayout
@@ -123,8 +123,7 @@ def exaggerated(
     if limits == "known":
         evaluator = with_known_limits(evaluator, mesh.shape_names)
     # In the order of the weights, which may be those of the whole rig.
-    shapes = np.array([_place(name, mesh.shape_names) for name in names])
-    evaluator = evaluator.reordered(shapes)
+    evaluator = evaluator.reordered(shape_places(names, mesh.shape_names))
     after = scaled_weights(before, factors, evaluator)
     after = faded_at_pins(pins, names, weights.times, before, after)
     return replace(weights, weights=with_combinations(mesh.shapes, names, after))
@@ -136,10 +135,6 @@ def scaled_weights(
     """Return weights (F, T) times factors (F, T), from 0 to 1 and below those that limit them."""
     after = np.where(factors == 1.0, weights, _scaled(weights, factors, evaluator))
     return _limited(weights, after, evaluator)
-
-
-def _place(name: str, names: tuple[str, ...]) -> int:
-    return names.index(name) if name in names else -1
 
 
 def _scaled(weights: FloatArray, factors: FloatArray, evaluator: BlendShapeEvaluator) -> FloatArray:

@@ -34,8 +34,6 @@ _BETTER = 0.95
 # factor times that of every map. Set by hand: they leave 2 to 20 % less where they are right, and
 # more where another map is.
 _TRANSFERRED = 0.99
-# Markers are on their vertices if they err by less than this share of the face's size at rest.
-_EXACT = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -108,7 +106,7 @@ def fit_face(
     if surface is None or flat or len(points) > MOST_MARKERS or options.form == "paper":
         return bound
     guess = guess_at_rest(neutral, points)
-    if guess.spread <= _EXACT * surface.reach:
+    if guess.on_vertices(surface):
         return bound
     beside = fit_places(neutral, guess.mean, options, evidence, surface, guess)
     there = evidence.unexplained_share(beside.space, beside.points, beside.evaluator)

@@ -5,6 +5,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import POSE_MARKERS, Pose, rigid_fit
+from usdface.options import HeadMode
 from usdface.retarget.neutral import on_plane
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
@@ -41,12 +42,17 @@ def first_pose(
     return rigid_fit(on_plane(head_neutral), on_plane(rigid))
 
 
-def shows_pose(take: MarkerTake, positions: FloatArray, setup: RetargetSetup) -> bool:
-    """Return whether a frame of markers (F, M, D) determines the head's pose, for `first_pose`."""
-    if setup.head == "stabilised":
-        return True
-    markers = positions if setup.head == "solve" else take.select(setup.head_markers)
-    return bool((visible(markers).sum(axis=1) >= POSE_MARKERS).any())
+def shows_pose(
+    take: MarkerTake, seen: BoolArray, head: HeadMode, head_markers: tuple[str, ...]
+) -> BoolArray:
+    """Return the frames (F,) that show enough markers for the head's pose, as `first_pose` has it.
+
+    `seen` (F, M) are the markers that are used.
+    """
+    if head == "stabilised":
+        return np.ones(len(seen), dtype=bool)
+    shown = visible(take.select(head_markers)) if head == "markers" else seen
+    return np.asarray(shown.sum(axis=1) >= POSE_MARKERS)
 
 
 def in_posed_frames(positions: FloatArray, posed: BoolArray) -> FloatArray:

@@ -87,6 +87,7 @@ class FittedTake:
             choice=self.fit.choice,
             shifts=self.fit.shifts,
             head=self.setup.head,
+            head_markers=self.setup.head_markers,
             head_neutral=self.prepared.head_neutral,
             noise=found.noise,
             misfit=found.misfit,

@@ -44,6 +44,8 @@ _FREE = 1e6
 _SEARCHED = 300
 # Least variance of weights, for those that never move in the take.
 _STILL = 1e-6
+# Markers are on their vertices if they err by less than this share of the face's size at rest.
+_EXACT = 1e-6
 # Keeps a covariance invertible: of a place's variance. Motions smaller than this share of the
 # largest are none.
 _ROUNDING = 1e-6
@@ -64,6 +66,10 @@ class PlaceGuess:
     mean: FloatArray
     covariance: FloatArray
     spread: float
+
+    def on_vertices(self, surface: MarkerSurface) -> bool:
+        """Return whether markers sit on the vertices of a surface: all that is left is rounding."""
+        return self.spread <= _EXACT * surface.reach
 
     def centred(self) -> "PlaceGuess":
         """Return the guess that markers sit on their vertices, with the same spread."""

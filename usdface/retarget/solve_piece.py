@@ -18,7 +18,7 @@ from usdface.retarget.solve_problem import SolveProblem
 from usdface.retarget.solve_take import solution_of
 from usdface.retarget.take_estimates import TakeEstimates
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.takes import MarkerTake, frame_step
+from usdface.takes import MarkerTake, frame_step, visible
 
 __all__ = ["overlap_frames", "settled", "solve_piece"]
 
@@ -73,7 +73,7 @@ def _solved(
         )
     setup = replace(setup, head=estimates.head)
     positions = take.select(estimates.markers)
-    if shows_pose(take, positions, setup):
+    if shows_pose(take, visible(positions), setup.head, setup.head_markers).any():
         pose, posed = first_pose(take, positions, estimates.neutral, setup, estimates.head_neutral)
         positions = in_posed_frames(positions, posed)
     else:  # the head was out of sight all the time; other pieces have its pose

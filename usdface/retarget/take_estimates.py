@@ -41,8 +41,10 @@ class TakeEstimates:
     shifts : (M, 3) float64 [m]
         From the vertices that the markers are bound to.
     head : {"solve", "markers", "stabilised"}
+    head_markers : tuple of str, length H
+        Of `head` "markers".
     head_neutral : (H, D) float64
-        Where the head markers rest, in take space.
+        Where they rest, in take space.
     noise, misfit : float [m]
         Of a coordinate of the typical marker, on the character.
     covariance : (S, S) float64 or None
@@ -65,6 +67,7 @@ class TakeEstimates:
     choice: MapChoice
     shifts: FloatArray
     head: HeadMode
+    head_markers: tuple[str, ...]
     head_neutral: FloatArray
     noise: float
     misfit: float

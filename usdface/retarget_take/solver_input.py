@@ -13,6 +13,7 @@ from usdface.face.fitted_setup import fit_setup
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.geometry.marker_spread import rms_radius
+from usdface.geometry.rigid_fit import POSE_MARKERS
 from usdface.progress import Progress
 from usdface.retarget.film.dot_radii import dot_radii
 from usdface.retarget.solver.backend import compile_kernels
@@ -62,7 +63,7 @@ def _observed(take: MarkerTake, measured: BoolArray, head_markers: tuple[str, ..
     them, and without them the head's pose is unknown.
     """
     on_head = np.isin(take.names, head_markers)
-    few = measured[:, on_head].sum(axis=1) < 3
+    few = measured[:, on_head].sum(axis=1) < POSE_MARKERS
     used = measured | (few[:, None] & on_head)
     return replace(take, positions=np.where(used[..., None], take.positions, np.nan))
 

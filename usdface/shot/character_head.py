@@ -5,12 +5,13 @@ import numpy as np
 from usdface.arrays import BoolArray
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
-from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.first_pose import shows_pose
 from usdface.retarget.head_motion import head_motion
 from usdface.retarget.recorded_head import recorded_head
 from usdface.retarget.solution import Solution
 from usdface.shot.shot import Shot
-from usdface.takes import MarkerTake, WeightsTake, visible
+from usdface.takes import MarkerTake, WeightsTake
 
 __all__ = ["character_head"]
 
@@ -42,6 +43,6 @@ def _head_seen(shot: Shot, solution: Solution) -> BoolArray:
     """Return which markers determine the head's pose: (F, M) bool."""
     seen = ~np.isnan(solution.distances)
     if solution.head == "markers" and isinstance(shot.take, MarkerTake):
-        rigid = visible(shot.take.select(shot.setup.head_markers)).sum(axis=1) >= POSE_MARKERS
-        seen = np.broadcast_to(rigid[:, None], seen.shape)
+        posed = shows_pose(shot.take, seen, solution.head, shot.setup.head_markers)
+        seen = np.broadcast_to(posed[:, None], seen.shape)
     return seen

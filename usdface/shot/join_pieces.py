@@ -10,9 +10,8 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.cleanup.repairs import Repair, repair_findings
 from usdface.closure.mistracked_lids import MistrackedLid, joined_lids, mistracked_findings
 from usdface.findings import Finding
-from usdface.geometry.rigid_fit import POSE_MARKERS, Pose
-from usdface.retarget.first_pose import head_markers_few
-from usdface.retarget.solution import Solution
+from usdface.geometry.rigid_fit import Pose
+from usdface.retarget.first_pose import head_markers_few, shows_pose
 from usdface.retarget.usable_markers import occlusions, unsolved_frames
 from usdface.shot.retarget_pieces import EstimatedTake
 from usdface.shot.shot import SolvedShot
@@ -75,31 +74,29 @@ def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) 
     weights = replace(solution.weights, times=take.times, weights=arrays.mapped("weights"))
     pose = Pose(arrays.mapped("rotations"), arrays.mapped("translations"))
     distances = arrays.mapped("distances")
+    seen, head_markers = ~np.isnan(distances), known.estimates.head_markers
+    posed = shows_pose(take, seen, solution.head, head_markers)
     whole = replace(
         solution,
         weights=weights,
-        pose=pose.bridged(_posed(distances)),
+        pose=pose.bridged(posed),
         residual=arrays.mapped("residual"),
         feature_points=arrays.mapped("feature_points"),
         distances=distances,
     )
     mended, mistracked = _mended(repairs), joined_lids(lids)
     own = (*repair_findings(mended), *mistracked_findings(mistracked))
-    findings = (*own, *known.findings, *_of_all_frames(whole, take))
+    of_all_frames = _of_all_frames(solution.markers, seen, posed, take.source)
+    findings = (*own, *known.findings, *of_all_frames)
     return SolvedShot(take, weights, whole, mended, findings, known.lids, mistracked)
 
 
-def _of_all_frames(solution: Solution, take: MarkerTake) -> list[Finding]:
-    """Return the findings that count frames."""
-    seen = ~np.isnan(solution.distances)
-    found = occlusions(solution.markers, (~seen).sum(axis=0), len(seen))
-    found += head_markers_few(_posed(solution.distances), take.source)
-    return found + unsolved_frames(seen, take.source)
-
-
-def _posed(distances: FloatArray) -> BoolArray:
-    """Return the frames (F,) with a pose: others have distances (F, B) of no marker."""
-    return np.asarray((~np.isnan(distances)).sum(axis=1) >= POSE_MARKERS)
+def _of_all_frames(
+    markers: tuple[str, ...], seen: BoolArray, posed: BoolArray, source: str
+) -> list[Finding]:
+    """Return the findings that count frames: of markers `seen` (F, M), and `posed` ones (F,)."""
+    found = occlusions(markers, (~seen).sum(axis=0), len(seen))
+    return found + head_markers_few(posed, source) + unsolved_frames(seen, source)
 
 
 def _mended(repairs: Sequence[Repair]) -> tuple[Repair, ...]:

@@ -236,8 +236,8 @@ def _share(part: float, whole: float) -> float:
 
 
 def _worst(kind: str, names: tuple[str, ...], values: FloatArray) -> Measured:
-    """Return the largest value, and its name."""
-    worst = int(values.argmax())
+    """Return the largest value, and its name; NaN counts only where all are."""
+    worst = int(np.where(np.isnan(values), -np.inf, values).argmax())
     return Measured(float(values[worst]), kind, (names[worst],))
 
 

@@ -45,7 +45,7 @@ ReadFrames = Callable[[IntArray], Shot]
 """Returns a shot with some frames of its take, by indices in ascending order."""
 
 # Findings of the sample that are about its frames; those of all frames are counted at the end.
-_OF_FRAMES = ("MARKER_OCCLUDED", "HEAD_MARKERS_FEW", "FRAME_UNSOLVED", "PIN_IGNORED")
+_OF_FRAMES = ("MARKER_OCCLUDED", "HEAD_MARKERS_FEW")
 
 
 @dataclass(frozen=True, eq=False, slots=True)

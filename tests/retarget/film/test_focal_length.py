@@ -28,3 +28,10 @@ def test_a_head_that_rests_does_not_show_it() -> None:
     head, codes = found(replace(WORLD.take, positions=image, image_size=SIZE))
     assert codes == ["FOCAL_LENGTH_ASSUMED"]
     assert head.camera.focal_length == pytest.approx(0.65 * np.hypot(*SIZE))
+
+
+def test_a_single_image_does_not_show_it() -> None:
+    """All focal lengths explain it but for rounding."""
+    take, _ = filmed(WORLD, 20.0)
+    _, codes = found(replace(take, times=take.times[:1], positions=take.positions[:1]))
+    assert codes == ["FOCAL_LENGTH_ASSUMED"]

@@ -39,8 +39,6 @@ _LAST_ROUNDS = 3
 _FRAMES = 600
 # Least number of markers, for the six parameters of a pose and a face.
 FEWEST_FILMED = 6
-# Markers are on their vertices if they err by less than this share of the face's size at rest.
-_EXACT = 1e-6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -160,7 +158,7 @@ def _on_skin(
     if not refined:
         return placed
     guess = guess_in_image(solved.head.rest[:, :2], film.face)
-    if guess.spread <= _EXACT * surface.reach:
+    if guess.on_vertices(surface):
         return placed
     placed = with_places(placed, guess, solve)
     if not transferred:

@@ -83,7 +83,7 @@ class FilmedTake:
         start = int(np.searchsorted(frames, first))
         return replace(
             self,
-            take=replace(take.with_frames(frames), positions=self.image[frames]),
+            take=take.with_frames(frames),
             neutral=(start, start + last - first),
         )
 

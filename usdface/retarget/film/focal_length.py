@@ -26,6 +26,8 @@ _USUAL = 0.65
 # were found 1.4 to 4.5 times too long, the three above at most 1.3 times: the misfit of another
 # face resembles a lens error.
 _SHOWN = 1.2
+# Residuals up to this [px] are rounding, as of a single image: they show no focal length.
+_ROUNDING = 1e-6
 
 
 def film_camera(film: FilmedTake, solve: SolveProjected) -> tuple[PinholeCamera, list[Finding]]:
@@ -44,7 +46,7 @@ def film_camera(film: FilmedTake, solve: SolveProjected) -> tuple[PinholeCamera,
             for length in lengths
         ]
     )
-    determined = bool(errors.max() > _SHOWN * errors.min())
+    determined = bool(errors.max() > max(_SHOWN * errors.min(), _ROUNDING))
     length = _lowest(lengths, errors) if determined else _USUAL * diagonal
     code = "FOCAL_LENGTH_FOUND" if determined else "FOCAL_LENGTH_ASSUMED"
     findings.append(finding(code, take.source, "{focal_length_px:.0f} px", length))
