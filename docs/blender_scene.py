@@ -157,7 +157,7 @@ class Layout:
 def panels_drawn() -> list:
     """Return what each panel draws."""
     drawn = []
-    for kind in import_module(f"{MODULE}.panel")._classes:
+    for kind in import_module(f"{MODULE}.panel").PANELS:
         if hasattr(kind, "poll") and not kind.poll(bpy.context):
             continue
         methods = {

@@ -132,6 +132,15 @@ def test_none_among_numbers_is_unknown() -> None:
     assert Track(("a",), places=None).places is None
 
 
+def test_numbers_that_a_mask_hides_are_unknown() -> None:
+    masked = np.ma.masked_equal([[[0.0, 0.0, 0.0]], [[9999.0] * 3]], 9999.0)
+    take = usdface.MarkerTake(("nose",), [0, 1], masked)  # type: ignore[arg-type]
+    assert take.visible.tolist() == [[True], [False]]
+    with pytest.raises(usdface.InputError, match="points is an array of int64"):
+        Track(("a",), points=np.ma.masked_equal([1, 2], 2))
+    assert Track(("a",), points=np.ma.masked_equal([1, 2], 3)).points.tolist() == [1, 2]  # type: ignore[union-attr]
+
+
 @pytest.mark.parametrize("number", [2.0, np.int64(2), np.float32(2), np.array(2.0)])
 def test_numbers_are_taken_of_any_type(number: Any) -> None:
     given = measure(TRACK, frame=number, rate=number)

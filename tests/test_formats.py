@@ -25,6 +25,11 @@ READER = TakeReader(name="A", suffixes=(".a", ".b"), options=("rate",), read=not
         {"suffixes": ()},
         {"options": ("speed",)},
         {"folder": True},
+        {"suffixes": ".a"},
+        {"options": "rate"},
+        {"read": None},
+        {"read": "acme:read"},
+        {"sniff": True},
     ],
 )
 def test_a_reader_that_is_described_wrongly_is_refused(wrong: dict[str, object]) -> None:
@@ -37,6 +42,13 @@ def test_a_target_either_writes_or_packs() -> None:
     for functions in ({}, {"write": nothing, "pack": nothing}):
         with pytest.raises(InputError, match="either write or pack"):
             ExportTarget(name="A", suffixes=(".a",), **functions)  # type: ignore[arg-type]
+
+
+def test_a_text_for_a_tuple_and_a_value_for_a_function_are_named() -> None:
+    with pytest.raises(InputError, match=r"suffixes is '\.a'; expected a tuple, \('\.a',\)"):
+        TakeReader(name="A", suffixes=".a", read=nothing)  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="write is 'w'; expected a function"):
+        ExportTarget(name="A", suffixes=(".a",), write="w")  # type: ignore[arg-type]
 
 
 def test_options_that_are_not_followed_are_refused() -> None:

@@ -33,6 +33,7 @@ def test_arrays_of_unpickled_and_copied_values_are_read_only(again: Callable[[An
     shot, _ = usdface.assemble_shot(world.rig, world.take, setup=world.setup())
     result = usdface.retarget(shot)
     for value in (world.rig, world.take, shot, result, result.weights):
+        assert not any(array.flags.writeable for array in arrays(value))
         found = arrays(again(value))
         assert len(found) == len(arrays(value)) > 0
         assert not any(array.flags.writeable for array in found)

@@ -40,4 +40,8 @@ def test_a_whole_shot_is_a_line() -> None:
     mesh = world.rig.meshes[0]
     for value in (world.rig, mesh, mesh.shapes[0], world.take, shot.setup, shot):
         assert len(repr(value)) < 1000 and "\n" not in repr(value)
+    result = usdface.Result(
+        usdface.retarget(shot), details={"frames": [{"weights": list(range(99))}] * 99}
+    )
+    assert len(repr(result)) < 200 and len(repr(result.value)) < 1500
     assert "positions=<40 x 23 x 3 float64>, rate=30.0" in repr(world.take)

@@ -190,10 +190,12 @@ def _fitted_number(value: Any, kind: type) -> Any:
 def _fitted_array(value: Any, kind: Any, inner: tuple[Any, ...]) -> Any:
     """Return an array, or numbers in lists as one: whole numbers where they are to be such.
 
-    None among real numbers, as in lists and in tables of pandas, is NaN.
+    None among real numbers, as in lists and in tables of pandas, is NaN, and so are masked ones.
     """
     np = modules["numpy"]  # whoever has such an annotation has loaded it
 
+    if isinstance(value, np.ma.MaskedArray) and value.dtype.kind in "biuf":
+        value = value.astype(float).filled(np.nan) if np.ma.is_masked(value) else value.data
     try:
         array = np.asarray(value)
     except (TypeError, ValueError):

@@ -52,6 +52,7 @@ class FileFormat:
         where = f"{type(self).__name__} {self.name!r}"
         if not (isinstance(self.name, str) and self.name.strip()):
             raise InputError(f"{where}: expected a name", "SETTING_WRONG")
+        self._check_kinds(where)
         for suffix in self.suffixes:
             text = suffix if isinstance(suffix, str) else ""
             if not text.startswith(".") or len(text) < 2 or text != text.lower():
@@ -65,6 +66,20 @@ class FileFormat:
                 raise InputError(
                     f"{where}: unknown option {option!r}; expected some of {', '.join(known)}",
                     "SETTING_WRONG",
+                )
+
+    def _check_kinds(self, where: str) -> None:
+        for field in fields(self):
+            given = getattr(self, field.name)
+            if field.name in ("suffixes", "options") and isinstance(given, str):
+                raise InputError(
+                    f"{where}: {field.name} is {given!r}; expected a tuple, ({given!r},)",
+                    "SETTING_WRONG",
+                )
+            function = field.name in ("read", "sniff", "write", "pack")
+            if function and not callable(given) and (given is not None or field.name == "read"):
+                raise InputError(
+                    f"{where}: {field.name} is {given!r}; expected a function", "SETTING_WRONG"
                 )
 
     def claims(self, path: Path) -> bool:

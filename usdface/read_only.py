@@ -1,4 +1,4 @@
-"""Arrays of an unpickled or copied value, which are read-only again."""
+"""All arrays in a value made read-only: of a result, and again of an unpickled or copied one."""
 
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -6,7 +6,7 @@ from functools import wraps
 from sys import modules
 from typing import Any
 
-__all__ = ["read_only_again"]
+__all__ = ["make_read_only", "read_only_again"]
 
 
 def read_only_again(restore: Any) -> Any:
@@ -25,21 +25,21 @@ def read_only_again(restore: Any) -> Any:
     def set_state(instance: object, state: object) -> None:
         restore(instance, state)
         if "numpy" in modules:  # else there is no array
-            _freeze(instance)
+            make_read_only(instance)
 
     return set_state
 
 
-def _freeze(value: object) -> None:
+def make_read_only(value: object) -> None:
     """Make the arrays in a value read-only: in its tuples, lists, mappings and dataclasses."""
     if isinstance(value, modules["numpy"].ndarray):
         value.setflags(write=False)
     elif isinstance(value, Mapping):
         for each in value.values():
-            _freeze(each)
+            make_read_only(each)
     elif isinstance(value, tuple | list):
         for each in value:
-            _freeze(each)
+            make_read_only(each)
     elif is_dataclass(value) and not isinstance(value, type):
         for field in fields(value):
-            _freeze(getattr(value, field.name))
+            make_read_only(getattr(value, field.name))

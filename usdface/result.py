@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from usdface.findings import Finding
+from usdface.short_repr import short_repr
 from usdface.verdict.judge import Verdict
 
 __all__ = ["Result", "peak_memory"]
@@ -42,6 +43,8 @@ class Result(Generic[ValueT]):
     >>> [path.name for path in result.written]
     ['take.usdc']
     """
+
+    __repr__ = short_repr
 
     value: ValueT
     written: tuple[Path, ...] = ()

@@ -13,6 +13,7 @@ class _Short(Repr):
     def __init__(self) -> None:
         super().__init__()
         self.maxtuple = self.maxlist = self.maxdict = 4
+        self.maxlevel = 2
         self.maxstring = self.maxother = 60
 
     def repr1(self, x: Any, level: int) -> str:

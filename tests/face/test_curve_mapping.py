@@ -75,6 +75,8 @@ def test_names_that_match_nothing_are_refused() -> None:
         rename_weights(take(headYaw=0.1), tuple("abcdefg"))
     assert "curves: headYaw; blend shapes: a, b, c, d, e, f, ...; `usdface" in str(raised.value)
     assert '{"curves": {"headYaw": {"a": 1.0}}}' in str(raised.value)
+    with pytest.raises(InputError, match="curves: none; blend shapes: a;"):
+        rename_weights(WeightsTake((), np.arange(2.0), np.zeros((2, 0))), ("a",))
 
 
 def test_curves_that_are_told_go_where_they_are_told() -> None:

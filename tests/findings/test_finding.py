@@ -76,8 +76,8 @@ def test_frames_have_their_times() -> None:
 
 
 def test_an_unknown_code_is_a_mistake_of_the_program() -> None:
-    with pytest.raises(KeyError):
-        finding("NONSENSE", "here")
+    with pytest.raises(KeyError, match="did you mean MARKER_OCCLUDED"):
+        finding("MARKER_OCLUDED", "here")
 
 
 @lru_cache(maxsize=1)

@@ -56,6 +56,10 @@ def test_a_packer_of_another_package_gets_the_scene(install: Install, scene: Pat
     ("body", "reason"),
     [
         ("path.write_text('half'); 1 / 0", "acme.write failed: ZeroDivisionError"),
+        (
+            "path.with_name('more.bin').touch()",
+            "returned having written more.bin; expected out.acache alone",
+        ),
         ("return []", "returned without having written out.acache"),
         ("path.unlink(); return []", "returned without having written out.acache"),
         ("path.write_text('x'); return None", "NoneType; expected a list of findings"),

@@ -64,6 +64,7 @@ def test_json_says_the_same(tmp_path):
         ("a.trc,1,inf,joy,,", "line 2: the stretch"),
         ("a.trc,-1,1,joy,,", "line 2: the stretch"),
         ("a.trc,1,2,joy,,0", "line 2: intensity 0;"),
+        ("a.trc,1,2,joy,,50%", r"^(?!.*line 2.*line 2).*line 2: intensity is '50%'; expected a"),
         ("a.trc,1,2,joy,,nan", "line 2: intensity"),
         ("a.trc,1,2,very happy,,", "line 2: emotion 'very happy'"),
         ("a.trc,1,,joy,,", "line 2: no end_s"),

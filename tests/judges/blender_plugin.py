@@ -176,6 +176,8 @@ def panel(folder):
     bpy.ops.export_scene.gltf(filepath=str(glb), export_animation_mode="NLA_TRACKS")
     bpy.ops.usdface.choose_gltf(filepath=str(folder / "ours.glb"))
     answer["drawn"] = draw_all()
+    sys.path.append(str(ROOT / "docs"))
+    answer["pictured"] = import_module("blender_scene").panels_drawn()
     settings().gains["joy"].value = 0.0
     before = len(bpy.data.actions)
     bpy.ops.usdface.process()

@@ -135,6 +135,13 @@ def test_all_panels_are_drawn(blender_with: Run) -> None:
         assert part in drawn, part
 
 
+def test_panels_are_drawn_for_the_pictures_of_the_documentation(blender_with: Run) -> None:
+    pictured = blender_with("panel")["pictured"]
+    titles = ["Face", "Markers on the face", "Result", "USD export"]
+    assert [panel["title"] for panel in pictured] == titles
+    assert all(panel["layout"]["items"] for panel in pictured)
+
+
 def test_our_gltf_and_blenders_are_equal(blender_with: Run) -> None:
     folder = Path(blender_with("panel")["folder"])
     (_, (ours,), _), (_, theirs, _) = (

@@ -26,6 +26,13 @@ def test_a_take_with_fewer_than_four_bound_markers_is_refused_with_advice(
         check_bound_markers(setup, world.take)
 
 
+def test_markers_that_share_their_vertices_are_refused(world: World) -> None:
+    binding = world.setup().binding
+    setup = replace(world.setup(), binding=replace(binding, points=binding.points % 3))
+    with pytest.raises(InputError, match="share 3 vertices; at least 4"):
+        check_bound_markers(setup, world.take)
+
+
 @pytest.mark.parametrize("rig_neutral", [False, True])
 def test_markers_that_are_not_seen_are_told_by_the_neutral_in_use(
     world: World, rig_neutral: bool

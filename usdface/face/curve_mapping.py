@@ -189,7 +189,7 @@ def _by_key(
 
 def _nothing_driven(take: WeightsTake, names: tuple[str, ...], curves: CurveMap) -> str:
     unknown = unknown_curves(take, curves, "")
-    example = {"curves": {take.names[0]: {(*names, "a blend shape")[0]: 1.0}}}
+    example = {"curves": {(*take.names, "a curve")[0]: {(*names, "a blend shape")[0]: 1.0}}}
     return (
         f"no curve of the take {take.source} drives a blend shape of the rig: "
         + "".join(f"{found.message}; " for found in unknown)

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from usdface.errors import did_you_mean
 from usdface.findings.codes import CODES, Action, Severity
 from usdface.findings.values import filled_in, plain_values
 from usdface.frozen_mapping import FrozenMapping
@@ -103,6 +104,8 @@ def finding(code: str, where: str, message: str = "", *values: object, **more: o
     >>> dict(found.values)
     {'occluded_count': 3, 'frame_count': 9}
     """
+    if code not in CODES:
+        raise KeyError(f"no finding has the code {code!r}{did_you_mean(str(code), CODES)}")
     severity, _, default = CODES[code]
     text, named = filled_in(message, values) if values else (message, {})
     return Finding(code, where, text or default, severity, {**named, **more})

@@ -97,8 +97,11 @@ def _written(
     if not target.origin:
         return target.findings(write(path))
     with atomic_path(path) as temporary:
+        present = {temporary, *temporary.parent.iterdir()}
         findings = target.findings(write(temporary))
         if not temporary.is_file() or not temporary.stat().st_size:
             raise target.wrong(f"without having written {path.name}")
+        if more := sorted(each.name for each in set(temporary.parent.iterdir()) - present):
+            raise target.wrong(f"having written {', '.join(more)}; expected {path.name} alone")
     message = "{format} is not read back; compare it with its source by other means"
     return [*findings, finding("CONVERSION_UNCERTIFIED", path.name, message, target.format.name)]

@@ -102,6 +102,7 @@ def _label(path: Path, where: str, entry: Mapping[str, Any]) -> Label:
     if unit == "frame" and not (start.is_integer() and end.is_integer()):
         raise InputError(f"{where}: frame indices are whole numbers; found {start:g} to {end:g}")
     take = _take(path, where, entry["take"])
+    intensity = _number(where, entry, "intensity") if "intensity" in entry else 1.0
     try:
         return Label(
             take,
@@ -110,7 +111,7 @@ def _label(path: Path, where: str, entry: Mapping[str, Any]) -> Label:
             unit,
             str(entry["emotion"]),
             str(entry.get("variant", "")),
-            _number(where, entry, "intensity") if "intensity" in entry else 1.0,
+            intensity,
         )
     except InputError as error:
         raise InputError(f"{where}: {error}") from error

@@ -32,7 +32,7 @@ _LISTED = 6  # names in a message
 
 
 def check_bound_markers(setup: RetargetSetup, take: MarkerTake) -> None:
-    """Refuse a binding with too few markers of a take, before anything is solved.
+    """Refuse a binding with too few markers of a take, or vertices, before anything is solved.
 
     Raises
     ------
@@ -56,6 +56,14 @@ def check_bound_markers(setup: RetargetSetup, take: MarkerTake) -> None:
         raise InputError(
             f"{count} of the {len(take.names)} markers of {take.source} are bound; at least "
             f"{LEAST_MARKERS} are needed. Bind more, or find vertices for them (--propose)",
+            "MARKERS_TOO_FEW",
+        )
+    pairs = zip(bound, setup.binding.points.tolist(), strict=True)
+    vertices = {point for name, point in pairs if name in take.names}
+    if len(vertices) < LEAST_MARKERS:
+        raise InputError(
+            f"the {count} bound markers of {take.source} share {len(vertices)} vertices; at least "
+            f"{LEAST_MARKERS} are needed. Bind each marker to its own",
             "MARKERS_TOO_FEW",
         )
 

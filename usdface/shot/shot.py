@@ -23,6 +23,7 @@ from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.layout import FaceLayout
 from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
+from usdface.read_only import make_read_only
 from usdface.retarget.exaggeration import Exaggeration
 from usdface.retarget.joint_motion import JointMotion
 from usdface.retarget.solution import Solution
@@ -244,6 +245,7 @@ class ShotResult:
     def __post_init__(self) -> None:
         if self.corrected is not None:
             object.__setattr__(self, "corrected", frozen(self.corrected))
+        make_read_only((self.solution, self.trace, self.region_residuals))
 
     @property
     def weights(self) -> WeightsTake:

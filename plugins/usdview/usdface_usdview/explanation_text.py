@@ -13,13 +13,13 @@ def explanation_text(facts: dict[str, Any]) -> str:
     """Return a frame's explanation (`usdface.Explanation.frame`) as lines."""
     lines = [f"frame {facts['frame']}, {facts['time_s']:g} s", _values(facts["emotions"])]
     lines += [
-        f"{name} is {rules:.2f} by its rules; the face is like "
-        f"{'this emotion' if facts['emotions'][name] > rules else 'another one'}"
+        f"{name} is {rules:.2f} by its rules; the classifier of the face finds "
+        f"{'it' if facts['emotions'][name] > rules else 'another emotion or none'}"
         for name, rules in facts["by_rules"].items()
         if abs(facts["emotions"][name] - rules) >= _LEAST_SHOWN
     ]
     if any(facts["poses_shown"].values()):
-        lines.append(f"shown: {_values(facts['poses_shown'], least=0.005)}")
+        lines.append(f"intensity of the pose: {_values(facts['poses_shown'], least=0.005)}")
     lines += [
         f"{name} is held back: not shown in {' and '.join(regions)}"
         for name, regions in facts["held_back"].items()
