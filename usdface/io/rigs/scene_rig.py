@@ -36,10 +36,13 @@ def read_usd_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
         If it cannot be read.
     """
     from usdface.io.usd.clips import clips_of_stage
+    from usdface.io.usd.counted_names import with_own_names
     from usdface.io.usd.rig import read_rig
     from usdface.io.usd.stage import open_stage
 
     rig, findings = read_rig(path, asset_folder(options.asset_root))
+    rig, new_findings = with_own_names(rig)
+    findings += new_findings
     try:
         return rig, findings + _dropped(clips_of_stage(open_stage(path))[0], path)
     except InputError as error:  # an animation that is left out anyhow
