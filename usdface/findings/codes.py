@@ -509,8 +509,8 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NAME_CHANGED": (
         "info",
         "nothing",
-        "a name was made unique or legal, with the original kept beside it; or an exporter's "
-        "numbers were left out of names",
+        "a name was made unique or legal, with the original kept beside it; or has its original "
+        "again",
     ),
     "NAME_DROPPED": (
         "info",

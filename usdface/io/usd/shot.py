@@ -8,8 +8,8 @@ from pxr import Sdf, Usd, UsdSkel
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
+from usdface.face.own_names import report_counted_names
 from usdface.findings import Finding, finding
-from usdface.io.usd.counted_names import report_counted_names
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.expressions import read_expressions
 from usdface.io.usd.face_layout import read_exaggeration, read_gains, read_layout

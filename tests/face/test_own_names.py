@@ -1,8 +1,11 @@
-"""Names of blend shapes that an exporter counted through, as Blender's does over all meshes."""
+"""Names of blend shapes that were made unique over the meshes of a face."""
 
+from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
+import pygltflib
 import pytest
 from processed import process, report
 from pxr import Usd, UsdSkel
@@ -10,7 +13,13 @@ from sheets import sheet
 from worlds import World, animation_of, make_world, write_live_link
 
 import usdface
+from usdface.clips import Clip
+from usdface.io.gltf.read import read_gltf
+from usdface.io.gltf.write import write_gltf
+from usdface.io.rigs.scene_rig import read_gltf_rig
 from usdface.io.usd.rig import read_rig, rig_of_stage
+from usdface.options import RigOptions
+from usdface.takes import WeightsTake
 
 
 def count_through(path: Path, first: str) -> None:
@@ -49,6 +58,39 @@ def test_a_rig_gets_its_own_names_back(world: World, tmp_path: Path) -> None:
     back, _ = read_rig(tmp_path / "own.usda")
     named = [(mesh.name, mesh.shape_names) for mesh in back.meshes]
     assert named == [(mesh.name, mesh.shape_names) for mesh in world.rig.meshes]
+
+
+def test_a_rig_of_a_gltf_has_the_names_that_its_animations_tell_apart(tmp_path: Path) -> None:
+    """As Blender writes a clip for each action: one of the head, one of the teeth."""
+    rig = make_world(teeth=True).rig
+    times = np.array([0.0, 1.0])
+    clips = []
+    for mesh in rig.meshes:
+        column = mesh.shape_names.index("jawOpen")
+        weights = np.zeros((2, len(mesh.shape_names)))
+        weights[1, column] = 1.0
+        names = tuple(f"{mesh.name}:{name}" for name in mesh.shape_names)
+        clips.append(Clip(mesh.name, WeightsTake(names, times, weights)))
+    apart = (
+        replace(s, name=f"{m.name}:{s.name}", label=s.name) for m in rig.meshes for s in m.shapes
+    )
+    meshes = (replace(m, shapes=tuple(islice(apart, len(m.shapes)))) for m in rig.meshes)
+    write_gltf(replace(rig, meshes=tuple(meshes)), tmp_path / "face.glb", tuple(clips))
+    _unnamed(tmp_path / "face.glb")
+    played, _, found = read_gltf(tmp_path / "face.glb")
+    assert "teeth:jawOpen" in played.shape_names
+    assert "NAME_CHANGED" in {each.code for each in found}
+    still, found = read_gltf_rig(tmp_path / "face.glb", RigOptions())
+    assert [m.shape_names for m in still.meshes] == [m.shape_names for m in rig.meshes]
+    assert "NAME_CHANGED" not in {each.code for each in found}
+
+
+def _unnamed(path: Path) -> None:
+    """Take the names out that only our own files have."""
+    document = pygltflib.GLTF2().load(str(path))
+    for mesh in document.meshes:
+        mesh.extras.pop("usdface", None)
+    document.save(str(path))
 
 
 @pytest.mark.usefixtures("world")
