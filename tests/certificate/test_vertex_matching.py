@@ -54,6 +54,14 @@ def test_normals_decide_among_many_points_that_are_rounded_far() -> None:
     assert len(unknown[0]) != 360  # without the rounding neighbours are taken for each other
 
 
+def test_normals_decide_among_many_points_that_are_off_alike() -> None:
+    """Twelve at each of 30 places, as at the pole of a sphere, whose joint is off by 3e-4."""
+    places = np.repeat(PLACES[:30], 12, axis=0)
+    off = np.repeat(3e-4 * RNG.normal(size=(30, 6)), 12, axis=0)
+    one, other = VertexTraits(places, NORMALS[:360]), VertexTraits(places + off, NORMALS[:360])
+    assert pairs(one, other) == {(k, k) for k in range(360)}
+
+
 def test_wrong_normals_do_not_part_what_stands_in_one_place() -> None:
     found = pairs(VertexTraits(PLACES, NORMALS), VertexTraits(PLACES, -NORMALS))
     assert found == {(k, k) for k in range(400)}

@@ -191,3 +191,22 @@ def test_a_file_that_moves_nothing_of_the_rig_is_refused(tmp_path: Path, part: s
     with pytest.raises(InputError, match="no animation" if part == "animations" else "none of its"):
         import_scene(path, tmp_path / "a.usdc", rig=tmp_path / "rig.usdc")
     assert not (tmp_path / "a.usdc").exists()
+
+
+def test_meshes_whose_names_were_made_unique_move_alike(tmp_path: Path) -> None:
+    """Blender's USD counts through the names of head and teeth, which its glTF has in common."""
+    rig, clip = character()
+    write_gltf(rig, tmp_path / "clips.glb", (clip,))
+    (head,) = rig.meshes
+    counted = (replace(s, name=f"{s.name}2", label=s.name) for s in head.shapes[:1])
+    teeth = replace(head, name="Teeth", shapes=tuple(counted))
+    twice = replace(head.shapes[0], name="again", label=head.shapes[0].name)
+    both = replace(rig, meshes=(replace(head, shapes=(*head.shapes, twice)), teeth))
+    write_rig(both, tmp_path / "rig.usda")
+    import_scene(tmp_path / "clips.glb", tmp_path / "played.usda", rig=tmp_path / "rig.usda")
+    played = animated_rig(open_stage(tmp_path / "played.usda"))[1][0].weights
+    assert played is not None and clip.weights is not None
+    own = clip.weights.weights[:, 0]
+    np.testing.assert_allclose(played.weights[:, played.names.index("jaw ü2")], own, atol=1e-6)
+    np.testing.assert_allclose(played.weights[:, played.names.index("jaw ü")], own, atol=1e-6)
+    assert not played.weights[:, played.names.index("again")].any()

@@ -63,6 +63,13 @@ def test_who_follows(moving: tuple[str, ...], expected: dict[str, str]) -> None:
     assert followers((*face, *others), face, moving) == expected
 
 
+def test_names_that_were_counted_through_follow_by_their_own_ones() -> None:
+    labels = {"smile3": "smile", "brow2": "brow", "smile_2": "smile"}
+    face, others = ("smile3", "brow"), ("smile", "brow2", "smile_2", "smile4")
+    expected = {"smile": "smile3", "brow2": "brow"}
+    assert followers((*face, *others), face, labels=labels) == expected
+
+
 def test_a_follower_changes_by_as_much_and_stays_within_0_and_1() -> None:
     before, after = np.array([[0.2, 0.3, 0.5]]), np.array([[0.9, 0.3, 0.5]])
     moved = with_followers({"b": "a", "c": "a", "d": "a"}, ("a", "b", "c"), before, after)

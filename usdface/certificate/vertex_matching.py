@@ -1,5 +1,6 @@
 """Matching of the vertices of two meshes that were split and welded in conversion."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -80,21 +81,44 @@ def _search_sorted(
 def _search_tree(
     wanted: VertexTraits, among: VertexTraits, left: IntArray, size: float, rounding: float
 ) -> IntArray:
-    from scipy.spatial import KDTree  # costs more to import than most conversions need
-
-    # Of more than the candidates at one point, rounded alike, normals choose already here.
-    rounded = rounding > 0
-    tree = KDTree(_columns(among, wanted, size) if rounded else among.places)
-    places = (_columns(wanted, among, size) if rounded else wanted.places)[left]
     if wanted.normals is None or among.normals is None or len(among.places) < 2:
-        return np.asarray(tree.query(places)[1], np.int64)
+        from scipy.spatial import KDTree  # costs more to import than most conversions need
+
+        return np.asarray(KDTree(among.places).query(wanted.places[left])[1], np.int64)
+    # Of more than the candidates at one point normals choose already in the search.
+    if rounding > 0:
+        return _nearest_alike(wanted, among, left, _columns, size, rounding)[0]
+    found, crowded = _nearest_alike(wanted, among, left, _places, size, rounding)
+    if crowded.any():
+        found[crowded] = _nearest_alike(wanted, among, left[crowded], _columns, size, rounding)[0]
+    return found
+
+
+def _places(own: VertexTraits, _facing: VertexTraits, _size: float) -> FloatArray:
+    return own.places
+
+
+def _nearest_alike(
+    wanted: VertexTraits,
+    among: VertexTraits,
+    left: IntArray,
+    columns: Callable[[VertexTraits, VertexTraits, float], FloatArray],
+    size: float,
+    rounding: float,
+) -> tuple[IntArray, NDArray[np.bool_]]:
+    """Return of the candidates by `columns` the one whose normal is most alike.
+
+    And whether all candidates are at one point, where there may be more of them.
+    """
+    from scipy.spatial import KDTree
+
+    assert wanted.normals is not None and among.normals is not None
     count = min(_CANDIDATES, len(among.places))
-    away, candidates = tree.query(places, k=count)
-    if rounded:
-        apart = among.places[candidates] - wanted.places[left, None]
-        away = np.linalg.norm(apart, axis=-1)
+    tree = KDTree(columns(among, wanted, size))
+    candidates = tree.query(columns(wanted, among, size)[left], k=count)[1]
+    away = np.linalg.norm(among.places[candidates] - wanted.places[left, None], axis=-1)
     turned = np.linalg.norm(among.normals[candidates] - wanted.normals[left, None], axis=-1)
-    nearest = away.min(axis=1, keepdims=True)
-    turned[away > np.maximum(2 * nearest + _CLOSE * size, rounding)] = np.inf
-    best = turned.argmin(axis=1)
-    return np.asarray(candidates[np.arange(len(left)), best], np.int64)
+    limit = np.maximum(2 * away.min(axis=1, keepdims=True) + _CLOSE * size, rounding)
+    turned[away > limit] = np.inf
+    best = candidates[np.arange(len(left)), turned.argmin(axis=1)]
+    return np.asarray(best, np.int64), (away <= limit).all(axis=1) & (count < len(among.places))

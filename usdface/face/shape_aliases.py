@@ -9,7 +9,7 @@ the curves of Epic's MetaHuman (``CTRL_expressions_mouthCornerPullL``), exports 
 
 import re
 
-__all__ = ["arkit_key", "bare_name", "sided"]
+__all__ = ["arkit_key", "bare_name", "is_counted", "sided"]
 
 # What exporters put before a blend shape's name: the figure and the kind of the control.
 _BEFORE = re.compile(
@@ -98,6 +98,18 @@ def bare_name(name: str) -> str:
     before = _BEFORE.match(own)
     own = own[before.end() :] if before and _words(own[before.end() :]) else own
     return _AFTER.sub("", own)
+
+
+def is_counted(name: str, own: str) -> bool:
+    """Return whether an exporter made a name unique by a number behind a blend shape's own one.
+
+    Blender's does so over all meshes of a skeleton, in the order of their names: ``jawOpen`` of
+    the brows, ``jawOpen2`` of the head. The prims of the blend shapes keep their own names.
+
+    >>> is_counted("jawOpen2", "jawOpen"), is_counted("jawOpen", "jawOpen")
+    (True, False)
+    """
+    return bool(own) and name.startswith(own) and name[len(own) :].isdecimal()
 
 
 def _words(name: str) -> int:

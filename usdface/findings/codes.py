@@ -437,6 +437,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "morph targets without names were given those of their accessors, or numbers",
     ),
+    "SHAPE_NAMES_COUNTED": (
+        "warning",
+        "make_shot_again",
+        "an exporter made names of blend shapes unique by numbers, by which they are not known",
+    ),
     "TARGETS_UNEQUAL": (
         "error",
         "export_again",
@@ -504,7 +509,8 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NAME_CHANGED": (
         "info",
         "nothing",
-        "a name was made unique or legal; the original is kept beside it",
+        "a name was made unique or legal, with the original kept beside it; or has its original "
+        "again",
     ),
     "NAME_DROPPED": (
         "info",
@@ -725,7 +731,8 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "SHAPES_FOLLOW": (
         "info",
         "nothing",
-        "blend shapes of other meshes have the face's names behind another node's, and follow it",
+        "blend shapes of other meshes have the face's names behind another node's, or before a "
+        "number of an exporter's, and follow it",
     ),
     "MESHES_LEFT_BEHIND": (
         "warning",

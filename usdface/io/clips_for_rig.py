@@ -1,5 +1,6 @@
 """Clips of one file for the rig of another: joints and blend shapes are matched by name."""
 
+from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
@@ -60,12 +61,11 @@ def rig_with_clips(
     joints = _matched_joints(skeleton, rig.skeleton)
     new_findings = _report_joints(path, clips, joints, skeleton, rig.skeleton)
     found += new_findings
-    # A label, the name of a shape before it was made unique, may be the name of another.
-    shapes = {s.label: s.name for m in rig.meshes for s in m.shapes}
-    shapes |= {name: name for name in rig.shape_names}
     named = dict.fromkeys(n for c in clips if c.weights for n in c.weights.names)
+    shapes = _matched_shapes(named, rig)
     message = "the clips name a blend shape that the rig lacks"
-    found += [finding("SHAPE_UNKNOWN", name, message) for name in named if name not in shapes]
+    lacking = [name for name in named if name not in shapes.values()]
+    found += [finding("SHAPE_UNKNOWN", name, message) for name in lacking]
     matched = [_matched(clip, shapes, joints) for clip in clips]
     moving = [clip for clip in matched if clip.weights or clip.joints]
     if not moving:
@@ -74,6 +74,19 @@ def rig_with_clips(
             + ", ".join([*named, *(skeleton.names if skeleton else ())][:8])
         )
     return rig, tuple(_named_apart([*moving, *own])), found
+
+
+def _matched_shapes(named: Collection[str], rig: Rig) -> dict[str, str]:
+    """Return the source's blend shape for each of the rig's: of the same name, else of its label.
+
+    The label is the name before it was made unique. Several meshes may have one, and move alike.
+    """
+    matched = {name: name for name in rig.shape_names if name in named}
+    for mesh in rig.meshes:
+        for shape in mesh.shapes:
+            if shape.label in named and shape.label not in mesh.shape_names:
+                matched.setdefault(shape.name, shape.label)
+    return matched
 
 
 def _matched_joints(source: Skeleton | None, rig: Skeleton | None) -> dict[str, str]:
@@ -143,13 +156,10 @@ def _parent(joint: str) -> str:
 def _matched(clip: Clip, shapes: dict[str, str], joints: dict[str, str]) -> Clip:
     weights, moving = clip.weights, clip.joints
     if weights is not None:
-        kept = [k for k, name in enumerate(weights.names) if name in shapes]
-        names = tuple(shapes[weights.names[k]] for k in kept)
-        weights = (
-            WeightsTake(names, weights.times, weights.weights[:, kept], weights.rate)
-            if kept
-            else None
-        )
+        place = {name: k for k, name in enumerate(weights.names)}
+        kept = {own: place[name] for own, name in shapes.items() if name in place}
+        columns = weights.weights[:, list(kept.values())]
+        weights = WeightsTake(tuple(kept), weights.times, columns, weights.rate) if kept else None
     if moving is not None:
         own = [k for k, joint in enumerate(moving.joints) if joint in joints]
         paths = tuple(joints[moving.joints[k]] for k in own)

@@ -19,7 +19,7 @@ from usdface.io.usd.animation import closure_animation, express_animation, solve
 from usdface.io.usd.animation_write import animation_path, apply_animation
 from usdface.io.usd.detached_meshes import report_detached
 from usdface.io.usd.layers import open_shot
-from usdface.io.usd.own_motion import report_replaced
+from usdface.io.usd.own_motion import report_hidden_weights, report_replaced
 from usdface.io.usd.shot import StagedShot, read_shot
 from usdface.io.usd.stage import Stage
 from usdface.io.usd.stronger_opinions import edits_hidden
@@ -283,6 +283,7 @@ def _retarget(
     lost = (
         *report_undriven(staged),
         *report_replaced(staged, solved),
+        *report_hidden_weights(staged),
         *report_detached(staged, solved),
     )
     found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *run.stages.not_kept)

@@ -1,21 +1,26 @@
 """Blend shapes of other meshes that move as the face's of the same name, behind other node names.
 
 Programs that name blend shapes after a node have one for each mesh: ``head_bs.jawOpen`` and
-``teeth_bs.jawOpen`` are two weights, and one movement.
+``teeth_bs.jawOpen`` are two weights, and one movement. So are ``jawOpen`` and ``jawOpen2`` where a
+program counted through the names of all meshes.
 """
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.face.shape_aliases import bare_name
+from usdface.face.shape_aliases import bare_name, is_counted
 
 __all__ = ["followers", "with_followers"]
 
 
 def followers(
-    rig_shapes: Iterable[str], face_shapes: Sequence[str], moving: Collection[str] = ()
+    rig_shapes: Iterable[str],
+    face_shapes: Sequence[str],
+    moving: Collection[str] = (),
+    labels: Mapping[str, str] = MappingProxyType({}),
 ) -> dict[str, str]:
     """Return the blend shapes of other meshes with those of the face that they follow.
 
@@ -27,13 +32,20 @@ def followers(
     moving : collection of str
         Blend shapes that have motion of their own, which they keep. So do those that the reader
         told apart as ``mesh:name``.
+    labels : mapping of str to str
+        The names that blend shapes had before they were made unique (`BlendShape.label`).
 
     Examples
     --------
     >>> followers(["head_bs.jawOpen", "teeth_bs.jawOpen", "hat_bs.tilt"], ["head_bs.jawOpen"])
     {'teeth_bs.jawOpen': 'head_bs.jawOpen'}
     """
-    bare = [bare_name(name) for name in face_shapes]
+
+    def own_name(name: str) -> str:
+        label = labels.get(name, "")
+        return bare_name(label if is_counted(name, label) else name)
+
+    bare = [own_name(name) for name in face_shapes]
     leaders = {
         own: name
         for own, name in zip(bare, face_shapes, strict=True)
@@ -41,7 +53,7 @@ def followers(
     }
     kept = {*face_shapes, *moving}
     others = [name for name in rig_shapes if name not in kept and ":" not in name]
-    return {name: leaders[own] for name in others if (own := bare_name(name)) in leaders}
+    return {name: leaders[own] for name in others if (own := own_name(name)) in leaders}
 
 
 def with_followers(

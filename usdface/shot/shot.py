@@ -122,7 +122,8 @@ class Shot:
         on an open stage the base is an earlier result.
         """
         pinned = {pin.shape for pin in self.setup.pins}
-        pairs = followers(self.rig.shape_names, self.mesh.shape_names, pinned)
+        labels = {s.name: s.label for mesh in self.rig.meshes for s in mesh.shapes if s.label}
+        pairs = followers(self.rig.shape_names, self.mesh.shape_names, pinned, labels)
         return {own: lead for own, lead in pairs.items() if not self._moves_alone(own, lead)}
 
     def _moves_alone(self, own: str, lead: str) -> bool:

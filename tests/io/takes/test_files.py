@@ -1,3 +1,5 @@
+import csv
+
 import numpy as np
 import pytest
 
@@ -66,6 +68,37 @@ def test_suffix_and_content_decide(tmp_path, name, text, kind):
     take, _ = read_take(path)
     assert isinstance(take, kind)
     assert take.source == name
+
+
+OPENFACE = (
+    "frame, face_id, timestamp, confidence, success, x_0, x_1, y_0, y_1\n"
+    "1, 0, 0.000, 0.98, 1, 10, 20, 30, 40\n2, 0, 0.040, 0.98, 1, 11, 20, 30, 40\n"
+)
+SLEAP = "track,frame_idx,instance.score,A.x,A.y,A.score\n,0,0.9,10,20,0.9\n,1,0.9,11,20,0.9\n"
+
+
+@pytest.mark.parametrize("text", [MARKERS, LONG, LIVE_LINK, MOTIVE, OPENFACE, SLEAP])
+@pytest.mark.parametrize(
+    ("delimiter", "quoting"),
+    [
+        (";", csv.QUOTE_MINIMAL),
+        ("\t", csv.QUOTE_MINIMAL),
+        (",", csv.QUOTE_ALL),
+        (";", csv.QUOTE_ALL),
+    ],
+)
+def test_a_table_that_a_spreadsheet_wrote_back_is_the_same(tmp_path, text, delimiter, quoting):
+    path = tmp_path / "a.csv"
+    path.write_text(text)
+    before, found = read_take(path)
+    with path.open("w", newline="", encoding="utf-8-sig") as file:
+        writer = csv.writer(file, delimiter=delimiter, quoting=quoting)
+        writer.writerows(csv.reader(text.splitlines()))
+    after, again = read_take(path)
+    assert [f.code for f in again] == [f.code for f in found]
+    assert (after.names, after.rate) == (before.names, before.rate)
+    values = "weights" if isinstance(before, WeightsTake) else "positions"
+    np.testing.assert_array_equal(getattr(after, values), getattr(before, values))
 
 
 def test_options_reach_every_marker_file(tmp_path):

@@ -339,6 +339,36 @@ def test_joints_that_are_animated_go_on_moving(tmp_path: Path) -> None:
     assert np.abs(nodding[39] - face).max() > 0.01
 
 
+@pytest.mark.parametrize("clock", [1.0, 2.0])
+def test_a_body_goes_on_moving_beyond_the_take(tmp_path: Path, clock: float) -> None:
+    """By the joints' own samples, on a layer of the stage's clock or of another one."""
+    jointed(make_world()).write(tmp_path)
+    rig = Usd.Stage.Open(str(tmp_path / "rig.usda"))
+    rig.SetTimeCodesPerSecond(30)  # the take's
+    animation = UsdSkel.Animation(next(p for p in rig.Traverse() if p.IsA(UsdSkel.Animation)))
+    animation.GetJointsAttr().Set(["root/neck"])
+    animation.CreateTranslationsAttr([NECK[0]])
+    animation.CreateScalesAttr([(1, 1, 1)])
+    turns = {code: Gf.Quatf(Gf.Rotation((1, 0, 0), code).GetQuat()) for code in (-30, 0, 39, 90)}
+    for code, turn in turns.items():
+        animation.CreateRotationsAttr().Set([turn], code)
+    rig.Save()
+    stage = Usd.Stage.Open(str(shoot(tmp_path)))
+    over = Sdf.Layer.CreateAnonymous(".usda")
+    over.timeCodesPerSecond = clock * stage.GetTimeCodesPerSecond()
+    stage.GetRootLayer().subLayerPaths.insert(0, over.identifier)
+    stage.SetEditTarget(stage.GetEditTargetForLocalLayer(over))
+    for _ in range(2):
+        apply(stage, options=ProcessOptions(express=False))
+        played = UsdSkel.Animation(next(p for p in stage.Traverse() if p.IsA(UsdSkel.Animation)))
+        names, rotations = list(played.GetJointsAttr().Get()), played.GetRotationsAttr()
+        neck, head = names.index("root/neck"), names.index("root/neck/head")
+        for code, turn in turns.items():
+            assert Gf.Dot(rotations.Get(code)[neck], turn) == pytest.approx(1.0, abs=1e-6)
+            held = rotations.Get(float(np.clip(code, 0, 39)))[head]
+            assert rotations.Get(code)[head] == held
+
+
 def _rigid(source: np.ndarray, target: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     linear, offset = similarity_fit(source, target)
     return linear, offset

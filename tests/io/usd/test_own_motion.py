@@ -18,8 +18,8 @@ from usdface.takes import WeightsTake
 JOINTS = ("neck", "neck/head", "neck/head/eyeL")
 
 
-def turning(path: Path, *joints: str) -> None:
-    """Give a rig's joints an animation in which `joints` turn by 20 degrees."""
+def turning(path: Path, *joints: str, start: int = 0) -> None:
+    """Give a rig's joints an animation in which `joints` turn by 20 degrees from a frame on."""
     stage = Usd.Stage.Open(str(path))
     animation = UsdSkel.Animation(next(p for p in stage.Traverse() if p.IsA(UsdSkel.Animation)))
     animation.CreateJointsAttr(JOINTS)
@@ -28,7 +28,7 @@ def turning(path: Path, *joints: str) -> None:
     for code, angle in ((0, 0.0), (20, np.radians(20)), (39, 0.0)):
         turn = Gf.Quatf(float(np.cos(angle / 2)), 0, float(np.sin(angle / 2)), 0)
         turns = [turn if joint in joints else Gf.Quatf(1) for joint in JOINTS]
-        animation.CreateRotationsAttr().Set(turns, code)
+        animation.CreateRotationsAttr().Set(turns, start + code)
     stage.Save()
 
 
@@ -49,6 +49,27 @@ def test_motion_of_the_head_is_reported_where_it_is_replaced(
     turning(folder / "rig.usda", *joints)
     found = process(shoot(folder)).findings
     assert dropped(found) == [joint for joint in joints if joint == "neck/head"]
+
+
+def test_motion_of_the_head_beyond_the_take_is_reported(folder: Path) -> None:
+    turning(folder / "rig.usda", "neck", "neck/head", start=60)
+    assert dropped(process(shoot(folder)).findings) == ["neck/head"]
+
+
+@pytest.mark.parametrize("weight", [0.0, 0.5])
+def test_weights_that_change_beyond_the_take_are_reported(folder: Path, weight: float) -> None:
+    stage = Usd.Stage.Open(str(folder / "rig.usda"))
+    stage.SetTimeCodesPerSecond(30)  # the take's
+    prim = next(p for p in stage.Traverse() if p.IsA(UsdSkel.Animation))
+    count = len(UsdSkel.Animation(prim).GetBlendShapesAttr().Get())
+    weights = UsdSkel.Animation(prim).CreateBlendShapeWeightsAttr()
+    for code, value in ((-9, 0.2), (0, 0.2), (39, 0.2), (60, 0.2 + weight), (90, 0.2)):
+        weights.Set([value] * count, code)
+    stage.Save()
+    lost = [each for each in process(shoot(folder)).findings if each.code == "ANIMATION_DROPPED"]
+    assert [dict(each.values) for each in lost] == (
+        [{"first_code": 60, "last_code": 60}] if weight else []
+    )
 
 
 def test_it_is_not_where_the_head_stays_still(folder: Path) -> None:

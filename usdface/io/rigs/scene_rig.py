@@ -5,6 +5,7 @@ from pathlib import Path
 
 from usdface.clips import Clip
 from usdface.errors import InputError
+from usdface.face.own_names import with_own_names
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import asset_folder
 from usdface.options import RigOptions
@@ -24,7 +25,11 @@ def read_gltf_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
     from usdface.io.gltf.read import read_gltf  # neither loads the other's libraries
 
     rig, clips, findings = read_gltf(path, asset_folder(options.asset_root))
-    return rig, findings + _dropped(clips, path)
+    # Names that its animations tell apart, in a rig that stands still.
+    rig, changed = with_own_names(rig)
+    kept = {name for own in changed.values() for name in own}
+    found = [f for f in findings if f.code != "NAME_CHANGED" or f.values.get("name") not in kept]
+    return rig, found + _dropped(clips, path)
 
 
 def read_usd_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
@@ -40,6 +45,9 @@ def read_usd_rig(path: Path, options: RigOptions) -> tuple[Rig, list[Finding]]:
     from usdface.io.usd.stage import open_stage
 
     rig, findings = read_rig(path, asset_folder(options.asset_root))
+    rig, changed = with_own_names(rig)
+    message = "names that were made unique are those of the prims or of the glTF again: {shapes}"
+    findings += [finding("NAME_CHANGED", w, message, list(own)) for w, own in changed.items()]
     try:
         return rig, findings + _dropped(clips_of_stage(open_stage(path))[0], path)
     except InputError as error:  # an animation that is left out anyhow

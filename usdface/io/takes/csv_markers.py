@@ -19,6 +19,7 @@ from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.repeated_samples import first_repeat
 from usdface.io.takes.text_table import (
     Row,
+    delimiter_of,
     nameless_columns,
     read_numbers,
     read_rows,
@@ -60,9 +61,7 @@ def read_csv_markers(
         axis or has two positions in a frame.
     """
     text = read_text(path)
-    first_line = text.lstrip().splitlines()[0]
-    delimiter = max(",;\t", key=first_line.count)
-    rows = read_rows(path, text, delimiter)
+    rows = read_rows(path, text, delimiter_of(text))
     refuse_cut_table(path, rows)
     header = [
         _MILLISECONDS_SUFFIX.sub("_ms", _UNIT_SUFFIX.sub("", cell.lower())) for cell in rows[0][1]

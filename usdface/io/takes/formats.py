@@ -116,13 +116,14 @@ _TRACK_READERS = (
     _reader("Nuke script", (".nk",), "read_nuke", _TRACKS),
     _reader("mmSolver", (".uv",), "read_mmsolver", _SCORED),
     _reader("DeepLabCut CSV", (".csv",), "read_deeplabcut", _SCORED, r'"?scorer"?[,;\t]'),
-    _reader("SLEAP CSV", (".csv",), "read_sleap", _SCORED, r"track[,;\t]frame_idx[,;\t]"),
+    _reader("SLEAP CSV", (".csv",), "read_sleap", _SCORED, r'"?track"?[,;\t]"?frame_idx'),
     _reader(
         "OpenFace CSV",
         (".csv",),
         "read_openface",
         _SCORED,
-        r"frame\s*,(\s*face_id\s*,)?(\s*timestamp\s*,)?\s*confidence\s*,\s*success",
+        r'"?\s*frame["\s]*[,;\t](["\s]*face_id["\s]*[,;\t])?(["\s]*timestamp["\s]*[,;\t])?'
+        r'["\s]*confidence["\s]*[,;\t]["\s]*success',
     ),
     _reader("MediaPipe JSON", (".json",), "read_mediapipe", _TRACKS),
     _reader(
@@ -151,7 +152,7 @@ TAKE_READERS = FormatTable(
         _reader("TRC", (".trc",), "read_trc"),
         _reader("BVH", (".bvh",), "read_bvh"),
         _reader("marker CSV", _TEXT_TABLES, "read_csv_markers"),
-        _reader("Motive CSV", _TEXT_TABLES, "read_motive", begins=r"format version,"),
+        _reader("Motive CSV", _TEXT_TABLES, "read_motive", begins=r'"?format version"?[,;\t]'),
         _reader(
             "Vicon CSV",
             _TEXT_TABLES,
@@ -170,7 +171,7 @@ TAKE_READERS = FormatTable(
             _TEXT_TABLES,
             "read_livelink",
             options=("rate",),
-            begins=r"timecode,blendshapecount",
+            begins=r'"?timecode"?[,;\t]"?blendshapecount',
         ),
         _reader("TRC as CSV", _TEXT_TABLES, "read_trc", begins=r"pathfiletype"),
         *_TRACK_READERS,

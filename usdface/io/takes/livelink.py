@@ -19,6 +19,7 @@ from usdface.io.takes.missing_weights import WRITTEN, bridge_weights
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.text_table import (
     Row,
+    delimiter_of,
     nameless_columns,
     read_numbers,
     read_rows,
@@ -57,7 +58,8 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
         If the file is missing, cut off, not such a file, holds no row with weights, or its
         timecodes do not increase.
     """
-    rows = read_rows(path, read_text(path), ",")
+    text = read_text(path)
+    rows = read_rows(path, text, delimiter_of(text))
     header = rows[0][1]
     if [cell.lower() for cell in header[:2]] != ["timecode", "blendshapecount"]:
         raise InputError(

@@ -15,6 +15,7 @@ from usdface.io.takes.first_frame import frames_before
 from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.text_table import (
     Row,
+    delimiter_of,
     nameless_columns,
     positive,
     read_numbers,
@@ -45,7 +46,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         If the file is missing, cut off, not a Motive export, or holds no usable marker frame.
     """
     text = read_text(path)
-    rows = read_rows(path, text, ",")
+    rows = read_rows(path, text, delimiter_of(text))
     first = rows[0][1]
     if first[0] != "Format Version":
         raise InputError(

@@ -14,6 +14,7 @@ from usdface.errors import InputError
 
 __all__ = [
     "Row",
+    "delimiter_of",
     "nameless_columns",
     "positive",
     "read_numbers",
@@ -57,6 +58,14 @@ def read_text(path: Path) -> str:
     if not text.strip():
         raise InputError(f"{path} is empty; export or copy it again", "FILE_UNREADABLE")
     return text
+
+
+def delimiter_of(text: str) -> str:
+    """Return what separates the cells of a table's first line: comma, semicolon or tab.
+
+    Spreadsheets write back a table of commas with semicolons where the comma is a decimal sign.
+    """
+    return max(",;\t", key=text.lstrip().splitlines()[0].count)
 
 
 def read_rows(path: Path, text: str, delimiter: str) -> list[Row]:

@@ -12,7 +12,14 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.takes.raw_take import check_size
-from usdface.io.takes.text_table import Row, read_numbers, read_rows, read_text, refuse_cut_table
+from usdface.io.takes.text_table import (
+    Row,
+    delimiter_of,
+    read_numbers,
+    read_rows,
+    read_text,
+    refuse_cut_table,
+)
 from usdface.io.takes.track_text import TrackTable
 
 __all__ = ["read_table", "samples_of_columns"]
@@ -27,8 +34,7 @@ def read_table(path: Path) -> list[Row]:
         If the file is missing, unreadable, no table, or cut off.
     """
     text = read_text(path)
-    first_line = text.lstrip().splitlines()[0]
-    rows = read_rows(path, text, max(",;\t", key=first_line.count))
+    rows = read_rows(path, text, delimiter_of(text))
     refuse_cut_table(path, rows)
     return rows
 

@@ -8,6 +8,7 @@ from pxr import Usd, UsdSkel
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
+from usdface.face.shape_aliases import is_counted
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.io.usd.combinations import read_combination
@@ -70,14 +71,20 @@ def read_shapes(
             found, new_findings = _read_shape(shape, token, len(lengths))
             findings += new_findings
             if found is not None:
-                label = shape.GetPrim().GetCustomDataByKey(LABEL)
                 combination, new_findings = read_combination(shape.GetPrim())
                 findings += new_findings
-                found = replace(
-                    found, label=label if isinstance(label, str) else "", combination=combination
-                )
+                label = _label(shape.GetPrim(), token)
+                found = replace(found, label=label, combination=combination)
                 shapes[token] = _in_rig_space(found, vectors, normals, lengths)
     return tuple(shapes.values()), findings
+
+
+def _label(shape: Usd.Prim, token: str) -> str:
+    """Return the name that a blend shape had before its token was made unique, or ""."""
+    noted = shape.GetCustomDataByKey(LABEL)
+    if isinstance(noted, str):
+        return noted
+    return str(shape.GetName()) if is_counted(token, shape.GetName()) else ""
 
 
 def _read_shape(

@@ -156,24 +156,50 @@ def _author_joints(
     codes: list[float],
     stage_codes: list[float],
 ) -> None:
-    """Author complete joint arrays: those of head and eyes move, others keep their motion."""
+    """Author complete joint arrays: those of head and eyes move, others keep their motion.
+
+    Beyond the take, too, where head and eyes stay as in its first or last frame: the arrays hide
+    all samples of the character's own.
+    """
     assert carrier.skeleton is not None
-    own = [carrier.skeleton.joints[each.joint] for each in moved]
+    driven = [carrier.skeleton.joints[each.joint] for each in moved]
     tracks = [UsdSkel.DecomposeTransforms(matrices(_local(carrier, each))) for each in moved]
-    names, others = _authored_joints(stage, path, stage_codes)
-    names = tuple(dict.fromkeys((*names, *own)))
-    columns = [names.index(name) for name in own]
+    before, after = _codes_beyond(stage, path, stage_codes)
+    names, others = _authored_joints(stage, path, [*before, *stage_codes, *after])
+    written = _on_layer([*before, *stage_codes, *after], stage_codes, codes)
+    shown = np.arange(-len(before), len(codes) + len(after)).clip(0, len(codes) - 1)
+    names = tuple(dict.fromkeys((*names, *driven)))
+    columns = [names.index(name) for name in driven]
     anim = Sdf.CreatePrimInLayer(layer, path)
     write_value(anim, "joints", Sdf.ValueTypeNames.TokenArray, Vt.TokenArray(names))
     for (name, kind, array), authored, parts in zip(
         _COMPONENTS, zip(*others, strict=True), zip(*tracks, strict=True), strict=True
     ):
-        values = np.stack([np.array(part) for part in parts], axis=1)
-        rows = np.empty((len(codes), len(names), values.shape[2]), values.dtype)
-        before = np.array([np.array(part) for part in authored])
-        rows[:, : before.shape[1]] = before
+        values = np.stack([np.array(part) for part in parts], axis=1)[shown]
+        rows = np.empty((len(written), len(names), values.shape[2]), values.dtype)
+        own = np.array([np.array(part) for part in authored])
+        rows[:, : own.shape[1]] = own
         rows[:, columns] = values
-        write_samples(anim, name, kind, codes, map(array.FromNumpy, rows))
+        write_samples(anim, name, kind, written, map(array.FromNumpy, rows))
+
+
+def _codes_beyond(
+    stage: Usd.Stage, path: str, codes: list[float]
+) -> tuple[list[float], list[float]]:
+    """Return the time codes of an animation's joints before the first of a take's and after."""
+    animation = UsdSkel.Animation.Get(stage, path)
+    query = UsdSkel.Cache().GetAnimQuery(animation) if animation else None
+    keys = query.GetJointTransformTimeSamples() if query else []
+    return [key for key in keys if key < codes[0]], [key for key in keys if key > codes[-1]]
+
+
+def _on_layer(moments: list[float], stage_codes: list[float], codes: list[float]) -> list[float]:
+    """Return time codes of the stage as those of the layer, which is linear in them."""
+    if stage_codes == codes:
+        return moments
+    span = stage_codes[-1] - stage_codes[0]
+    scale = (codes[-1] - codes[0]) / span if span else 1.0
+    return [codes[0] + scale * (moment - stage_codes[0]) for moment in moments]
 
 
 def _local(carrier: HeadCarrier, moved: JointMotion) -> FloatArray:

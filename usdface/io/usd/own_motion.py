@@ -1,6 +1,6 @@
 """Motion that a character has of its own, beside that of a take."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 from pxr import Sdf, Usd, UsdSkel
@@ -17,20 +17,25 @@ from usdface.io.usd.world_transforms import world_transform
 from usdface.schemas import tokens
 from usdface.shot.shot import ShotResult
 
-__all__ = ["own_joints", "report_replaced", "report_unmoved"]
+__all__ = ["own_joints", "report_hidden_weights", "report_replaced", "report_unmoved"]
 
-_MOVED = 1e-4  # of a component of a matrix: float32, and scales of 16 bits near 1, stay below
+_MOVED = (
+    1e-4  # of a component of a matrix, a weight: float32, and scales of 16 bits near 1, stay below
+)
 
 
 def report_replaced(staged: StagedShot, result: ShotResult) -> list[Finding]:
-    """Return ANIMATION_DROPPED for joints whose own motion that of head and eyes replaces."""
+    """Return ANIMATION_DROPPED for joints whose own motion that of head and eyes replaces.
+
+    Beyond the take, too, where these joints stay as in its first or last frame.
+    """
     carrier = staged.prims.head
     if carrier is None or carrier.skeleton is None:
         return []  # a SkelRoot keeps its own transforms
     joints = carrier.skeleton.joints
     head = (joints[carrier.joint],) if result.head_motion is not None else ()
     replaced = {*head, *(joints[each.joint] for each in result.eye_motions)}
-    own = [j for j in _moving_joints(staged) if j in replaced]
+    own = [j for j in _moving_joints(staged, beyond=True) if j in replaced]
     found = []
     for joint in own:
         keep = "; `process --no-head` keeps it" if joint in head else ""
@@ -39,10 +44,43 @@ def report_replaced(staged: StagedShot, result: ShotResult) -> list[Finding]:
     return found
 
 
-def _moving_joints(staged: StagedShot) -> tuple[str, ...]:
+def report_hidden_weights(staged: StagedShot) -> list[Finding]:
+    """Return ANIMATION_DROPPED where a character's own weights change beyond the take.
+
+    The arrays of a result hide all samples of its own ones.
+    """
+    prims, codes = staged.prims, staged.codes
+    animation = UsdSkel.Animation.Get(staged.stage, prims.animation) if prims.animation else None
+    attribute = animation.GetBlendShapeWeightsAttr() if animation else None
+    if not attribute or _is_of_a_result(attribute, prims):
+        return []
+    keys = np.array(attribute.GetTimeSamples())
+    keys = keys[(keys < codes[0]) | (keys > codes[-1])]
+    changed = [
+        code
+        for code in keys.tolist()
+        if _differ(attribute.Get(code), attribute.Get(float(np.clip(code, codes[0], codes[-1]))))
+    ]
+    if not changed:
+        return []
+    message = (
+        "the character's own weights change beyond the take, at time codes {first_code:g} to "
+        "{last_code:g}; the result stays as in the first and last frame of the take there"
+    )
+    where = prims.animation
+    return [finding("ANIMATION_DROPPED", where, message, changed[0], changed[-1])]
+
+
+def _differ(one: Sequence[float] | None, other: Sequence[float] | None) -> bool:
+    if one is None or other is None:  # a sample is blocked
+        return one is not other
+    return len(one) != len(other) or not np.allclose(one, other, rtol=0.0, atol=_MOVED)
+
+
+def _moving_joints(staged: StagedShot, *, beyond: bool = False) -> tuple[str, ...]:
     """Return the joints that the animation of a shot moves between the frames of the take.
 
-    Not by the result of an earlier run.
+    Or `beyond` them, too. Not by the result of an earlier run.
     """
     prims, codes = staged.prims, staged.codes
     animation = UsdSkel.Animation.Get(staged.stage, prims.animation) if prims.animation else None
@@ -52,9 +90,10 @@ def _moving_joints(staged: StagedShot) -> tuple[str, ...]:
     if not query or not query.JointTransformsMightBeTimeVarying():
         return ()
     names = tuple(map(str, query.GetJointOrder()))
-    between = np.array(query.GetJointTransformTimeSamples())
-    between = between[(between > codes[0]) & (between < codes[-1])]
-    moments = np.unique([codes[0], *between, codes[-1]]).tolist()
+    keys = np.array(query.GetJointTransformTimeSamples())
+    if not beyond:
+        keys = keys[(keys > codes[0]) & (keys < codes[-1])]
+    moments = np.unique([codes[0], *keys, codes[-1]]).tolist()
     poses = [query.ComputeJointLocalTransforms(code) for code in moments]
     if any(pose is None or len(pose) != len(names) for pose in poses):
         return ()
