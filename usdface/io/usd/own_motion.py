@@ -19,9 +19,8 @@ from usdface.shot.shot import ShotResult
 
 __all__ = ["own_joints", "report_hidden_weights", "report_replaced", "report_unmoved"]
 
-_MOVED = (
-    1e-4  # of a component of a matrix, a weight: float32, and scales of 16 bits near 1, stay below
-)
+# Of a component of a matrix, a weight: float32, and scales of 16 bits near 1, stay below.
+_MOVED = 1e-4
 
 
 def report_replaced(staged: StagedShot, result: ShotResult) -> list[Finding]:
