@@ -62,7 +62,7 @@ def front_facing_rig(
         return rig, np.eye(4), findings
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         placed = spaces_of_meshes(stage)[face.path]
-    degrees = turn_to_front(looks, yaw_of(placed))
+    degrees = turn_to_front(looks, yaw_of(placed), facing(face, _NO_MARKERS))
     if abs(degrees) < _AHEAD:
         return rig, np.eye(4), findings
     turn = turn_about_up(degrees)
