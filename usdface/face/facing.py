@@ -16,11 +16,11 @@ from usdface.geometry.signed_volume import signed_volume
 from usdface.geometry.vertex_normals import NormalsNear
 from usdface.rigs import Mesh, Rig
 
-__all__ = ["facing", "rig_to_front", "turn_about_up", "turn_to_front", "yaw_of"]
+__all__ = ["UNEVEN", "facing", "rig_to_front", "turn_about_up", "turn_to_front", "yaw_of"]
 
 # Markers cover a face unevenly, one half of it in the extreme: their normals are off by so much at
 # most [degrees].
-_UNEVEN = 45.0
+UNEVEN = 45.0
 # A stage that turns a character by less [degrees] means it; a model that is off by so little is not
 # told from one whose markers are uneven.
 _SLIGHT = 15.0
@@ -100,7 +100,7 @@ def turn_to_front(looks: float, yaw: float, own: float | None = None) -> float:
         applied the turn to the points.
     """
     turned = yaw if abs(_wrapped(looks - yaw)) <= max(abs(looks), _SLIGHT) else 0.0
-    if abs(_wrapped(looks - turned)) <= _UNEVEN:
+    if abs(_wrapped(looks - turned)) <= UNEVEN:
         return -turned
     along = 90.0 * round(looks / 90.0)
     known = own is not None and abs(_wrapped(own - looks)) <= _ALONG
