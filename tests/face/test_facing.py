@@ -88,3 +88,20 @@ def test_a_face_is_turned_back_by_exactly_what_turned_it(
     looks: float, yaw: float, expected: float
 ) -> None:
     assert turn_to_front(looks, yaw) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("looks", "own", "expected"),
+    [
+        (75.0, 69.0, -69.0),  # a turn that was applied to the points
+        (140.0, 137.0, -137.0),
+        (50.0, 45.0, -45.0),
+        (88.0, 80.0, -90.0),  # modelled along x, with halves that are not equal
+        (75.0, 0.0, -90.0),  # blend shapes that say something else
+        (38.0, 40.0, 0.0),
+    ],
+)
+def test_blend_shapes_tell_a_turn_that_no_stage_knows(
+    looks: float, own: float, expected: float
+) -> None:
+    assert turn_to_front(looks, 0.0, own) == pytest.approx(expected)

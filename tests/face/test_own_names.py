@@ -131,5 +131,8 @@ def test_a_number_alone_is_no_count() -> None:
     """The prim has another name, as a program may give it; no other mesh has the one before it."""
     rig, _ = rig_of_stage(sheet(names=("up2",)))
     assert rig.shape_names == ("up2",) and rig.meshes[0].shapes[0].label == "up"
+    stage = sheet(names=("up2", "up"), targets=("up", "other"))
+    UsdSkel.BlendShape.Define(stage, "/R/M/other").CreateOffsetsAttr([(0, 0, 1)] * 3)
+    assert [s.label for s in rig_of_stage(stage)[0].meshes[0].shapes] == ["", ""]
     rig, _ = rig_of_stage(sheet(names=("lift",)))
     assert rig.meshes[0].shapes[0].label == ""

@@ -16,11 +16,11 @@ from usdface.geometry.signed_volume import signed_volume
 from usdface.geometry.vertex_normals import NormalsNear
 from usdface.rigs import Mesh, Rig
 
-__all__ = ["facing", "rig_to_front", "turn_about_up", "turn_to_front", "yaw_of"]
+__all__ = ["UNEVEN", "facing", "rig_to_front", "turn_about_up", "turn_to_front", "yaw_of"]
 
 # Markers cover a face unevenly, one half of it in the extreme: their normals are off by so much at
 # most [degrees].
-_UNEVEN = 45.0
+UNEVEN = 45.0
 # A stage that turns a character by less [degrees] means it; a model that is off by so little is not
 # told from one whose markers are uneven.
 _SLIGHT = 15.0
@@ -66,7 +66,7 @@ def rig_to_front(rig: Rig) -> Rig:
     The joints stay.
     """
     looks = facing(rig.face(), _NO_MARKERS)
-    degrees = 0.0 if looks is None else turn_to_front(looks, 0.0)
+    degrees = 0.0 if looks is None else turn_to_front(looks, 0.0, looks)
     turn = turn_about_up(degrees)
     return replace(rig, meshes=tuple(bake_transform(mesh, turn) for mesh in rig.meshes))
 
@@ -86,7 +86,7 @@ def yaw_of(to_rig: FloatArray) -> float:
     return _wrapped(2.0 * float(np.degrees(np.arctan2(y, w)))) if np.hypot(y, w) > _TURNED else 0.0
 
 
-def turn_to_front(looks: float, yaw: float) -> float:
+def turn_to_front(looks: float, yaw: float, own: float | None = None) -> float:
     """Return by how much to turn a character about y for its face to look along +z [degrees].
 
     Parameters
@@ -95,11 +95,17 @@ def turn_to_front(looks: float, yaw: float) -> float:
         As `facing`: right but for the markers' distribution.
     yaw : float [degrees]
         That the stage turns the character by: exact, but it may only correct the model's axes.
+    own : float [degrees], optional
+        As `facing` without markers: of a face with equal halves exact, also where a program has
+        applied the turn to the points.
     """
     turned = yaw if abs(_wrapped(looks - yaw)) <= max(abs(looks), _SLIGHT) else 0.0
-    if abs(_wrapped(looks - turned)) <= _UNEVEN:
+    if abs(_wrapped(looks - turned)) <= UNEVEN:
         return -turned
     along = 90.0 * round(looks / 90.0)
+    known = own is not None and abs(_wrapped(own - looks)) <= _ALONG
+    if own is not None and known and abs(_wrapped(own - along)) > _SLIGHT:
+        return -own
     return -along if abs(looks - along) <= _ALONG else 0.0
 
 

@@ -66,7 +66,7 @@ def shot_command(scene: bpy.types.Scene, take: Path, folder: Path, *extra: str) 
     rig, bind = folder / "character.usdc", folder / "bind.json"
     character = character_of(scene)
     export_character(character, rig)
-    placed = write_bind(scene, _prepare_rig(rig, face_of(face_meshes(character)).name), bind)
+    placed = write_bind(scene, _prepare_rig(rig, face_meshes(character)), bind)
     words = ["shot", "--rig", str(rig), "--take", str(take), "-o", str(folder / "shot.usda")]
     words += ["--bind", str(bind)]
     words += [] if placed or "--propose" in extra else ["--propose"]
@@ -75,8 +75,8 @@ def shot_command(scene: bpy.types.Scene, take: Path, folder: Path, *extra: str) 
     return Command("shot", tuple(words))
 
 
-def _prepare_rig(rig: Path, mesh: str) -> str:
-    """Give blend shapes of an exported character their names; return the path of its face.
+def _prepare_rig(rig: Path, meshes: list[bpy.types.Object]) -> str:
+    """Give blend shapes of an exported character their names and offsets; return its face's path.
 
     Raises
     ------
@@ -85,11 +85,13 @@ def _prepare_rig(rig: Path, mesh: str) -> str:
     """
     from pxr import Usd
 
+    from .key_offsets import show_keys_as_blender
     from .shared_names import share_names
     from .usd_setup import mesh_prim
 
-    stage = Usd.Stage.Open(str(rig))
+    stage, mesh = Usd.Stage.Open(str(rig)), face_of(meshes).name
     share_names(stage)
+    show_keys_as_blender(stage, meshes)
     prim = mesh_prim(stage, mesh, usd_name(mesh))
     if prim is None:
         raise FaceError(NOT_EXPORTED.format(mesh))

@@ -70,6 +70,7 @@ def author(scene: bpy.types.Scene, stage) -> None:
     FaceError, usdface.UsdFaceError
         If the export has no such character, or take and binding do not fit.
     """
+    from .key_offsets import show_keys_as_blender
     from .shared_names import share_names
     from .usd_setup import author_gains, mesh_prim, restore, skel_root
 
@@ -78,6 +79,7 @@ def author(scene: bpy.types.Scene, stage) -> None:
     if prim is None:
         raise FaceError(NOT_EXPORTED.format(mesh.name))
     share_names(stage)
+    show_keys_as_blender(stage, [o for o in scene.objects if o.type == "MESH"])
     root = stage.GetDefaultPrim() or stage.GetPseudoRoot()
     scope = root.GetPath().AppendChild(_SCOPE)
     if not skel_root(prim):

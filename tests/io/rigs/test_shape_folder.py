@@ -42,6 +42,28 @@ def test_a_shape_is_its_difference_to_the_neutral(tmp_path, write):
     assert list(mesh.face_counts) == ([4] if write is obj else [3, 3])
 
 
+STRIP = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [2, 0, 0], [2, 1, 0], [3, 0, 1.0]])
+
+
+@pytest.mark.parametrize(
+    ("faces", "expected"),
+    [
+        ("f 2 5 6 3\nf 7 6 5\nf 3 4 1 2\n", []),  # another order, other first corners
+        ("f 1 2 3 4\nf 2 5 6 3\nf 5 6 7\n", ["FACES_DIFFER"]),  # one is turned over
+        ("f 1 2 3 4\nf 2 5 6 3\nf 5 7 4\n", ["FACES_DIFFER"]),
+        ("f 1 2 3 4\nf 2 5 6 3\n", ["FACES_DIFFER"]),
+        ("f 1 2 3\nf 1 3 4\nf 2 5 6 3\nf 5 7 6\n", ["FACES_DIFFER"]),
+        ("", []),
+    ],
+)
+def test_faces_may_come_in_another_order(tmp_path, faces, expected):
+    obj(tmp_path, "neutral.obj", STRIP, "f 1 2 3 4\nf 2 5 6 3\nf 5 7 6\n")
+    obj(tmp_path, "up.obj", STRIP + np.array([0, 0.5, 0]), faces)
+    rig, findings = read_shape_folder(tmp_path, METRES)
+    assert [f.code for f in findings] == expected
+    np.testing.assert_allclose(rig.mesh().shapes[0].offsets, np.tile((0, 0.5, 0), (7, 1)))
+
+
 def test_units_and_up_axis_come_from_the_options(tmp_path):
     obj(tmp_path, "neutral.obj", POINTS)
     obj(tmp_path, "up.obj", moved(1, (0, 0, 2)))

@@ -41,7 +41,10 @@ def weights(world: World, folder: Path) -> np.ndarray:
     return animation_of(process(folder)).reordered(world.rig.shape_names).weights
 
 
-@pytest.mark.parametrize("degrees", [90.0, 180.0, pytest.param(-90.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "degrees",
+    [90.0, 180.0, pytest.param(-90.0, marks=pytest.mark.slow), pytest.param(69.0, id="applied")],
+)
 def test_a_character_that_is_modelled_aside_gets_the_same_correction(
     world: World, ahead: np.ndarray, tmp_path: Path, degrees: float
 ) -> None:

@@ -3,11 +3,14 @@
 from pathlib import Path
 
 import pytest
+from processed import shoot
 from pxr import Usd, UsdGeom
 from sheets import sheet
+from worlds import make_world
 
 from usdface.findings import Finding
 from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.shot import read_shot
 
 
 def assembled(folder: Path, scale: float = 1.0, unit: float = 1.0) -> Usd.Stage:
@@ -39,6 +42,26 @@ def test_a_head_that_is_not_converted_is_announced(
     tmp_path: Path, given: dict[str, float], expected: list[tuple[str, object]]
 ) -> None:
     assert assumed(rig_of_stage(assembled(tmp_path, **given))[1]) == expected
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ('metersPerUnit = 0.01\n upAxis = "Z"', [("METRICS_MIXED", 1.0), ("METRICS_MIXED", "Y")]),
+        ('metersPerUnit = 1\n upAxis = "Y"', []),
+        ("metersPerUnit = 1", []),
+        ('upAxis = "Z"', [("METRICS_MIXED", "Y"), ("UNITS_ASSUMED", 1.0)]),
+    ],
+)
+def test_a_layer_over_a_shot_with_other_metrics_is_announced(
+    tmp_path: Path, given: str, expected: list[tuple[str, object]]
+) -> None:
+    """USD reads them of the root layer alone: the markers are elsewhere, and lie on their backs."""
+    shoot(make_world().write(tmp_path))
+    over = tmp_path / "over.usda"
+    over.write_text(f"#usda 1.0\n(\n {given}\n subLayers = [@shot.usda@]\n)\n")
+    found = read_shot(Usd.Stage.Open(str(over)), "over.usda")[1]
+    assert {(c, v) for c, v in assumed(found) if c != "RATE_ASSUMED"} == {*expected}
 
 
 def test_a_root_layer_without_units_is_announced(tmp_path: Path) -> None:

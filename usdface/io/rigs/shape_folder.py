@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from usdface.arrays import FloatArray
+from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.geometry.units_and_axes import to_metres
@@ -194,10 +194,35 @@ def _read_points(path: Path, neutral: Mesh) -> tuple[FloatArray, bool]:
     if path.suffix.lower() == ".ply":
         found, _ = _read_ply(path)
         points, faces = np.asarray(found.vertices, np.float64), np.ravel(found.faces)
+        counts = np.full(len(found.faces), 3)
     else:
         obj = read_obj(path)
-        points, faces = obj.points, obj.face_indices
-    return points, not len(faces) or np.array_equal(faces, neutral.face_indices)
+        points, counts, faces = obj.points, obj.face_counts, obj.face_indices
+    return points, not len(faces) or _are_same(counts, faces, neutral)
+
+
+def _are_same(counts: IntArray, faces: IntArray, neutral: Mesh) -> bool:
+    """Return whether faces are those of the neutral, in any order and from any corner on."""
+    if np.array_equal(faces, neutral.face_indices) and np.array_equal(counts, neutral.face_counts):
+        return True
+    one = _faces_by_size(counts, faces)
+    other = _faces_by_size(neutral.face_counts, neutral.face_indices)
+    return one.keys() == other.keys() and all(
+        np.array_equal(one[size], other[size]) for size in one
+    )
+
+
+def _faces_by_size(counts: IntArray, faces: IntArray) -> dict[int, IntArray]:
+    """Return sorted faces (N, size), each from its least corner on."""
+    starts = np.cumsum(counts) - counts
+    found = {}
+    for size in np.unique(counts[counts > 0]).tolist():
+        corners = starts[counts == size, None] + np.arange(size)
+        rows = faces[corners]
+        turned = (rows.argmin(axis=1)[:, None] + np.arange(size)) % size
+        rows = np.take_along_axis(rows, turned, axis=1)
+        found[size] = rows[np.lexsort(rows.T[::-1])]
+    return found
 
 
 def _read_ply(path: Path) -> tuple[trimesh.Trimesh, int]:

@@ -1,5 +1,6 @@
 """Blend shapes of a USD mesh, sparse or dense, as usdface's sorted sparse ones."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -73,18 +74,19 @@ def read_shapes(
             if found is not None:
                 combination, new_findings = read_combination(shape.GetPrim())
                 findings += new_findings
-                label = _label(shape.GetPrim(), token)
+                label = _label(shape.GetPrim(), token, tokens)
                 found = replace(found, label=label, combination=combination)
                 shapes[token] = _in_rig_space(found, vectors, normals, lengths)
     return tuple(shapes.values()), findings
 
 
-def _label(shape: Usd.Prim, token: str) -> str:
+def _label(shape: Usd.Prim, token: str, tokens: Sequence[str]) -> str:
     """Return the name that a blend shape had before its token was made unique, or ""."""
     noted = shape.GetCustomDataByKey(LABEL)
     if isinstance(noted, str):
         return noted
-    return str(shape.GetName()) if is_counted(token, shape.GetName()) else ""
+    own = str(shape.GetName())
+    return own if is_counted(token, own) and own not in tokens else ""
 
 
 def _read_shape(

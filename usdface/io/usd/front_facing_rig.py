@@ -6,7 +6,7 @@ import numpy as np
 from pxr import Usd
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.face.facing import facing, turn_about_up, turn_to_front, yaw_of
+from usdface.face.facing import UNEVEN, facing, turn_about_up, turn_to_front, yaw_of
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.rig import rig_of_stage
@@ -62,7 +62,9 @@ def front_facing_rig(
         return rig, np.eye(4), findings
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         placed = spaces_of_meshes(stage)[face.path]
-    degrees = turn_to_front(looks, yaw_of(placed))
+    # Not of one that looks ahead, as most do: it takes a while.
+    own = facing(face, _NO_MARKERS) if abs(looks) > UNEVEN else None
+    degrees = turn_to_front(looks, yaw_of(placed), own)
     if abs(degrees) < _AHEAD:
         return rig, np.eye(4), findings
     turn = turn_about_up(degrees)

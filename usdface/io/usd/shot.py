@@ -18,6 +18,7 @@ from usdface.io.usd.fuzzy import read_fuzzy
 from usdface.io.usd.head_motion import HeadCarrier, find_carrier
 from usdface.io.usd.ignored_attributes import ignored_attributes
 from usdface.io.usd.metrics import Metrics, metrics_of, missing_metrics, to_si
+from usdface.io.usd.mixed_metrics import report_mixed_sublayer
 from usdface.io.usd.pins import read_pins
 from usdface.io.usd.retarget_setup import check_neutral, read_setup
 from usdface.io.usd.stage import check_clocks, open_stage
@@ -179,6 +180,7 @@ def _read(
     prims_of_head = stage.GetPrimAtPath(prims.skeleton), stage.GetPrimAtPath(prims.skel_root)
     to_rig = to_si(metrics) @ turn
     head = find_carrier(mesh, rig.skeleton, setup, *prims_of_head, to_rig)
+    findings += report_mixed_sublayer(stage, prim)
     if not prims.animation:
         findings.append(finding("ANIMATION_CREATED", prims.skeleton))
     prims = replace(prims, head=head)
