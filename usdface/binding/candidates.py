@@ -84,6 +84,10 @@ def candidate_vertices(
 
 
 def _decimated(points: FloatArray, cell: float) -> IntArray:
-    """Return the index of one point in each cell."""
-    _, first = np.unique(np.floor(points / cell), axis=0, return_index=True)
+    """Return the index of one point in each cell.
+
+    Cells lie around the middle of the points: wherever a face stands, and alike on both sides.
+    """
+    middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    _, first = np.unique(np.rint((points - middle) / cell), axis=0, return_index=True)
     return np.sort(first)
