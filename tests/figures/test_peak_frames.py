@@ -59,6 +59,18 @@ def test_a_peak_near_rest_is_drawn_itself(result: ShotResult) -> None:
     assert any(abs(frame - 60) <= 1 for frame in found)
 
 
+def test_a_pose_that_is_held_is_found_at_its_middle(result: ShotResult) -> None:
+    weights = np.zeros_like(result.solved.weights)
+    away = np.abs(np.arange(FRAMES) - 60)
+    weights[:, result.solved.names.index("jawOpen")] = np.clip((30 - away) / 10, 0, 1)
+    solved = replace(result.solved, weights=weights)
+    found = peak_frames(replace(result, solved=solved, corrected=None))
+    assert [frame for frame, why in found.items() if "held" in why] == [60]
+    brief = replace(solved, times=solved.times / 4)
+    found = peak_frames(replace(result, solved=brief, corrected=None))
+    assert "held" not in ", ".join(found.values())
+
+
 def test_a_short_sheet_has_one_frame_of_each_kind_before_a_second(result: ShotResult) -> None:
     few = sheet_frames(result, 3)
     assert len(few) == 3 and list(few) == sorted(few)

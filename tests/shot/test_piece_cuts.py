@@ -22,6 +22,19 @@ def test_cuts_cover_the_take_and_do_not_part_a_block(frames: int) -> None:
     assert (np.diff(cuts.blocks) > 0).all() and np.diff(cuts.blocks).max() < 2 * 128
 
 
+def test_frames_lie_in_the_blocks_that_hold_one_of_them() -> None:
+    cuts = PieceCuts.of(500)
+    assert cuts.blocks == (0, 128, 256, 384, 500) and cuts.pieces == (0, 384, 500)
+    assert len(cuts) == 2 and cuts.piece(1) == (384, 500)
+    for first, end, blocks in [
+        (128, 256, [1]),
+        (127, 257, [0, 1, 2]),
+        (0, 1, [0]),
+        (499, 500, [3]),
+    ]:
+        assert list(cuts.blocks_over(first, end)) == [cuts.blocks[k : k + 2] for k in blocks]
+
+
 @pytest.mark.parametrize("frames", LENGTHS)
 def test_the_sample_ascends_to_the_end_and_has_the_neutral_frames(frames: int) -> None:
     neutral = min(3, frames - 1), min(40, frames - 1)

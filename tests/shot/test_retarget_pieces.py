@@ -219,6 +219,17 @@ def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: 
     assert errors[0] < 1.3 * errors[1], errors  # of a sixth of the frames
 
 
+def test_a_take_of_one_frame_is_one_piece() -> None:
+    world = make_world()
+    shot = shot_of(world, world.take.positions[:1])
+    shot = replace(shot, setup=replace(shot.setup, neutral=(0, 0)))
+    cuts = PieceCuts.of(1)
+    known = estimated(shot, cuts)
+    assert known.overlap == 0
+    piece = solve_cut(lambda frames: part(shot, frames), cuts, 0, 1, known)
+    np.testing.assert_allclose(piece.solution.weights.weights, 0.0, atol=1e-9)
+
+
 @pytest.mark.slow
 def test_what_is_not_solved_in_pieces_is_refused(solved: Solved) -> None:
     weights = WeightsTake(("jawOpen",), np.arange(9.0), np.zeros((9, 1)))

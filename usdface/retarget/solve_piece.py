@@ -107,6 +107,8 @@ def overlap_frames(
     By the decay of the equation's inverse in time, over all iterations of all rounds
     (`usdface.retarget.take_pieces.overlap`). Parameters are those of `solve_piece`.
     """
+    if len(take.times) == 1:
+        return 0
     solves = estimates.rounds * (1 if not setup.pins else 2)
     return reach_of_ends(
         np.arange(float(_REGULAR)) * frame_step(take.times),
