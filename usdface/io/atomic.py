@@ -36,15 +36,21 @@ def check_place(path: Path) -> None:
     Raises
     ------
     OutputError
-        If it is a folder, or the folder that it would go to is none or is read-only.
+        If it is a folder, or the folder that it would go to is none, is read-only or may not be
+        entered, or if no file can have that name.
     """
     folder = path.parent
-    while not folder.exists():
-        folder = folder.parent
-    if path.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        reason = f"{path if path.is_dir() else folder} is "
-        reason += "a folder" if path.is_dir() else "read-only" if folder.is_dir() else "no folder"
-        raise OutputError(f"cannot write {path}: {reason}; choose a place that can be written")
+    try:
+        while not folder.exists():
+            folder = folder.parent
+        taken, found = path.is_dir(), folder.is_dir()
+        if taken or not found or not os.access(folder, os.W_OK):
+            reason = f"{path if taken else folder} is "
+            reason += "a folder" if taken else "read-only" if found else "no folder"
+            raise OutputError(f"cannot write {path}: {reason}; choose a place that can be written")
+        _check_name(path)
+    except OSError as error:
+        raise _unwritable(path, error) from error
 
 
 @dataclass(slots=True)
