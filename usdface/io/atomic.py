@@ -12,6 +12,7 @@ from types import FrameType
 
 from usdface.errors import OutputError
 from usdface.io.staging import Staging, Step, put_in_place
+from usdface.signals import ENDING_SIGNALS
 
 __all__ = [
     "StrPath",
@@ -246,7 +247,7 @@ def _folder(folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def _signals_later() -> Iterator[None]:
-    """Keep Ctrl-C and SIGTERM until the block is done, which takes milliseconds."""
+    """Keep signals that end a command until the block is done, which takes milliseconds."""
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are handled in the main thread
         return
@@ -257,7 +258,7 @@ def _signals_later() -> Iterator[None]:
 
     previous = {
         number: signal.signal(number, keep)
-        for number in (signal.SIGINT, signal.SIGTERM)
+        for number in ENDING_SIGNALS
         if callable(signal.getsignal(number))
     }
     try:
