@@ -197,7 +197,11 @@ def report(
     # Before the text: a pipe may be closed after its first lines (`usdface ... | head`).
     if parsed.report:
         write_report(result, parsed.report)
-    print_result(result, parsed.format, file or parsed.stdout)
+    try:
+        print_result(result, parsed.format, file or parsed.stdout)
+    except OSError as error:
+        error.filename = error.filename or "standard output"
+        raise
     worst = severest(result.findings)
     if parsed.strict and worst in ("warning", "error"):
         print(_strictly(result), file=sys.stderr)
