@@ -33,7 +33,8 @@ def register() -> None:
     Raises
     ------
     SchemaError
-        If it is too late, because a stage with prims was opened before.
+        If it is too late, because a stage with prims was opened before, or if this package is in an
+        archive.
 
     References
     ----------
@@ -43,6 +44,11 @@ def register() -> None:
     from pxr import Plug, Tf, Usd
 
     folder = plugin_dir()
+    if not folder.is_dir():
+        raise SchemaError(
+            f"USD cannot read the schemas in {folder}: usdface runs from within an archive; "
+            "unpack it, or install it by pip"
+        )
     plugins = Plug.Registry()
     if not plugins.GetPluginWithName(_PLUGIN):
         try:
