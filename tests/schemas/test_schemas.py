@@ -10,6 +10,7 @@ import usd_validators
 from pxr import Sdf, Usd, UsdGeom, Vt
 
 from usdface.errors import SchemaError
+from usdface.pipeline.schemas import register_schemas
 from usdface.schemas import plugin_dir, register, tokens, write_fallback_types
 
 KNOWN = """
@@ -100,8 +101,9 @@ def test_a_package_in_an_archive_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("usdface.schemas.__file__", str(tmp_path / "usdface.whl/usdface/a.py"))
-    with pytest.raises(SchemaError, match=r"whl/usdface: usdface runs from within an archive"):
-        register()
+    for job in (register, register_schemas):
+        with pytest.raises(SchemaError, match=r"whl/usdface: usdface runs from within an archive"):
+            job()
 
 
 def test_the_plugin_folder_is_found_without_usd() -> None:

@@ -20,8 +20,20 @@ _PLUGIN = "usdFace"  # "Name" in plugInfo.json
 
 
 def plugin_dir() -> Path:
-    """Return the folder to put on PXR_PLUGINPATH_NAME; USD is not loaded."""
-    return Path(__file__).parent
+    """Return the folder to put on PXR_PLUGINPATH_NAME; USD is not loaded.
+
+    Raises
+    ------
+    SchemaError
+        If this package is in an archive, as of zipapp: USD reads files only.
+    """
+    folder = Path(__file__).parent
+    if not folder.is_dir():
+        raise SchemaError(
+            f"USD cannot read the schemas in {folder}: usdface runs from within an archive; "
+            "unpack it, or install it by pip"
+        )
+    return folder
 
 
 def register() -> None:
@@ -44,11 +56,6 @@ def register() -> None:
     from pxr import Plug, Tf, Usd
 
     folder = plugin_dir()
-    if not folder.is_dir():
-        raise SchemaError(
-            f"USD cannot read the schemas in {folder}: usdface runs from within an archive; "
-            "unpack it, or install it by pip"
-        )
     plugins = Plug.Registry()
     if not plugins.GetPluginWithName(_PLUGIN):
         try:
