@@ -176,6 +176,18 @@ def test_a_value_that_cannot_be_read_is_refused_like_others() -> None:
         measure(Broken())  # type: ignore[arg-type]
 
 
+def test_a_file_that_the_system_refuses_is_an_error_of_usdface() -> None:
+    with pytest.raises(usdface.InputError, match="cannot be read: File name too long") as raised:
+        usdface.check(300 * "a" + ".usda")
+    assert raised.value.code == "FILE_UNREADABLE"
+
+    def closed(step: usdface.Step) -> None:
+        raise BrokenPipeError(32, "Broken pipe")
+
+    with pytest.raises(BrokenPipeError):  # of the caller's own function
+        usdface.check("a.usda", on_progress=closed)
+
+
 def test_frames_and_sizes_are_taken_of_any_iterable() -> None:
     size: Any = np.array([1920, 1080])
     assert Track(("a",), size=size).size == (1920, 1080)

@@ -2,6 +2,7 @@ import json
 import os
 import subprocess
 import sys
+from io import BytesIO, TextIOWrapper
 from pathlib import Path
 
 import pytest
@@ -183,12 +184,73 @@ def test_a_closed_standard_error_says_nothing_on_standard_output(
 
 
 @pytest.mark.parametrize(
-    ("sink", "said"),
-    [("pipe", ""), ("/dev/full", "usdface: standard output: No space left on device\n")],
+    ("fault", "code"),
+    [
+        (PermissionError(13, "Permission denied", "locked/a.usda"), "FILE_UNREADABLE"),
+        (MemoryError(), "TOO_LARGE"),
+        (ValueError("no such thing"), "PROGRAM_FAULT"),
+    ],
 )
-def test_an_output_that_takes_no_more_is_one_line_at_most(sink: str, said: str) -> None:
+def test_every_error_is_json_with_a_code(
+    fault: Exception,
+    code: str,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def check(*given: object, **named: object) -> None:
+        raise fault
+
+    monkeypatch.setattr("usdface.cli.convert.pipeline.check", check)
+    assert main(["check", "a.usda", "--format", "json"]) == 1
+    printed = capsys.readouterr()
+    error = json.loads(printed.out)["error"]
+    assert error["code"] == code and f"usdface: {error['message']}\n" == printed.err
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1", "cp1252"])
+def test_json_is_utf_8_wherever_it_goes(
+    encoding: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "grün 😀.usda").write_text("#usda 1.0\n")
+    printed = BytesIO()
+    monkeypatch.setattr("sys.stdout", TextIOWrapper(printed, encoding=encoding))
+    assert main(["check", str(tmp_path / "grün 😀.usda"), "--format", "json"]) == 0
+    assert "check grün 😀.usda" in json.loads(printed.getvalue().decode("utf-8"))["seconds"]
+
+
+FULL = "usdface: standard output: No space left on device\n"
+
+
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+@pytest.mark.parametrize(
+    ("command", "sink", "said"),
+    [
+        ("plugins", "pipe", ""),
+        ("plugins", "/dev/full", FULL),
+        ("check missing.usda", "/dev/full", "usdface: no such file: missing.usda"),
+    ],
+)
+def test_an_output_that_takes_no_more_is_one_line_at_most(
+    command: str, sink: str, said: str, unbuffered: str
+) -> None:
     """Of a pipe whose reader left (`usdface ... | head`) nothing is said."""
-    script = "import sys; from usdface.cli import main; sys.exit(main(sys.argv[1:]))"
+    done = run_into(sink, "stdout", [*command.split(), "--format", "json"], unbuffered)
+    assert done.returncode == 1 and done.stderr.partition(" [")[0] == said
+    assert done.stderr.count("\n") <= 1
+
+
+@pytest.mark.parametrize("sink", ["pipe", "/dev/full"])
+def test_a_standard_error_that_takes_no_more_leaves_the_exit_status(sink: str) -> None:
+    """The interpreter would end with 120."""
+    done = run_into(sink, "stderr", ["check", "missing.usda", "--format", "json"])
+    assert done.returncode == 1 and json.loads(done.stdout)["error"]["code"] == "FILE_UNREADABLE"
+    assert run_into(sink, "stderr", ["frobnicate"]).returncode == 2
+
+
+def run_into(
+    sink: str, stream: str, arguments: list[str], unbuffered: str = ""
+) -> subprocess.CompletedProcess[str]:
+    """Run the command line with a stream that takes nothing."""
     if sink == "pipe":
         reader, writer = os.pipe()
         os.close(reader)
@@ -197,14 +259,13 @@ def test_an_output_that_takes_no_more_is_one_line_at_most(sink: str, said: str) 
     else:
         writer = os.open(sink, os.O_WRONLY)
     done = subprocess.run(
-        [sys.executable, "-c", script, "plugins", "--format", "json"],
-        stdout=writer,
-        stderr=subprocess.PIPE,
+        [sys.executable, "-m", "usdface", *arguments],
+        **{"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, stream: writer},  # type: ignore[call-overload]
         text=True,
-        env=os.environ | {"PYTHONUNBUFFERED": ""},
+        env=os.environ | {"PYTHONUNBUFFERED": unbuffered},
     )
     os.close(writer)
-    assert (done.returncode, done.stderr) == (1, said)
+    return done
 
 
 @pytest.mark.parametrize(

@@ -55,6 +55,13 @@ def test_the_version_has_one_source() -> None:
     assert project["tool"]["setuptools"]["dynamic"]["version"] == {"attr": "usdface.__version__"}
 
 
+def test_the_licence_is_an_expression() -> None:
+    """As a table it ends builds, from setuptools of 2027-02-18 on (PEP 639)."""
+    project = tomllib.loads(PYPROJECT.read_text(encoding="utf-8"))
+    assert project["project"]["license"] == "Apache-2.0"
+    assert project["build-system"]["requires"] == ["setuptools>=77"]  # from which on it reads one
+
+
 @pytest.mark.parametrize("package", PACKAGES)
 def test_type_checkers_see_the_same_names(package: ModuleType) -> None:
     tree = ast.parse(Path(str(package.__file__)).read_text(encoding="utf-8"))

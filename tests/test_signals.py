@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM: one line, the exit status of shells, and nothing left behind."""
+"""Ctrl-C, SIGTERM and SIGHUP: one line, the exit status of shells, and nothing left behind."""
 
 import subprocess
 import sys
@@ -70,6 +70,7 @@ def shot(tmp_path_factory: pytest.TempPathFactory) -> Path:
     ("number", "word", "patch"),
     [
         (2, "interrupted", WRITING),
+        (1, "hung up", WRITING),
         (15, "terminated", MOVING),
         (15, "terminated", WRAPPED),
         (2, "interrupted", LOST),

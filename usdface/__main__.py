@@ -11,7 +11,7 @@ __all__ = ["main"]
 
 
 def main() -> int:
-    """Run the command of the command line; return its exit status, 130 and 143 for signals.
+    """Run the command of the command line; return its exit status, 128 and its number for a signal.
 
     Signals are handled before anything else is loaded.
     """

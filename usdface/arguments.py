@@ -14,7 +14,7 @@ from sys import modules
 from types import NoneType, UnionType
 from typing import Any, Literal, TypeVar, Union, get_args, get_origin
 
-from usdface.errors import InputError
+from usdface.errors import InputError, unreadable
 from usdface.read_only import read_only_again
 
 __all__ = ["checked"]
@@ -45,6 +45,9 @@ class _Misfit(Exception):
 
 def checked(target: TargetT) -> TargetT:
     """Return a function, or a class with its constructor, that refuses arguments of wrong types.
+
+    Files that the system refuses are errors of usdface, too: a folder that may not be entered, a
+    name that is too long.
 
     Iterables are taken for tuples, and sequences of numbers for arrays. The arrays of an unpickled
     or copied instance are read-only again.
@@ -86,7 +89,12 @@ def _checked_call(function: Any, title: str) -> Any:
 
         placed = [fit(name, value) for name, value in zip(names, given, strict=False)]
         named = {name: fit(name, value) for name, value in named.items()}
-        return function(*placed, *given[len(placed) :], **named)
+        try:
+            return function(*placed, *given[len(placed) :], **named)
+        except OSError as error:
+            if error.filename is None:  # of a callback that prints
+                raise
+            raise unreadable(error) from error
 
     return call
 

@@ -30,6 +30,7 @@ __all__ = [
     "UsdFaceError",
     "did_you_mean",
     "how_to_install",
+    "unreadable",
 ]
 
 _LONGEST = 800  # characters of a message, which may quote a file
@@ -239,6 +240,11 @@ class Cancelled(UsdFaceError):
 
     def __init__(self, message: str = "cancelled", code: str = "") -> None:
         super().__init__(message, code)
+
+
+def unreadable(error: OSError) -> InputError:
+    """Return the error for a file that the system refuses to look at."""
+    return InputError(f"{error.filename} cannot be read: {error.strerror}", "FILE_UNREADABLE")
 
 
 def how_to_install(extra: str) -> str:

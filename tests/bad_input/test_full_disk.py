@@ -37,6 +37,7 @@ def commands(place: Place) -> dict[str, Command]:
         "glb": ["export", scene, "-o", place / "out/face.glb"],
         "gltf": ["export", scene, "-o", place / "out/face.gltf"],
         "usdz": ["export", scene, "-o", place / "out/face.usdz"],
+        "fuzzy": ["fuzzy", "paper", "-o", place / "out/paper.usda"],
         "import": ["import", place / "face.glb", "-o", place / "out/face.usdc"],
     }
     return {name: [*command, "--overwrite"] for name, command in written.items()}

@@ -56,6 +56,19 @@ def test_json_progress_is_an_object_a_line(capsys: pytest.CaptureFixture[str]) -
     assert 0 <= read["seconds"] <= solve["seconds"]
 
 
+def test_progress_that_nobody_takes_any_more_ends_no_work(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    class Full:
+        def write(self, text: str) -> None:
+            raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("sys.stderr", Full())
+    for form in ("plain", "json", "openjd"):
+        with progress(asked(form)) as on_progress:
+            on_progress(Step("read"))
+
+
 def test_no_progress_is_none(capsys: pytest.CaptureFixture[str]) -> None:
     with progress(asked("none")) as on_progress:
         on_progress(Step(COMPILE))

@@ -1,9 +1,17 @@
+import os
 from pathlib import Path
 
 import pytest
 
 from usdface.errors import OutputError
-from usdface.io.atomic import all_or_none, atomic_path, when_written, write_bytes, write_text
+from usdface.io.atomic import (
+    all_or_none,
+    atomic_path,
+    check_place,
+    when_written,
+    write_bytes,
+    write_text,
+)
 
 
 def test_the_file_is_there_and_nothing_else(tmp_path: Path) -> None:
@@ -45,6 +53,27 @@ def test_a_place_that_cannot_be_written_is_one_clear_line(tmp_path: Path, name: 
         write_text(tmp_path / name, "text")
     assert "\n" not in str(caught.value) and name.split("/")[0] in str(caught.value)
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_a_place_is_looked_at_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "loop").symlink_to("loop")
+    (tmp_path / "file").touch()
+    for name, reason in (
+        (300 * "a", "File name too long"),
+        (f"{300 * 'a'}/a.txt", "File name too long"),
+        ("loop/a.txt", "symbolic links"),
+        ("file/a.txt", "is no folder"),
+    ):
+        with pytest.raises(OutputError, match=f"cannot write .*{reason}.*; choose a place"):
+            check_place(tmp_path / name)
+    check_place(tmp_path / "new" / "a.txt")
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may enter any folder")
+def test_a_place_in_a_folder_that_may_not_be_entered(tmp_path: Path) -> None:
+    (tmp_path / "locked").mkdir(mode=0o600)
+    with pytest.raises(OutputError, match=r"cannot write .*Permission denied"):
+        check_place(tmp_path / "locked" / "a.txt")
 
 
 def test_several_files_are_written_or_none(tmp_path: Path) -> None:

@@ -416,6 +416,12 @@ def test_a_full_disk_fails_the_shot_and_leaves_the_old_result(
     assert {f: f.read_bytes() for f in (place / "shots").rglob("*") if f.is_file()} == before
 
 
+def test_a_folder_of_shots_that_cannot_be_made_is_an_output_that_cannot(tmp_path: Path) -> None:
+    (tmp_path / "shots").touch()
+    with pytest.raises(OutputError, match=r"a\.usda: .*shots is no folder"):
+        run_shot({"plan": plan_in(tmp_path).as_dict()})
+
+
 def test_an_input_that_changes_meanwhile_is_not_recorded(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -9,7 +9,9 @@ import pytest
 import usd_validators
 from pxr import Sdf, Usd, UsdGeom, Vt
 
-from usdface.schemas import plugin_dir, tokens, write_fallback_types
+from usdface.errors import SchemaError
+from usdface.pipeline.schemas import register_schemas
+from usdface.schemas import plugin_dir, register, tokens, write_fallback_types
 
 KNOWN = """
 from pxr import Usd, UsdGeom
@@ -93,6 +95,15 @@ for _ in range(2):
     assert len(lines) == 2 and lines[0] == lines[1]
     for word in (tokens.MARKER_TAKE, "before the first stage", "PXR_PLUGINPATH_NAME"):
         assert word in lines[0]
+
+
+def test_a_package_in_an_archive_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("usdface.schemas.__file__", str(tmp_path / "usdface.whl/usdface/a.py"))
+    for job in (register, register_schemas):
+        with pytest.raises(SchemaError, match=r"whl/usdface: usdface runs from within an archive"):
+            job()
 
 
 def test_the_plugin_folder_is_found_without_usd() -> None:

@@ -8,11 +8,11 @@ import argparse
 import os
 import sys
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext, redirect_stdout
+from contextlib import AbstractContextManager, nullcontext, redirect_stdout, suppress
 from functools import cache
 from importlib import import_module
 from io import StringIO, TextIOWrapper
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TextIO
 
 from usdface import __version__
 from usdface.blas_threads import limit_from_start
@@ -25,6 +25,7 @@ from usdface.signals import say_stopped, was_stopped
 __all__ = ["main"]
 
 _LONGEST = 800  # characters of an error
+_CLOSED = "closed"  # of a stream whose reader has left
 
 # Each command with the module of its options, which is loaded when the command is named, and a
 # line of help.
@@ -57,8 +58,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         status = _run(_parsed(sys.argv[1:] if arguments is None else arguments))
     finally:
-        printed = _print_rest(quiet=status == FAILED)
-    return status if printed else FAILED
+        printed = _print_rest(sys.stdout)
+        if printed not in ("", _CLOSED) and status != FAILED:
+            with suppress(OSError):
+                print(f"usdface: standard output: {printed}", file=sys.stderr)
+        _print_rest(sys.stderr)
+    return FAILED if printed else status
 
 
 def _parsed(words: Sequence[str]) -> argparse.Namespace:
@@ -113,39 +118,51 @@ def _run(parsed: argparse.Namespace) -> int:
             return say_stopped()
         if parsed.debug:
             raise
-        print(f"usdface: {_in_one_line(error)}", file=sys.stderr)
-        if isinstance(error, UsdFaceError) and parsed.format == "json":
-            import json  # only here: --help needs none
-
-            print(json.dumps({"error": {"code": error.code, "message": str(error)}}))
+        _say(error, as_json=parsed.format == "json")
         return FAILED
 
 
+def _say(error: Exception, *, as_json: bool) -> None:
+    """Print an error; a stream that takes no more is no other one."""
+    message, code = _message_and_code(error)
+    shown = f" [{code}]" if isinstance(error, UsdFaceError) else ""
+    with suppress(OSError):
+        print(f"usdface: {message}{shown}", file=sys.stderr)
+    if as_json:
+        import json  # only here: --help needs none
+
+        with suppress(OSError):
+            print(json.dumps({"error": {"code": code, "message": message}}))
+
+
 def _apart_from_others(parsed: argparse.Namespace) -> AbstractContextManager[object]:
-    """Keep standard output for what a program reads, JSON or a binding.
+    """Keep standard output for what a program reads, JSON or a binding, in UTF-8 (RFC 8259, 8.1).
 
     Hooks and readers of other packages that print do so on standard error meanwhile.
     """
     parsed.stdout = sys.stdout
     alone = parsed.format == "json" or getattr(parsed, "print_bind", False)
+    if alone and isinstance(sys.stdout, TextIOWrapper):
+        sys.stdout.reconfigure(encoding="utf-8")
     return redirect_stdout(sys.stderr) if alone and sys.stdout is not None else nullcontext()
 
 
-def _print_rest(*, quiet: bool) -> bool:
-    """Flush standard output; return whether that succeeded.
+def _print_rest(stream: TextIO | None) -> str:
+    """Flush a stream; return the reason why it takes no more, "" if it does.
 
-    Without this the interpreter would try at its end, and complain in lines of its own about a
-    pipe that was closed after its first lines (`usdface ... | head`), or a full disk.
+    Without this the interpreter would try at its end, complain in lines of its own about a pipe
+    that was closed after its first lines (`usdface ... | head`), or a full disk, and exit with 120.
     """
+    if stream is None:  # >&-
+        return ""
     try:
-        if sys.stdout is not None:  # >&-
-            sys.stdout.flush()
+        stream.flush()
     except OSError as error:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        if not quiet and not isinstance(error, BrokenPipeError):
-            print(f"usdface: standard output: {error.strerror}", file=sys.stderr)
-        return False
-    return True
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, stream.fileno())
+        os.close(nowhere)
+        return _CLOSED if isinstance(error, BrokenPipeError) else str(error.strerror)
+    return ""
 
 
 @cache
@@ -156,7 +173,7 @@ def _parser(command: str | None = None) -> argparse.ArgumentParser:
         description="Marker takes onto blend-shape characters, in USD and glTF.",
         epilog="\n  ".join(("the main job:", *MAIN_JOB))
         + "\n\nexit status: 0 done, 1 an error (one line says which), 2 wrong usage,\n"
-        "130 interrupted, 143 terminated",
+        "129 hung up, 130 interrupted, 143 terminated",
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--version", action="version", version=f"usdface {__version__}")
@@ -169,16 +186,22 @@ def _parser(command: str | None = None) -> argparse.ArgumentParser:
     return parser
 
 
-def _in_one_line(error: Exception) -> str:
+def _message_and_code(error: Exception) -> tuple[str, str]:
+    """Return the one line of an error and its code, for a program."""
     if isinstance(error, UsdFaceError):
-        return f"{error} [{error.code}]"
+        return str(error), error.code
     if isinstance(error, OSError):  # a name too long, a folder that may not be entered, a full disk
         where = f"{error.filename}: " if error.filename else ""
-        return plain(f"{where}{error.strerror or error}", _LONGEST)
+        return plain(f"{where}{error.strerror or error}", _LONGEST), "FILE_UNREADABLE"
     if isinstance(error, UnicodeEncodeError) and error.reason.startswith("surrogates"):
-        return f"{plain(error.object, _LONGEST)!r} is not UTF-8, as USD wants it; rename the file"
+        name = repr(plain(error.object, _LONGEST))
+        return f"{name} is not UTF-8, as USD wants it; rename the file", "FILE_UNREADABLE"
     if isinstance(error, MemoryError):
-        return "there is not enough memory for this"
+        return "there is not enough memory for this", "TOO_LARGE"
+    return _fault(error), "PROGRAM_FAULT"
+
+
+def _fault(error: Exception) -> str:
     missing = error.name if isinstance(error, ModuleNotFoundError) else None
     if missing and missing.split(".")[0] != "usdface":
         return (

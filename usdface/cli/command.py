@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TextIO
 from usdface.cli.examples import EXAMPLES
 from usdface.cli.outcomes import describe
 from usdface.cli.progress import PROGRESS
-from usdface.errors import OutputError
+from usdface.errors import OutputError, unreadable
 
 if TYPE_CHECKING:
     from usdface.result import Result
@@ -145,6 +145,8 @@ def check_files(parsed: argparse.Namespace) -> None:
 
     Raises
     ------
+    InputError
+        If the system refuses to look at an input.
     OutputError
         If a file is also an input or another output, or cannot be written, or the report is not
         named as a JSON file, or would replace one of another origin.
@@ -163,7 +165,10 @@ def check_files(parsed: argparse.Namespace) -> None:
     given = [value for name, value in vars(parsed).items() if name not in roles]
     listed = [v for value in given for v in (value if isinstance(value, list) else [value])]
     sources = (value for value in listed if isinstance(value, Path))
-    read = files_read(*sources, labels=getattr(parsed, "labels", None))
+    try:
+        read = files_read(*sources, labels=getattr(parsed, "labels", None))
+    except OSError as error:
+        raise unreadable(error) from error
     check_outputs((*_files(parsed, parsed.writes), *reports), read)
     overwrite = getattr(parsed, "overwrite", None)
     check_replaced(((place, "report") for place in reports), overwrite)
@@ -197,7 +202,11 @@ def report(
     # Before the text: a pipe may be closed after its first lines (`usdface ... | head`).
     if parsed.report:
         write_report(result, parsed.report)
-    print_result(result, parsed.format, file or parsed.stdout)
+    try:
+        print_result(result, parsed.format, file or parsed.stdout)
+    except OSError as error:
+        error.filename = error.filename or "standard output"
+        raise
     worst = severest(result.findings)
     if parsed.strict and worst in ("warning", "error"):
         print(_strictly(result), file=sys.stderr)

@@ -5,7 +5,7 @@ import json
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
 from usdface.signals import was_stopped
@@ -60,7 +60,13 @@ def _announce_compilation(step: "Step") -> None:
     from usdface.progress import COMPILE
 
     if step.name == COMPILE:
-        print(f"usdface: {step.name} ...", file=sys.stderr)
+        _print(f"usdface: {step.name} ...")
+
+
+def _print(text: str) -> None:
+    """Print for whoever watches; where nobody does any more, the work goes on."""
+    with suppress(OSError):
+        print(text, file=sys.stderr, flush=True)
 
 
 def _lines(line: "Callable[[Step, float], str]") -> "OnProgress":
@@ -72,7 +78,7 @@ def _lines(line: "Callable[[Step, float], str]") -> "OnProgress":
         tenth = -1 if step.fraction is None else int(_STEPS * step.fraction)
         if printed != (step.name, tenth):
             printed = step.name, tenth
-            print(line(step, time.perf_counter() - begin), file=sys.stderr, flush=True)
+            _print(line(step, time.perf_counter() - begin))
 
     return show
 
@@ -85,7 +91,7 @@ def _as_text(step: "Step", _: float) -> str:
 def _as_json(step: "Step", seconds: float) -> str:
     fraction = None if step.fraction is None else round(step.fraction, 3)
     values = {"step": step.name, "fraction": fraction, "seconds": round(seconds, 3)}
-    return json.dumps(values, ensure_ascii=False)
+    return json.dumps(values)
 
 
 def _as_openjd(step: "Step", _: float) -> str:

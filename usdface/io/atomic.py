@@ -12,6 +12,7 @@ from types import FrameType
 
 from usdface.errors import OutputError
 from usdface.io.staging import Staging, Step, put_in_place
+from usdface.signals import ENDING_SIGNALS
 
 __all__ = [
     "StrPath",
@@ -36,15 +37,21 @@ def check_place(path: Path) -> None:
     Raises
     ------
     OutputError
-        If it is a folder, or the folder that it would go to is none or is read-only.
+        If it is a folder, or the folder that it would go to is none, is read-only or may not be
+        entered, or if no file can have that name.
     """
     folder = path.parent
-    while not folder.exists():
-        folder = folder.parent
-    if path.is_dir() or not folder.is_dir() or not os.access(folder, os.W_OK):
-        reason = f"{path if path.is_dir() else folder} is "
-        reason += "a folder" if path.is_dir() else "read-only" if folder.is_dir() else "no folder"
-        raise OutputError(f"cannot write {path}: {reason}; choose a place that can be written")
+    try:
+        while not folder.exists():
+            folder = folder.parent
+        taken, found = path.is_dir(), folder.is_dir()
+        if taken or not found or not os.access(folder, os.W_OK):
+            reason = f"{path if taken else folder} is "
+            reason += "a folder" if taken else "read-only" if found else "no folder"
+            raise OutputError(f"cannot write {path}: {reason}; choose a place that can be written")
+        _check_name(path)
+    except OSError as error:
+        raise _unwritable(path, error) from error
 
 
 @dataclass(slots=True)
@@ -240,7 +247,7 @@ def _folder(folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def _signals_later() -> Iterator[None]:
-    """Keep Ctrl-C and SIGTERM until the block is done, which takes milliseconds."""
+    """Keep signals that end a command until the block is done, which takes milliseconds."""
     if threading.current_thread() is not threading.main_thread():
         yield  # signals are handled in the main thread
         return
@@ -251,7 +258,7 @@ def _signals_later() -> Iterator[None]:
 
     previous = {
         number: signal.signal(number, keep)
-        for number in (signal.SIGINT, signal.SIGTERM)
+        for number in ENDING_SIGNALS
         if callable(signal.getsignal(number))
     }
     try:

@@ -9,6 +9,7 @@ import numpy as np
 
 from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
+from usdface.io.atomic import check_place
 from usdface.io.inputs import files_read
 from usdface.io.layer_paths import layer_paths
 from usdface.io.overwrite_protection import check_replaced
@@ -84,6 +85,7 @@ def run_shot(task: Mapping[str, Any]) -> dict[str, Any]:
     """
     register_schemas()
     plan = plan_of(task["plan"])
+    check_place(plan.file)
     plan.file.parent.mkdir(parents=True, exist_ok=True)
     findings, made = _made(plan, plan.making) if plan.making else ([], ())
     if plan.making and plan.making.performer and plan.making.calibration is None:

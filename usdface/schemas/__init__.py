@@ -20,8 +20,20 @@ _PLUGIN = "usdFace"  # "Name" in plugInfo.json
 
 
 def plugin_dir() -> Path:
-    """Return the folder to put on PXR_PLUGINPATH_NAME; USD is not loaded."""
-    return Path(__file__).parent
+    """Return the folder to put on PXR_PLUGINPATH_NAME; USD is not loaded.
+
+    Raises
+    ------
+    SchemaError
+        If this package is in an archive, as of zipapp: USD reads files only.
+    """
+    folder = Path(__file__).parent
+    if not folder.is_dir():
+        raise SchemaError(
+            f"USD cannot read the schemas in {folder}: usdface runs from within an archive; "
+            "unpack it, or install it by pip"
+        )
+    return folder
 
 
 def register() -> None:
@@ -33,7 +45,8 @@ def register() -> None:
     Raises
     ------
     SchemaError
-        If it is too late, because a stage with prims was opened before.
+        If it is too late, because a stage with prims was opened before, or if this package is in an
+        archive.
 
     References
     ----------

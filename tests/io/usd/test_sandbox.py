@@ -61,6 +61,20 @@ def test_an_empty_file_is_called_so(tmp_path: Path, asked: list[str], name: str)
     assert not dependencies(path) and not asked
 
 
+@pytest.mark.parametrize("trusted", ["0", "1"])
+def test_a_path_that_is_not_utf_8(
+    tmp_path: Path, asked: list[str], monkeypatch: pytest.MonkeyPatch, trusted: str
+) -> None:
+    folder = tmp_path / os.fsdecode(b"a\xff")
+    folder.mkdir()
+    (folder / "a.usda").write_text("#usda 1.0\n")
+    monkeypatch.setenv("USDFACE_TRUSTED", trusted)
+    monkeypatch.chdir(folder)
+    with pytest.raises(InputError, match=r"udcff/a\.usda is not UTF-8, .* rename it") as raised:
+        open_stage(Path("a.usda"))
+    assert raised.value.code == "FILE_UNREADABLE" and asked == []
+
+
 @pytest.mark.slow
 def test_references_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for n in range(9):

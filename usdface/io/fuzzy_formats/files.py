@@ -10,7 +10,7 @@ from pxr import Usd
 from usdface.errors import InputError, OutputError
 from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
-from usdface.io.atomic import atomic_path, write_text
+from usdface.io.atomic import write_text
 from usdface.io.fuzzy_formats.read_fcl import read_fcl
 from usdface.io.fuzzy_formats.read_fis import read_fis
 from usdface.io.fuzzy_formats.read_fll import read_fll
@@ -18,8 +18,9 @@ from usdface.io.fuzzy_formats.write_fcl import fcl_text
 from usdface.io.fuzzy_formats.write_fis import fis_text
 from usdface.io.fuzzy_formats.write_fll import fll_text
 from usdface.io.usd.fuzzy import read_fuzzy, write_fuzzy
-from usdface.io.usd.held_layers import hold_layers, hold_specs
+from usdface.io.usd.held_layers import hold_layers
 from usdface.io.usd.ignored_attributes import ignored_attributes
+from usdface.io.usd.save_layers import save_layers
 from usdface.io.usd.stage import open_stage
 from usdface.schemas import tokens, write_fallback_types
 
@@ -82,7 +83,5 @@ def write_fuzzy_file(path: Path, system: ExpressionSystem) -> list[Finding]:
     write_fallback_types(stage.GetRootLayer())
     write_fuzzy(stage, "/Fuzzy", system)
     stage.SetDefaultPrim(stage.GetPrimAtPath("/Fuzzy"))
-    with atomic_path(path) as temporary:
-        stage.GetRootLayer().Export(str(temporary))
-    hold_specs(stage.GetRootLayer())
+    save_layers([(path, stage.GetRootLayer())], names_files=False)
     return []

@@ -1,6 +1,5 @@
 """Images as glTF holds them: PNG or JPEG, eight bits, sRGB for colours and linear for data."""
 
-import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,6 +12,7 @@ from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import read_file
 from usdface.io.gltf.image_kind import BY_LINES, image_type
+from usdface.io.temporary_folder import temporary_folder
 from usdface.materials import Texture
 
 __all__ = ["GltfImage", "channels_image", "pixels_of", "to_gltf_image", "to_png"]
@@ -143,8 +143,8 @@ def _eight_bit_pixels(texture: Texture, data: bytes, colour: bool) -> NDArray[np
 
     suffix = (texture.suffix or Path(texture.path).suffix).lstrip(".")
     suffix = suffix if suffix.isalnum() else "img"  # part of a file name below
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / f"image.{suffix}"
+    with temporary_folder() as folder:
+        file = folder / f"image.{suffix}"
         file.write_bytes(data)
         by_lines = data.startswith(BY_LINES)
         with _limited(
@@ -260,22 +260,13 @@ def to_png(pixels: NDArray[np.uint8]) -> bytes:
     Raises
     ------
     InputError
-        If they cannot be written.
+        If PNG holds no such image.
+    OutputError
+        If the disk of temporary files is full.
     """
-    import OpenImageIO as oiio
+    from usdface.io.images.encode import encode_image  # loads OpenImageIO only here
 
-    height, width, channels = pixels.shape
-    spec = oiio.ImageSpec(width, height, channels, "uint8")
-    spec.attribute("oiio:UnassociatedAlpha", 1)
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "image.png"
-        target = oiio.ImageOutput.create(str(file))
-        if target is None or not target.open(str(file), spec):
-            raise InputError(f"the image cannot be written as PNG: {_fault(oiio)}")
-        written = target.write_image(np.ascontiguousarray(pixels)) and target.close()
-        if not written:
-            raise InputError(f"the image cannot be written as PNG: {_fault(target)}")
-        return file.read_bytes()
+    return encode_image(pixels, ".png", {"oiio:UnassociatedAlpha": 1})
 
 
 def _fault(source: Any) -> str:

@@ -1,15 +1,12 @@
 """Some images of a film for a page: cut to the face, small, as JPEG."""
 
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-
-import numpy as np
-import OpenImageIO as oiio
 
 from usdface.errors import InputError
 from usdface.footage.colour_channel import Pixels
 from usdface.footage.detect import Box
+from usdface.io.images.encode import encode_image
 from usdface.io.images.film import open_film
 from usdface.io.page_image import smaller
 
@@ -70,13 +67,4 @@ def read_page_frames(
 
 
 def _jpeg(pixels: Pixels) -> bytes:
-    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "uint8")
-    spec.attribute("Compression", f"jpeg:{_QUALITY}")
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "image.jpg"
-        target = oiio.ImageOutput.create(str(file))
-        if target is None or not target.open(str(file), spec):
-            raise InputError(f"an image cannot be written as JPEG: {oiio.geterror()}")
-        if not (target.write_image(np.ascontiguousarray(pixels)) and target.close()):
-            raise InputError(f"an image cannot be written as JPEG: {target.geterror()}")
-        return file.read_bytes()
+    return encode_image(pixels, ".jpg", {"Compression": f"jpeg:{_QUALITY}"})

@@ -46,8 +46,16 @@ def try_to_open(path: Path, within: Path | None = None) -> None:
     Raises
     ------
     RefusedError
-        If it is empty, or that process ends, takes too much memory or time, or cannot read a value.
+        If it is empty, or that process ends, takes too much memory or time, or cannot read a value;
+        also of trusted files, if its path is not UTF-8.
     """
+    try:
+        str(path.absolute()).encode()
+    except UnicodeEncodeError as error:
+        remedy = "rename it, or name it in a locale of UTF-8"
+        raise RefusedError(
+            f"{path.absolute()} is not UTF-8, as USD wants it; {remedy}", "FILE_UNREADABLE"
+        ) from error
     if path.is_file() and not path.stat().st_size:  # USD's words for it are those of mmap
         raise RefusedError(f"{path} is empty", "FILE_UNREADABLE")
     if os.environ.get(_TRUSTED, "0") not in ("", "0"):

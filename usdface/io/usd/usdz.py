@@ -1,6 +1,5 @@
 """A USD scene as one `.usdz` package."""
 
-import tempfile
 from pathlib import Path
 
 from pxr import Sdf, Tf, Usd, UsdSkel
@@ -10,6 +9,7 @@ from usdface.errors import InputError, OutputError
 from usdface.findings import Finding, finding
 from usdface.io.asset_folder import asset_folder
 from usdface.io.atomic import atomic_path
+from usdface.io.temporary_folder import temporary_folder, temporary_full
 from usdface.io.usd.clip_variants import clip_stages, playing_animations
 from usdface.io.usd.errors import usd_errors, usd_message
 from usdface.io.usd.evaluate import stage_keys
@@ -71,10 +71,13 @@ def write_usdz(source: Path, path: Path, options: ExportOptions = ExportOptions(
 
 
 def _binary(layer: Sdf.Layer) -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "layer.usdc"
-        if not layer.Export(str(file)):
-            raise OutputError("USD could not write the layer")
+    with temporary_folder() as folder:
+        file = folder / "layer.usdc"
+        try:
+            if not layer.Export(str(file)):
+                raise OutputError("USD could not write the layer")
+        except Tf.ErrorException as error:
+            raise temporary_full(usd_message(error)) from error
         return file.read_bytes()
 
 
