@@ -136,6 +136,9 @@ CASES: list[tuple[str, str, Callable[[Path], object]]] = [
     ("UNIT_UNKNOWN", "of a take", lambda f: TakeOptions(units="furlong")),
     ("AXIS_UNKNOWN", "of a take", lambda f: TakeOptions(up_axis="X")),
     ("AXIS_UNKNOWN", "of a rig", lambda f: RigOptions(up_axis="X")),
+    ("SETTING_WRONG", "dimension", lambda f: TakeOptions(dimension=4)),  # type: ignore[arg-type]
+    ("SETTING_WRONG", "image size", lambda f: TakeOptions(image_size=(1920, -1080))),
+    ("VALUES_WRONG", "image size", lambda f: replace(IMAGE, image_size=(0, 1080))),
     ("SETTING_WRONG", "no choice", lambda f: MapOptions(kernel="cubic")),
     ("SETTING_WRONG", "in a file", lambda f: bound(f, {"markers": {}, "map": {"radius": -1}})),
     ("SCHEMA_BROKEN", "of a binding", lambda f: bound(f, {"markers": {"a": 3}})),

@@ -255,6 +255,10 @@ class TakeOptions:
             _check_choice("units", self.units, LengthUnit, "UNIT_UNKNOWN")
         if self.up_axis is not None:
             _check_choice("up_axis", self.up_axis, UpAxis, "AXIS_UNKNOWN")
+        if self.dimension not in (2, 3, None):
+            raise InputError(f"'dimension' is {self.dimension}; expected 2, 3", "SETTING_WRONG")
+        for pixels in self.image_size or ():
+            _check_number("image_size", pixels, above_zero=True)
 
 
 @checked

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface import MarkerTake, Rig, Shot, WeightsTake
+from usdface.clips import Clip
 
 LOOSE = ("temple_right",)  # markers that come off on our stage
 REST = 0.01  # weights below it are noise in our rigs
@@ -36,6 +37,6 @@ def within_the_rig(weights: WeightsTake, shot: Shot) -> WeightsTake:
     return replace(weights, weights=np.minimum(weights.weights, most))
 
 
-def named_clips(rig: Rig, clips: tuple) -> tuple:
+def named_clips(rig: Rig, clips: tuple[Clip, ...]) -> tuple[Rig, tuple[Clip, ...]]:
     """Name clips after the character, as our game engine wants them."""
     return rig, tuple(replace(clip, name=f"{rig.name}_{clip.name}") for clip in clips)

@@ -1,7 +1,12 @@
+from dataclasses import replace
+from pathlib import Path
+
 import pytest
 from worlds import make_world
 
 import usdface
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def test_an_unknown_setting_of_the_correction_is_named() -> None:
@@ -9,6 +14,23 @@ def test_an_unknown_setting_of_the_correction_is_named() -> None:
     with pytest.raises(usdface.InputError, match=r"no setting 'gian'.*did you mean gain") as raised:
         usdface.assemble_shot(world.rig, world.take, setup=world.setup(), correction={"gian": 1.0})
     assert raised.value.code == "SETTING_WRONG"
+
+
+def test_the_options_of_the_correction_are_taken_whole_or_in_part() -> None:
+    rig, _ = usdface.read_rig(EXAMPLES / "head.usdc")
+    take, _ = usdface.read_take(EXAMPLES / "take.usdc")
+    bind, _ = usdface.read_bind(EXAMPLES / "bind.json")
+    options = usdface.CorrectionOptions(gain=0.7, ease=0.2)
+    shot, _ = usdface.assemble_shot(rig, take, setup=bind, correction=options)
+    system = shot.system
+    assert system is not None and (system.mode, system.gain, system.ease) == ("raise", 0.7, 0.2)
+    shot, _ = usdface.assemble_shot(
+        rig, take, setup=bind, system=system, correction={"mode": "add", "gain": 0.5}
+    )
+    assert shot.system == replace(system, mode="add", gain=0.5)
+    default = usdface.CorrectionOptions()
+    shot, _ = usdface.assemble_shot(rig, take, setup=bind, system=system, correction=default)
+    assert shot.system == replace(system, gain=1.0, ease=0.0)
 
 
 def test_a_shot_that_binds_no_marker_is_refused_without_a_warning_of_numpy() -> None:

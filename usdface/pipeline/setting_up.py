@@ -17,7 +17,7 @@ from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.shot_write import author_shot
 from usdface.io.usd.stage import Stage
 from usdface.io.usd.take import read_take_prim
-from usdface.options import BindOptions
+from usdface.options import BindOptions, CorrectionOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -45,7 +45,7 @@ def set_up(
     calibration: Calibration | None = None,
     poses: Mapping[str, Expression | ActionPose | None] | None = None,
     system: ExpressionSystem | None = None,
-    correction: Mapping[str, Any] | None = None,
+    correction: CorrectionOptions | Mapping[str, Any] | None = None,
     scope: str = "/UsdFace",
     start_code: float = 0.0,
     on_progress: OnProgress | None = None,
@@ -144,7 +144,7 @@ def _take_at(stage: Stage, path: str) -> MarkerTake | WeightsTake:
     if not prim:
         raise InputError(
             f"there is no take at <{path}> on the stage; reference one there, as `usdface take` "
-            "writes it",
+            "writes it, or give the take of a file: usdface.read_take(path)",
             "SHOT_INCOMPLETE",
         )
     return read_take_prim(prim)[0]

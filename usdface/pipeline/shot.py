@@ -26,7 +26,7 @@ from usdface.io.usd.shot_write import write_shot
 from usdface.io.usd.stage import default_prim, open_stage
 from usdface.io.usd.take import read_take_prim
 from usdface.io.usd.unread_motion import report_unread_motion
-from usdface.options import BindOptions
+from usdface.options import BindOptions, CorrectionOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -52,7 +52,7 @@ def make_shot(
     calibration: StrPath | None = None,
     expressions: StrPath | None = None,
     fuzzy: StrPath | None = None,
-    correction: Mapping[str, Any] | None = None,
+    correction: CorrectionOptions | Mapping[str, Any] | None = None,
     write_bind: StrPath | None = None,
     figure: StrPath | None = None,
     performer_layer: StrPath | None = None,
@@ -77,8 +77,8 @@ def make_shot(
         Expression poses that override the known ones, JSON or USD.
     fuzzy : path, optional
         A fuzzy system in place of one designed for the rig: USD, .fis, .fcl or .fll.
-    correction : mapping, optional
-        Fields of `CorrectionOptions` that override those of the system.
+    correction : CorrectionOptions or mapping, optional
+        In place of the settings of the system; a mapping of some of the fields overrides these.
     write_bind : path, optional
         Also write the binding as it is used, and the places that are too unsure to be, JSON;
         also where most of them are, and no shot is written.

@@ -1,7 +1,7 @@
 """Assembly of a shot in memory: vertices of the markers, expression poses, a fuzzy system."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import fields, replace
+from dataclasses import asdict, fields, replace
 from typing import Any
 
 from usdface.arguments import checked
@@ -45,7 +45,7 @@ def assemble_shot(
     poses: Mapping[str, Expression | ActionPose | None] | None = None,
     system: ExpressionSystem | None = None,
     system_source: str = "",
-    correction: Mapping[str, Any] | None = None,
+    correction: CorrectionOptions | Mapping[str, Any] | None = None,
 ) -> tuple[Shot, list[Finding]]:
     """Bring a rig and a take together, with expression poses and a fuzzy system for the rig.
 
@@ -66,8 +66,8 @@ def assemble_shot(
         In place of one designed for the rig.
     system_source : str
         Names it in errors.
-    correction : mapping, optional
-        Fields of `CorrectionOptions` that override those of the system.
+    correction : CorrectionOptions or mapping, optional
+        In place of the settings of the system; a mapping of some of the fields overrides these.
 
     Returns
     -------
@@ -107,8 +107,9 @@ def assemble_shot(
     expressions, new_findings = expressions_for(rig.shape_names, poses or {})
     findings += new_findings
     roles, designed = bound.roles, system is None
+    overrides = asdict(correction) if isinstance(correction, CorrectionOptions) else correction
     system, bound, new_findings = _expression_system(
-        mesh, bound, expressions, system, system_source, correction or {}
+        mesh, bound, expressions, system, system_source, overrides or {}
     )
     findings += new_findings
     if isinstance(take, MarkerTake):

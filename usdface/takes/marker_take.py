@@ -118,6 +118,12 @@ class MarkerTake:
                 "number, such as 0.001",
                 "VALUES_WRONG",
             )
+        if self.image_size and min(self.image_size) <= 0:
+            raise InputError(
+                f"the image is {self.image_size[0]} x {self.image_size[1]} px; expected positive "
+                "numbers",
+                "VALUES_WRONG",
+            )
         if not 0.0 <= self.focal_length < math.inf:
             raise InputError(
                 f"the focal length is {self.focal_length} px; expected a positive number, or 0",
