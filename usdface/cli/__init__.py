@@ -97,7 +97,9 @@ class _Parser(argparse.ArgumentParser):
         if unknown and "unrecognized" not in message:
             hint = did_you_mean(unknown[0], known)
             message = f"unrecognized arguments: {' '.join(unknown)}{hint}"
-        super().error(message)
+        with suppress(OSError):  # standard error takes no more, which newer Pythons leave out
+            super().error(message)
+        raise SystemExit(2)
 
 
 def _run(parsed: argparse.Namespace) -> int:
