@@ -58,9 +58,8 @@ def errors(
     return apart / float(np.linalg.norm(outer[0] - outer[1]))
 
 
-# The vertices of the example's head are 6 % apart.
 @pytest.mark.slow
-@pytest.mark.parametrize(("head", "most"), [("ict", 0.04), ("makehuman", 0.04), ("example", 0.055)])
+@pytest.mark.parametrize("head", ["ict", "makehuman", "example"])
 @pytest.mark.parametrize(
     ("file", "marker_set"),
     [
@@ -70,7 +69,7 @@ def errors(
     ],
 )
 def test_named_markers_land_where_a_person_puts_them(
-    shared_data: Path, head: str, most: float, file: str, marker_set: str
+    shared_data: Path, head: str, file: str, marker_set: str
 ) -> None:
     recorded, _ = read_take(shared_data / "animface" / file)
     assert isinstance(recorded, MarkerTake)
@@ -79,7 +78,8 @@ def test_named_markers_land_where_a_person_puts_them(
     setup = propose(take, mesh, NOTHING, find_neutral=True).setup
     apart = errors(mesh, head, take, recorded.names, setup)
     own = np.diagonal(apart)
-    assert np.median(own) <= most
+    # The vertices of the example's head are 6 % apart.
+    assert np.median(own) <= (0.055 if (head, marker_set) == ("example", "camel") else 0.04)
     # As a person would choose them, whichever head it is put on.
     assert setup.neutral == NEUTRAL[Path(file).stem]
     # No marker is nearer to the place of another one.

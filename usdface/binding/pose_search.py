@@ -28,8 +28,9 @@ __all__ = ["RegisteredMarkers", "refine", "register_from", "search_pose"]
 _ROLLS, _TILTS, _SCALES = range(0, 360, 30), (-25.0, 0.0, 25.0), (0.9, 1.13)
 # How many starts, and then registrations, are followed.
 _FOLLOWED, _FINAL = 8, 2
-# Cells of the decimated face [share of its size]: for the start poses, and for the refinement.
-_COARSE, _MIDDLE = 0.1, 0.05
+# Cells of the decimated face [share of its size]: for the start poses, and for the refinement. In
+# larger ones places depend on where the cells lie, in smaller ones on finely meshed lids and lips.
+_COARSE, _MIDDLE = 0.1, 0.03
 # Peak frames that the starts use; they are ordered, the most different ones first.
 _FIRST_PEAKS = 12
 # Registrations that share more of their vertices are one.
