@@ -48,7 +48,7 @@ import numpy as np  # noqa: E402
 from attack.mutators import spoilt  # noqa: E402
 from attack.seeds import SECRET, Seed, make_seeds  # noqa: E402
 
-from usdface.cli import _in_one_line as line_of  # noqa: E402
+from usdface.cli import _message_and_code  # noqa: E402
 from usdface.cli import main as usdface  # noqa: E402
 from usdface.findings import Finding  # noqa: E402
 from usdface.io.usd import sandbox  # noqa: E402
@@ -232,7 +232,7 @@ def _read(reader: Any, file: Path) -> str:
     except MemoryError:
         return "memory"
     except Exception as error:
-        return _refusal(f"usdface: {line_of(error)}\n")
+        return _refusal(f"usdface: {_message_and_code(error)[0]}\n")
     findings: list[Finding] = []
     for value in _values(found, findings):
         if isinstance(value, bytes):
