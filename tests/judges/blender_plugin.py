@@ -251,7 +251,8 @@ def hook(folder):
     work = process.work_folder(bpy.context.scene)
     take, _ = part("takes").write_take_of_empties(bpy.context.scene, work)
     part("character").export_character(chosen.character, folder / "character.usda")
-    mesh = process._prepare_rig(folder / "character.usda", "head")
+    meshes = part("character").face_meshes(chosen.character)
+    mesh = process._prepare_rig(folder / "character.usda", meshes)
     part("places").write_bind(bpy.context.scene, mesh, folder / "bind.json")
     return {"messages": result, "csv": str(take)}
 
