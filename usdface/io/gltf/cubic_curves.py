@@ -8,10 +8,12 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.findings import Finding, finding
 from usdface.io.gltf.animation_size import check_size
+from usdface.numerics.frame_blocks import by_blocks
 
 __all__ = ["sampled_hermite"]
 
 _MOST_PARTS = 1024  # lines for one cubic segment: what tangents ask for has no bound
+_BLOCK = 256  # steps at once: with 500 values each 1 MB
 
 
 def sampled_hermite(
@@ -105,12 +107,17 @@ def _bend(
 ) -> FloatArray:
     """Return the largest second derivative (T,) [1/s^2] of any value in each step."""
     span = times[segment + 1] - times[segment]
-    largest = np.zeros(len(segment))
-    for end in (low, high):
-        part = ((end - times[segment]) / span)[:, None]
-        bend = (1 - part) * bends[0][segment] + part * bends[1][segment]
-        largest = np.maximum(largest, np.abs(bend).max(axis=1, initial=0.0))
-    return largest
+    ends = [((end - times[segment]) / span)[:, None] for end in (low, high)]
+
+    def largest(steps: slice) -> FloatArray:
+        first, last = (bend[segment[steps]] for bend in bends)
+        parts = (part[steps] for part in ends)
+        among = [
+            np.abs((1 - part) * first + part * last).max(axis=1, initial=0.0) for part in parts
+        ]
+        return np.maximum(*among)
+
+    return by_blocks(len(segment), largest, _BLOCK)
 
 
 def _roundest(low: FloatArray, high: FloatArray) -> FloatArray:
