@@ -111,11 +111,8 @@ def _bend(
 
     def largest(steps: slice) -> FloatArray:
         first, last = (bend[segment[steps]] for bend in bends)
-        parts = (part[steps] for part in ends)
-        among = [
-            np.abs((1 - part) * first + part * last).max(axis=1, initial=0.0) for part in parts
-        ]
-        return np.maximum(*among)
+        among = ((1 - part[steps]) * first + part[steps] * last for part in ends)
+        return np.stack([np.abs(bend).max(axis=1, initial=0.0) for bend in among]).max(axis=0)
 
     return by_blocks(len(segment), largest, _BLOCK)
 
