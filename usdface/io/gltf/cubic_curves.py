@@ -112,7 +112,8 @@ def _bend(
     def largest(steps: slice) -> FloatArray:
         first, last = (bend[segment[steps]] for bend in bends)
         among = ((1 - part[steps]) * first + part[steps] * last for part in ends)
-        return np.stack([np.abs(bend).max(axis=1, initial=0.0) for bend in among]).max(axis=0)
+        highest = [np.abs(bend).max(axis=1, initial=0.0) for bend in among]
+        return np.asarray(np.max(highest, axis=0))
 
     return by_blocks(len(segment), largest, _BLOCK)
 
