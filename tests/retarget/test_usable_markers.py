@@ -26,6 +26,13 @@ def test_a_take_with_fewer_than_four_bound_markers_is_refused_with_advice(
         check_bound_markers(setup, world.take)
 
 
+def test_bound_markers_that_the_take_lacks_are_named_where_too_few_are_left(world: World) -> None:
+    names = (*list(world.points)[:3], "chinn")
+    setup = replace(world.setup(), binding=Binding(names, np.arange(4)), nose_tip="")
+    with pytest.raises(InputError, match=r"are needed; bound, but not in the take: chinn\. Bind"):
+        check_bound_markers(setup, world.take)
+
+
 def test_markers_that_share_their_vertices_are_refused(world: World) -> None:
     binding = world.setup().binding
     setup = replace(world.setup(), binding=replace(binding, points=binding.points % 3))

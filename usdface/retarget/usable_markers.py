@@ -53,9 +53,11 @@ def check_bound_markers(setup: RetargetSetup, take: MarkerTake) -> None:
             "MARKER_UNKNOWN",
         )
     if count < LEAST_MARKERS:
+        lost = [name for name in bound if name not in take.names]
+        also = f"; bound, but not in the take: {listed(lost, _LISTED)}" if lost else ""
         raise InputError(
             f"{count} of the {len(take.names)} markers of {take.source} are bound; at least "
-            f"{LEAST_MARKERS} are needed. Bind more, or find vertices for them (--propose)",
+            f"{LEAST_MARKERS} are needed{also}. Bind more, or find vertices for them (--propose)",
             "MARKERS_TOO_FEW",
         )
     pairs = zip(bound, setup.binding.points.tolist(), strict=True)
