@@ -10,7 +10,8 @@ __all__ = ["relative_path"]
 def relative_path(path: Path, folder: Path) -> str:
     """Return a path relative to a folder, with slashes; an absolute one if there is none.
 
-    Nothing leads from one drive of Windows to another.
+    Nothing leads from one drive of Windows to another. Links are not followed: their target may
+    change.
     """
     relative = path.absolute()
     with suppress(ValueError):
