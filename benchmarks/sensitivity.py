@@ -62,7 +62,7 @@ CLOSED = "closure_figures:figures"
 FILMED, NAMED = "footage_figures:figures", "footage_figures:name_figures"
 TABLE: dict[str, list[Constant]] = {
     "binding": [
-        *rows("usdface.binding.candidates", "LARGEST_WEIGHT _EVEN_CELL", PLACED),
+        *rows("usdface.binding.candidates", "LARGEST_WEIGHT _EVEN_CELL _DISC", PLACED),
         *rows("usdface.binding.face_surface", "_MARGIN MOVING_SHARE _CELLS _DEPTH _FACING", PLACED),
         *rows("usdface.binding.observations", "_FEWEST_MOVING _CENTRAL", PLACED),
         *rows("usdface.binding.registration", "SHAPE_ERROR MOTION_ERROR USUAL_COST", PLACED),
@@ -71,7 +71,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.binding.alignment", "_BEND _BEND_WIDTH _SPREAD", PLACED),
         *rows("usdface.binding.alignment", "_UPRIGHT _ANCHOR_WEIGHT _NAMED _PAIRED", PLACED),
         *rows("usdface.binding.peak_motion", "_WEIGHT_PRIOR", PLACED),
-        *rows("usdface.binding.pose_search", "_TILTS _FOLLOWED _FINAL _COARSE _MIDDLE", PLACED),
+        *rows("usdface.binding.pose_search", "_TILTS _FOLLOWED _FINAL _COARSE", PLACED),
         *rows("usdface.binding.pose_search", "_FIRST_PEAKS _SAME _FIRST_SHAPE_ERROR", PLACED),
         *rows("usdface.binding.pose_search", "_FIRST_MOTION_ERROR _START_STEPS _STEPS", PLACED),
         *rows("usdface.binding.pose_search", "_LAST_STEPS _START_ANNEALED _WITHOUT_MOTION", PLACED),

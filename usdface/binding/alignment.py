@@ -184,7 +184,7 @@ def _soft_targets(
 
     By their squared errors `total` (M, N); `fixed` markers are on the `assigned` one alone.
     """
-    share = np.exp(-0.5 * (total - total.min(axis=1, keepdims=True)))
+    share = candidates.areas * np.exp(-0.5 * (total - total.min(axis=1, keepdims=True)))
     share[fixed] = 0.0
     share[np.flatnonzero(fixed), assigned[fixed]] = 1.0
     share /= share.sum(axis=1, keepdims=True)

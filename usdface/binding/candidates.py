@@ -17,6 +17,10 @@ LARGEST_WEIGHT = 1.5
 # Edge of the cells that even out the mesh before its centre and size are measured [share of the
 # face's size]: longer than the edges of a face mesh, far shorter than the face.
 _EVEN_CELL = 0.08
+# A vertex counts by the skin around it, at most by a disc of this radius [share of the face's size;
+# ICT: 1.8 mm]. Without areas finely meshed lids and lips attract markers, without a limit coarse
+# skin does. Chosen on named takes: `python benchmarks/binding.py named`.
+_DISC = 0.027
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -35,6 +39,8 @@ class CandidateVertices:
         Offsets of the blend shapes at the largest weight of a strong performer.
     rigid_motions : (6, N, 3) float64
         Infinitesimal rigid motions of the face.
+    areas : (N,) float64 [m²]
+        Of the skin that each vertex stands for.
     size : float [m]
         RMS radius of the moving surface.
     """
@@ -45,6 +51,7 @@ class CandidateVertices:
     centre: FloatArray
     offsets: FloatArray
     rigid_motions: FloatArray
+    areas: FloatArray
     size: float
 
 
@@ -79,6 +86,7 @@ def candidate_vertices(
         centre=centre,
         offsets=LARGEST_WEIGHT * surface.offsets_at(indices),
         rigid_motions=infinitesimal_motions(points),
+        areas=np.minimum(surface.areas[indices], np.pi * (_DISC * size) ** 2),
         size=size,
     )
 

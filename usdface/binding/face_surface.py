@@ -18,6 +18,7 @@ from usdface.errors import InputError
 from usdface.face.surface_graph import surface_graph
 from usdface.geometry.stray_points import stray_points
 from usdface.geometry.triangulation import triangle_fans
+from usdface.geometry.vertex_areas import vertex_areas
 from usdface.geometry.vertex_normals import triangle_normals
 from usdface.geometry.view_rotation import view_rotation
 from usdface.rigs import Mesh
@@ -66,6 +67,8 @@ class FaceSurface:
         Moved by a blend shape by `MOVING_SHARE` of the largest offset or more.
     normals : (N, 3) float64
         Outwards, of length 1.
+    areas : (N,) float64 [m²]
+        Of the surface around each vertex.
     level : (N,) bool
         Visible from the height of the face, not from below or above alone.
     torn : (V,) bool
@@ -79,6 +82,7 @@ class FaceSurface:
     points: FloatArray
     moving: BoolArray
     normals: FloatArray
+    areas: FloatArray
     level: BoolArray
     torn: BoolArray
     graph: csr_array
@@ -149,6 +153,7 @@ def face_surface(mesh: Mesh) -> FaceSurface:
         points=mesh.points[vertices],
         moving=moving[vertices],
         normals=normals[vertices],
+        areas=vertex_areas(mesh.points, triangles)[vertices],
         level=np.asarray(views[:_LEVEL, vertices].any(axis=0)),
         torn=torn,
         graph=graph,

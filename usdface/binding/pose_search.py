@@ -28,9 +28,8 @@ __all__ = ["RegisteredMarkers", "refine", "register_from", "search_pose"]
 _ROLLS, _TILTS, _SCALES = range(0, 360, 30), (-25.0, 0.0, 25.0), (0.9, 1.13)
 # How many starts, and then registrations, are followed.
 _FOLLOWED, _FINAL = 8, 2
-# Cells of the decimated face [share of its size]: for the start poses, and for the refinement. In
-# larger ones places depend on where the cells lie, in smaller ones on finely meshed lids and lips.
-_COARSE, _MIDDLE = 0.1, 0.03
+# Cells of the face that is decimated for the start poses [share of its size].
+_COARSE = 0.1
 # Peak frames that the starts use; they are ordered, the most different ones first.
 _FIRST_PEAKS = 12
 # Registrations that share more of their vertices are one.
@@ -86,34 +85,27 @@ def search_pose(surface: FaceSurface, observations: Observations) -> RegisteredM
     if len(anchors) >= 3 and (known := _anchored_pose(coarse, observations)) is not None:
         linears = [known]
     started = [_start(coarse, few, _initial(linear, coarse, few)) for linear in linears]
-    middle = candidate_vertices(surface, _MIDDLE, anchors)
+    full = candidate_vertices(surface)
     still = np.zeros((count, shapes)), np.zeros((count, 6))
     followed = [
-        _follow(middle, observations, replace(start, weights=still[0], rigid=still[1]))
+        _follow(full, observations, replace(start, weights=still[0], rigid=still[1]))
         for start in _distinct(started, _FOLLOWED)
     ]
-    full = candidate_vertices(surface)
-    final = [_finish(full, observations, one) for one in _distinct(followed, _FINAL)]
-    return RegisteredMarkers(full, observations, tuple(_distinct(final, _FINAL)))
+    return RegisteredMarkers(full, observations, tuple(_distinct(followed, _FINAL)))
 
 
 def register_from(
     surface: FaceSurface, observations: Observations, linear: FloatArray, offset: FloatArray
 ) -> RegisteredMarkers:
     """Register markers to a face from one pose: neutral @ linear + offset is on the face."""
-    anchors = observations.anchors[observations.anchored]
     full = candidate_vertices(surface)
-    middle = candidate_vertices(surface, _MIDDLE, anchors)
     start = replace(_initial(linear, full, observations), offset=offset - full.centre)
-    found = _finish(full, observations, _follow(middle, observations, start))
-    return RegisteredMarkers(full, observations, (found,))
+    return RegisteredMarkers(full, observations, (_follow(full, observations, start),))
 
 
 def refine(registered: RegisteredMarkers, observations: Observations) -> Registration:
     """Return the best registration adapted to other observations, from nearby."""
-    full = registered.candidates
-    middle = candidate_vertices(full.surface, _MIDDLE)
-    return _finish(full, observations, _follow(middle, observations, registered.best))
+    return _follow(registered.candidates, observations, registered.best)
 
 
 def _start_poses(candidates: CandidateVertices, observations: Observations) -> list[FloatArray]:
@@ -207,12 +199,6 @@ def _follow(
     motions = MOTION_ERROR * np.geomspace(_FIRST_MOTION_ERROR, 1.0, _STEPS)
     for error, motion in zip(errors, motions, strict=True):
         start = align(candidates, observations, start, shape_error=error, motion_error=motion)
-    return _finish(candidates, observations, start)
-
-
-def _finish(
-    candidates: CandidateVertices, observations: Observations, start: Registration
-) -> Registration:
     for _ in range(_LAST_STEPS):
         start = align(candidates, observations, start, soft=False)
     return start
