@@ -5,7 +5,12 @@ import pytest
 from worlds import World, make_world
 
 from usdface.errors import InputError
-from usdface.retarget.usable_markers import check_bound_markers, neutral_frames, usable_markers
+from usdface.retarget.usable_markers import (
+    check_bound_markers,
+    neutral_frames,
+    occlusions,
+    usable_markers,
+)
 from usdface.setup.binding import Binding
 
 
@@ -67,3 +72,11 @@ def test_neutral_frames_in_which_the_face_moves_are_told(world: World) -> None:
     (moves,) = (each for each in findings if each.code == "NEUTRAL_MOVES")
     assert (moves.values["moving_count"], moves.values["frame_count"]) == (3, 18)
     assert neutral_frames(still.positions, setup).tolist() == [15] * len(take.names)
+
+
+def test_the_marker_that_is_occluded_most_is_the_first() -> None:
+    found = occlusions(("lip", "nose", "chin"), np.array([3, 0, 40]), 90)
+    assert [(each.where, each.values["occluded_count"]) for each in found] == [
+        ("chin", 40),
+        ("lip", 3),
+    ]

@@ -208,12 +208,12 @@ def determined(
 
 
 def occlusions(names: Sequence[str], occluded: IntArray, frames: int) -> list[Finding]:
-    """Report the markers that are occluded in some of the frames, by how many (M,)."""
+    """Report the markers that are occluded in some of the frames, by how many (M,); most first."""
     message = "occluded in {occluded_count} of {frame_count} frames"
     return [
-        finding("MARKER_OCCLUDED", name, message, count, frames)
-        for name, count in zip(names, occluded.tolist(), strict=True)
-        if count
+        finding("MARKER_OCCLUDED", names[m], message, int(occluded[m]), frames)
+        for m in np.argsort(-occluded, kind="stable").tolist()
+        if occluded[m]
     ]
 
 
