@@ -110,6 +110,13 @@ def test_a_subframe_is_a_fraction_of_a_frame(read):
     assert read(text.replace(":46:1", ":46;1"))[0].start_timecode == "15:26:46;12.750"
 
 
+def test_notes_of_a_take_may_hold_commas(read):
+    notes = motive_text().replace("Take Name,smile,", "Take Name,smile,Take Notes,a, b and c,")
+    take, findings = read(notes)
+    assert (take.rate, take.meters_per_unit) == (120, 1)
+    assert "UNITS_ASSUMED" not in codes(findings)
+
+
 def test_the_first_frame_of_a_part_is_kept_and_told(read):
     lines = motive_text(start=2.0).split("\n")
     top = next(k for k, line in enumerate(lines) if line.startswith("Frame,"))

@@ -6,6 +6,7 @@ column (type, name, ID, sometimes parent, quantity), then the row
 """
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 from usdface.errors import InputError
@@ -39,7 +40,8 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
 
     Only measured markers (type ``Marker``) are read: rigid bodies, bones and the markers
     that are solved from them are left out. The start timecode is that of the TimeCode
-    column, its subframe as a fraction; without one it is the time of day of the first frame, from Capture Start Time.
+    column, its subframe as a fraction; without one it is the time of day of the first frame, from
+    Capture Start Time.
 
     Raises
     ------
@@ -53,7 +55,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         raise InputError(
             f"{path} is not a Motive export: expected 'Format Version' in line 1", "FILE_UNREADABLE"
         )
-    about = dict(zip(first[::2], first[1::2], strict=False))
+    about = dict(pairwise(first))  # notes may hold commas of their own
     top = next((i for i, row in enumerate(rows[:_HEADER_ROWS]) if row[1][0] == "Frame"), None)
     if top is None:
         raise InputError(
