@@ -55,9 +55,11 @@ def test_markers_that_are_not_seen_are_told_by_the_neutral_in_use(
     positions[hidden, 3:] = np.nan
     setup = world.setup(neutral=None if rig_neutral else (0, 0))
     points = world.rig.meshes[0].points[setup.binding.points]
-    with pytest.raises(InputError, match="only 3 bound markers") as caught:
+    with pytest.raises(InputError, match=r"only 3 of \d+ bound markers") as caught:
         usable_markers(replace(world.take, positions=positions), points, setup)
     assert ("other neutral frames" in str(caught.value)) is not rig_neutral
+    assert ("in the neutral frames 0 to 0" in str(caught.value)) is not rig_neutral
+    assert ("ind more" in str(caught.value)) is rig_neutral
 
 
 def test_neutral_frames_in_which_the_face_moves_are_told(world: World) -> None:

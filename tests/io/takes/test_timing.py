@@ -115,6 +115,8 @@ def test_one_frame_has_no_rate_of_its_own():
     [
         ({"count": 0}, "no frames"),
         ({"count": 2, "seconds": np.array([1.0, 1.0])}, "does not increase at frame 1"),
+        ({"count": 2, "seconds": np.array([1.0, 1.0])}, "delete or sort the rows"),
+        ({"count": 4, "seconds": np.array([0, 1.0, 0, 1])}, "file of each of the joined takes"),
         ({"count": 2, "seconds": np.array([0.0, np.nan])}, "frame 1 of the data has no time"),
         ({"count": 2, "seconds": np.array([-1e308, 1e308])}, "too far"),
         ({"count": 2, "frames": np.array([2.0, 1.0])}, "frame number does not increase"),

@@ -193,9 +193,12 @@ def _from_zero(path: Path, values: FloatArray, subject: str) -> FloatArray:
     later = values[1:] > values[:-1]
     if not later.all():
         at = int(np.argmin(later)) + 1
+        remedy = "delete or sort the rows"
+        if at > 1 and values[at] <= values[0]:
+            remedy = "it begins anew: make a file of each of the joined takes"
         raise InputError(
             f"{path}: the {subject} does not increase at frame {at} of the data "
-            f"({values[at - 1]:g}, then {values[at]:g}); delete or sort the rows",
+            f"({values[at - 1]:g}, then {values[at]:g}); {remedy}",
             "TIMES_WRONG",
         )
     if values[-1] / 2 - values[0] / 2 > _LONGEST / 2:
