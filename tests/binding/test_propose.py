@@ -80,7 +80,7 @@ def test_vertices_whose_confidence_fails_are_proposed_without_one(
     def fail(*_: object) -> np.ndarray:
         raise MemoryError
 
-    monkeypatch.setattr("usdface.binding.propose.placement_confidence", fail)
+    monkeypatch.setattr("usdface.binding.placed_markers.placement_confidence", fail)
     take, truth = anonymous(world, 1)
     proposal, findings = propose(take, world.rig.meshes[0], NO_BINDING)
     np.testing.assert_array_equal(proposal.binding.points, truth)

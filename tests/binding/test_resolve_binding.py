@@ -11,6 +11,7 @@ from worlds import World, make_world
 from usdface.cli import main
 from usdface.io.usd.shot import read_shot
 from usdface.io.usd.stage import open_stage
+from usdface.io.usd.take import read_take_prim
 from usdface.io.usd.take_write import write_take
 from usdface.takes import MarkerTake
 
@@ -257,6 +258,17 @@ def test_a_shot_of_mostly_unsure_places_is_refused_and_the_proposal_written(
     assert json.loads(printed.out) == document
     assert len(document["unsure"]) > len(document["markers"])
     assert all(place["confidence"] < 0.5 for place in document["unsure"].values())
+
+
+def test_markers_of_two_performers_are_named_as_why_places_are_unsure(
+    senseless: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stage = open_stage(senseless / "take.usda")
+    take, _ = read_take_prim(stage.GetDefaultPrim())
+    names = tuple(f"{'AB'[i % 2]}:m{i // 2}" for i in range(20))
+    write_take(replace(take, names=names), senseless / "two.usda")
+    assert shot(senseless, "--take", senseless / "two.usda") == 1
+    assert "several performers, A, B: export those of one" in capsys.readouterr().err
 
 
 def test_vertices_without_the_name_of_their_mesh_are_those_of_the_face(

@@ -111,3 +111,24 @@ def test_a_take_without_timecode_is_refused(folder: Path, capsys: pytest.Capture
     words = ["conform", str(folder / "reel.edl"), str(folder / "take.usda")]
     assert main([*words, "-o", str(folder / "reel.json")]) == 1
     assert "usdface take --start-timecode" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("rate", "start", "options", "told"),
+    [
+        (120.0, "01:00:00:12", [], True),
+        (120.0, "01:00:00:12", ["--timecode-rate", "30"], False),
+        (120.0, "01:00:00:00", [], False),
+        (60.0, "01:00:00:12", [], False),
+    ],
+)
+def test_timecode_of_more_frames_than_video_has_is_a_guess(
+    folder: Path, capsys: pytest.CaptureFixture, rate: float, start: str, options: list, told: bool
+) -> None:
+    take = replace(make_world().take, start_timecode=start, rate=rate)
+    write_take(take, folder / "fast.usdc")
+    cut = [str(folder / "reel.edl"), str(folder / "fast.usdc"), "--cut-rate", "24"]
+    assert main(["conform", *cut, "-o", str(folder / "fast.json"), *options]) == 0
+    printed = capsys.readouterr().out
+    assert ("01:00:00:12 taken to count 120 frames a second" in printed) is told
+    assert ("RATE_ASSUMED" in printed) is told

@@ -5,7 +5,12 @@ import pytest
 from worlds import World, make_world
 
 from usdface.errors import InputError
-from usdface.retarget.usable_markers import check_bound_markers, neutral_frames, usable_markers
+from usdface.retarget.usable_markers import (
+    check_bound_markers,
+    neutral_frames,
+    occlusions,
+    usable_markers,
+)
 from usdface.setup.binding import Binding
 
 
@@ -50,9 +55,11 @@ def test_markers_that_are_not_seen_are_told_by_the_neutral_in_use(
     positions[hidden, 3:] = np.nan
     setup = world.setup(neutral=None if rig_neutral else (0, 0))
     points = world.rig.meshes[0].points[setup.binding.points]
-    with pytest.raises(InputError, match="only 3 bound markers") as caught:
+    with pytest.raises(InputError, match=r"only 3 of \d+ bound markers") as caught:
         usable_markers(replace(world.take, positions=positions), points, setup)
     assert ("other neutral frames" in str(caught.value)) is not rig_neutral
+    assert ("in the neutral frames 0 to 0" in str(caught.value)) is not rig_neutral
+    assert ("ind more" in str(caught.value)) is rig_neutral
 
 
 def test_neutral_frames_in_which_the_face_moves_are_told(world: World) -> None:
@@ -67,3 +74,11 @@ def test_neutral_frames_in_which_the_face_moves_are_told(world: World) -> None:
     (moves,) = (each for each in findings if each.code == "NEUTRAL_MOVES")
     assert (moves.values["moving_count"], moves.values["frame_count"]) == (3, 18)
     assert neutral_frames(still.positions, setup).tolist() == [15] * len(take.names)
+
+
+def test_the_marker_that_is_occluded_most_is_the_first() -> None:
+    found = occlusions(("lip", "nose", "chin"), np.array([3, 0, 40]), 90)
+    assert [(each.where, each.values["occluded_count"]) for each in found] == [
+        ("chin", 40),
+        ("lip", 3),
+    ]

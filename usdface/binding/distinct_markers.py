@@ -8,11 +8,11 @@ from usdface.binding.stabilised_take import FEWEST_MARKERS
 from usdface.errors import InputError
 from usdface.takes import MarkerTake
 
-__all__ = ["distinct_markers"]
+__all__ = ["FEWEST", "distinct_markers"]
 
 # Fewer markers fit any face. With three anchors, which determine the pose, as many as
 # `neutral_frames` needs are enough.
-_FEWEST, _ANCHORS = 8, 3
+FEWEST, _ANCHORS = 8, 3
 # Markers that stay this near to each other are one [share of their spread; ICT: 0.7 mm]: less than
 # a marker's own size.
 _SAME_MARKER = 0.01
@@ -26,12 +26,12 @@ def distinct_markers(
     copies = _copies(take, used, given)
     used = np.delete(used, sorted(copies))
     anchored = len(given.keys() & {take.names[i] for i in used})
-    least = FEWEST_MARKERS if anchored >= _ANCHORS else _FEWEST
+    least = FEWEST_MARKERS if anchored >= _ANCHORS else FEWEST
     if len(used) < least:
         apart = " at different places" if copies else ""
         raise InputError(
             f"the take {take.source} shows {len(used)} markers{apart}; proposing their vertices "
-            f"takes {_FEWEST}, or {FEWEST_MARKERS} of which three are in --bind bind.json",
+            f"takes {FEWEST}, or {FEWEST_MARKERS} of which three are in --bind bind.json",
             "MARKERS_TOO_FEW",
         )
     return used, tuple(copies.values())

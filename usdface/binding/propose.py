@@ -1,49 +1,26 @@
 """Proposed bindings: a vertex for each marker of a take, with its confidence."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
-from usdface.advice import advice
 from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.binding.anchor_check import DoubtedAnchor, check_anchors, without_anchors
-from usdface.binding.confidence import placement_confidence
 from usdface.binding.distinct_markers import distinct_markers
-from usdface.binding.explaining_neutral import explaining_neutral
-from usdface.binding.face_surface import FaceSurface, face_surface
-from usdface.binding.held_poses import held_poses
-from usdface.binding.landmarks import find_landmarks
+from usdface.binding.face_surface import face_surface
 from usdface.binding.lifted_take import lifted_take
-from usdface.binding.name_priors import name_priors, named_heights
-from usdface.binding.named_search import NameCheck, register_markers
-from usdface.binding.neutral_frames import check_frames, distant_frames
-from usdface.binding.observations import observe
-from usdface.binding.peak_motion import targets_of
-from usdface.binding.pose_search import RegisteredMarkers
+from usdface.binding.placed_markers import place_markers
 from usdface.binding.proposal import ContradictedName, Proposal
-from usdface.binding.registration import squared_errors, total_errors
-from usdface.binding.stabilised_take import StabilisedTake, stabilised_markers
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.marker_name_places import named_places
 from usdface.face.place_descriptions import place_descriptions
-from usdface.findings import Finding
 from usdface.rigs import Mesh
 from usdface.setup.binding import Binding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
 __all__ = ["propose"]
-
-# A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
-# four times the expected error, `registration.SHAPE_ERROR`.
-_OFF_FACE = 0.25
-# Vertices that are more likely wrong than right are not bound.
-_UNSURE = 0.5
-# Upper bound of squared errors, for the assignment of one vertex each.
-_LARGEST_ERROR = 1e6
 
 
 def propose(
@@ -85,16 +62,15 @@ def propose(
             'as "mesh" in --bind bind.json',
             "SKIN_MISSING",
         )
-    names = tuple(take.names[i] for i in used)
-    found = _registered(take, used, surface, setup, _anchors(names, given, surface), find_neutral)
-    chosen = _one_vertex_each(found.markers)
-    confidence, failed = _confidence(found, chosen)
-    check, off = found.check, _off_face(found.markers)
+    placed, strays = place_markers(take, used, surface, setup, given, find_neutral=find_neutral)
+    names = tuple(take.names[i] for i in placed.used)
+    found, confidence, off = placed.found, placed.confidence, placed.off
+    check = found.check
     new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
-    bound, unsure = new[~(confidence[new] < _UNSURE)], new[confidence[new] < _UNSURE]
+    bound, unsure = new[~placed.unsure[new]], new[placed.unsure[new]]
     wrong = tuple((names[anchor.marker], anchor) for anchor in found.doubted)
     doubted = {name for name, _ in wrong}
-    vertices = surface.vertices[chosen]
+    vertices = surface.vertices[placed.chosen]
     binding = Binding(
         (*given, *(names[i] for i in bound)),
         np.array([*given.values(), *vertices[bound]], dtype=np.int64),
@@ -112,82 +88,13 @@ def propose(
         never_seen=tuple(take.names[i] for i in np.flatnonzero(~take.visible.any(axis=0))),
         duplicates=duplicates,
         doubted=wrong,
-        off_face=tuple(names[i] for i in np.flatnonzero(off)),
+        off_face=(*strays, *(names[i] for i in np.flatnonzero(off))),
         contradicted=_contradicted_names(mesh, names, vertices, check.contradicted),
         exchanged=tuple(names[i] for i in np.flatnonzero(check.exchanged)),
         names_unused=found.named and not check.used,
         placeless=placeless,
-        failed=tuple(failed),
+        failed=placed.failed,
     )
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Registered:
-    """Markers on a face: how their names agree, the anchors that do not fit, and the frames."""
-
-    markers: RegisteredMarkers
-    check: NameCheck
-    named: bool
-    doubted: tuple[DoubtedAnchor, ...]
-    neutral: tuple[int, int]
-    peaks: IntArray
-
-
-def _registered(
-    take: MarkerTake,
-    used: IntArray,
-    surface: FaceSurface,
-    setup: RetargetSetup,
-    anchors: IntArray,
-    find_neutral: bool,
-) -> _Registered:
-    """Register the markers `used` (M,) of a take, with those anchors (M,) that fit the others."""
-    names = tuple(take.names[i] for i in used)
-    stabilised = stabilised_markers(take, used, "the vertices of markers cannot be proposed")
-    held = held_poses(stabilised, take.times)
-    likely = held[0].frames
-    neutral = likely if find_neutral else setup.neutral or likely
-    check_frames(take, neutral, setup.peaks)
-    peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
-    landmarks = find_landmarks(surface)
-    observations = observe(
-        stabilised.positions,
-        neutral,
-        peaks,
-        anchors=anchors,
-        heights=named_heights(names),
-        named=name_priors(names, landmarks) if landmarks else None,
-    )
-    registered, check = register_markers(surface, observations)
-    doubted = check_anchors(registered) if observations.anchored.any() else ()
-    if doubted:
-        observations = without_anchors(observations, [anchor.marker for anchor in doubted])
-        registered, check = register_markers(surface, observations)
-    if find_neutral:
-        neutral = explaining_neutral(
-            held,
-            [observations.again(stabilised.positions, pose.frames, peaks) for pose in held],
-            targets_of(registered.candidates, registered.best),
-            start=registered.best,
-            size=registered.candidates.size,
-        )
-        if neutral != likely:
-            peaks = _peaks(take, stabilised, neutral, named=setup.peaks)
-            observations = observations.again(stabilised.positions, neutral, peaks)
-            registered, check = register_markers(surface, observations)
-    named = observations.named is not None
-    return _Registered(registered, check, named, doubted, neutral, peaks)
-
-
-def _confidence(found: _Registered, chosen: IntArray) -> tuple[FloatArray, list[Finding]]:
-    """Return the confidence (M,) of chosen vertices, 0 where names say another; NaN = unknown."""
-    confidence, failed = advice(
-        "confidence of the proposed vertices",
-        lambda: np.round(placement_confidence(found.markers, chosen), 3),
-        np.full(len(chosen), np.nan),
-    )
-    doubtful = found.check.contradicted | found.check.exchanged
-    return np.where(doubtful, np.minimum(confidence, 0.0), confidence), failed
 
 
 def _given_places(names: Sequence[str], given: dict[str, int], mesh: Mesh) -> FloatArray:
@@ -209,52 +116,3 @@ def _contradicted_names(
             some.tolist(), place_descriptions(unmarked, vertices[some]), strict=True
         )
     )
-
-
-def _peaks(
-    take: MarkerTake,
-    stabilised: StabilisedTake,
-    neutral: tuple[int, int],
-    *,
-    named: Sequence[int],
-) -> IntArray:
-    peaks = distant_frames(stabilised, neutral)
-    if not len(peaks):
-        raise InputError(
-            f"the face in the take {take.source} does not move; the vertices of its markers cannot "
-            "be proposed. Take one with expressions, or give --bind bind.json",
-            "TAKE_STILL",
-        )
-    return np.array(named) if named else peaks
-
-
-def _anchors(names: Sequence[str], given: dict[str, int], surface: FaceSurface) -> IntArray:
-    """Return the given vertices as indices into the surface; -1 for a marker without one."""
-    anchors = np.full(len(names), -1)
-    for i, name in enumerate(names):
-        if name in given:
-            where = int(np.searchsorted(surface.vertices, given[name]))
-            if where < len(surface.vertices) and surface.vertices[where] == given[name]:
-                anchors[i] = where
-    return anchors
-
-
-def _one_vertex_each(registered: RegisteredMarkers) -> IntArray:
-    """Return (M,) indices into the surface's vertices, no two markers on one."""
-    candidates, best = registered.candidates, registered.best
-    if len(np.unique(best.assigned)) == len(best.assigned):
-        return np.asarray(candidates.indices[best.assigned])
-    total = total_errors(candidates, registered.observations, best).clip(max=_LARGEST_ERROR)
-    fixed = registered.observations.anchored
-    total[fixed, registered.observations.anchors[fixed]] = -_LARGEST_ERROR
-    _, chosen = linear_sum_assignment(total)
-    return np.asarray(candidates.indices[chosen])
-
-
-def _off_face(registered: RegisteredMarkers) -> BoolArray:
-    """Return which markers are off the face and not anchored: (M,) bool."""
-    place, _ = squared_errors(
-        registered.candidates, registered.observations, registered.best, shape_error=_OFF_FACE
-    )
-    off: BoolArray = (place.min(axis=1) > 1.0) & ~registered.observations.anchored
-    return off

@@ -1,5 +1,7 @@
 """The binding of a shot: read from a file, proposed, or completed by a proposal."""
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +20,7 @@ from usdface.face.curves_by_unit import curves_by_unit
 from usdface.face.fitted_setup import check_vertices
 from usdface.face.weights_from_neutral import resting_frames
 from usdface.options import BindOptions, CleanOptions
+from usdface.plain_text import listed
 from usdface.rigs import Mesh, Rig
 from usdface.setup.assumed_mesh import is_mesh_assumed
 from usdface.setup.binding import Binding
@@ -233,6 +236,8 @@ def _check_sure(proposal: Proposal, mesh: Mesh, take: MarkerTake) -> None:
     if unsure <= bound:
         return
     reasons = [f.message for f in proposal_findings(proposal, take.source) if f.code in _REASONS]
+    if len(subjects := _subjects(take.names)) > 1:
+        reasons = [f"they are of several performers, {listed(subjects, 5)}: export those of one"]
     reason = f" ({reasons[0].split(';')[0]})" if reasons else ""
     raise UnsureBindingError(
         f"the places of {unsure} markers of {take.source} on mesh {mesh.name!r} are unsure{reason},"
@@ -242,6 +247,15 @@ def _check_sure(proposal: Proposal, mesh: Mesh, take: MarkerTake) -> None:
         mesh,
         setup,
     )
+
+
+def _subjects(names: Sequence[str]) -> list[str]:
+    """Return the subjects of `subject:label` whose labels are mostly those of another, too."""
+    pairs = [name.rpartition(":")[::2] for name in names if ":" in name]
+    uses = Counter(label for _, label in pairs)
+    labels = Counter(subject for subject, _ in pairs)
+    shared = Counter(subject for subject, label in pairs if uses[label] > 1)
+    return [subject for subject, count in labels.items() if 2 * shared[subject] > count]
 
 
 def _requested(setup: RetargetSetup, options: BindOptions) -> RetargetSetup:

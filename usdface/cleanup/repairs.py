@@ -29,15 +29,14 @@ class Repair:
 
 
 def repair_findings(repairs: Sequence[Repair]) -> list[Finding]:
-    """Return one finding for each marker and kind of repair."""
+    """Return one finding for each marker and kind of repair, that of most frames first."""
     groups: dict[tuple[Kind, str], list[Repair]] = defaultdict(list)
     for repair in repairs:
         groups[repair.kind, repair.marker].append(repair)
     findings = []
-    for (kind, marker), group in groups.items():
+    for (kind, marker), group in sorted(groups.items(), key=lambda each: -_frames(each[1])):
         code, message = _CODES[kind]
-        frames = sum(r.last - r.first + 1 for r in group)
-        first = group[0]
+        frames, first = _frames(group), group[0]
         if len(group) == 1:
             message += ": frames {first_frame} to {last_frame}"
             findings.append(finding(code, marker, message, first.first, first.last))
@@ -48,3 +47,7 @@ def repair_findings(repairs: Sequence[Repair]) -> list[Finding]:
             )
             findings.append(finding(code, marker, message, frames, len(group), first.first))
     return findings
+
+
+def _frames(repairs: Sequence[Repair]) -> int:
+    return sum(repair.last - repair.first + 1 for repair in repairs)

@@ -9,6 +9,7 @@ from typing import Any
 from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError, did_you_mean
+from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.cut_file import read_cut, timecode_seconds
 from usdface.io.inputs import check_outputs, files_read
@@ -21,6 +22,8 @@ from usdface.show.conform import TakeClock, conformed
 from usdface.show.show_file import read_show_file
 
 __all__ = ["conform"]
+
+_MOST_COUNTED = 60  # frames a second, by timecode of video (SMPTE ST 12-1)
 
 
 @checked
@@ -101,7 +104,9 @@ def conform(
         others = [Path(cut), *([base] if base else [])]
         check_outputs([place], {file: file for file in (*others, *files_read(*map(Path, takes)))})
         events, findings = read_cut(Path(cut), cut_rate)
-        clocks = [_clock(Path(take), timecode_rate) for take in takes]
+        read = [_clock(Path(take), timecode_rate) for take in takes]
+        clocks = [clock for clock, _ in read]
+        findings += [each for _, guessed in read for each in guessed]
         document = _document(base)
         if base is not None:
             _check_named(document, base, "performers", [performer] if performer else [])
@@ -149,7 +154,8 @@ def _check_named(document: dict[str, Any], base: Path, kind: str, names: Sequenc
             )
 
 
-def _clock(path: Path, timecode_rate: float) -> TakeClock:
+def _clock(path: Path, timecode_rate: float) -> tuple[TakeClock, list[Finding]]:
+    """Return the timecodes of a take; RATE_ASSUMED where video has none of as many frames."""
     stage = open_stage(path)  # kept alive: its prims expire with it
     take, _ = read_take_prim(default_prim(stage, path))
     if not take.start_timecode:
@@ -159,7 +165,15 @@ def _clock(path: Path, timecode_rate: float) -> TakeClock:
             "TIMES_WRONG",
         )
     start = timecode_seconds(take.start_timecode, timecode_rate or take.rate, str(path))
-    return TakeClock(path, take.source, start, float(take.times[-1]), take.rate)
+    clock = TakeClock(path, take.source, start, float(take.times[-1]), take.rate)
+    if timecode_rate or take.rate <= _MOST_COUNTED or start.is_integer():
+        return clock, []
+    message = (
+        "its timecode {timecode} taken to count {rate_hz:g} frames a second, as the take has; "
+    )
+    message += "one of video counts fewer: --timecode-rate"
+    where, code = str(path), take.start_timecode
+    return clock, [finding("RATE_ASSUMED", where, message, code, take.rate)]
 
 
 def _relative(path: Path, folder: Path) -> str:

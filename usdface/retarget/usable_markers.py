@@ -133,11 +133,15 @@ def usable_markers(
             findings.append(finding("MARKER_WITHOUT_NEUTRAL", name))
     keep = np.flatnonzero(ever & resting)
     if len(keep) < LEAST_MARKERS:
-        where = "" if setup.neutral is None else " in the neutral frames"
-        other = "" if setup.neutral is None else ", or name other neutral frames"
+        where, other = "", "Bind more"
+        if setup.neutral is not None:
+            first, last = setup.neutral
+            where = f" in the neutral frames {first} to {last}"
+            other = "Name other neutral frames (usdface shot --neutral FIRST LAST, or auto)"
+            other += ", or bind more" if ever.sum() < LEAST_MARKERS else ""
         raise InputError(
-            f"only {len(keep)} bound markers are visible{where} of {take.source}; "
-            f"at least {LEAST_MARKERS} are needed. Bind more{other}",
+            f"only {len(keep)} of {len(known)} bound markers are visible{where} of {take.source}; "
+            f"at least {LEAST_MARKERS} are needed. {other}",
             "MARKERS_TOO_FEW",
         )
     occluded = np.isnan(positions[:, keep, 0]).sum(axis=0)
@@ -208,12 +212,12 @@ def determined(
 
 
 def occlusions(names: Sequence[str], occluded: IntArray, frames: int) -> list[Finding]:
-    """Report the markers that are occluded in some of the frames, by how many (M,)."""
+    """Report the markers that are occluded in some of the frames, by how many (M,); most first."""
     message = "occluded in {occluded_count} of {frame_count} frames"
     return [
-        finding("MARKER_OCCLUDED", name, message, count, frames)
-        for name, count in zip(names, occluded.tolist(), strict=True)
-        if count
+        finding("MARKER_OCCLUDED", names[m], message, int(occluded[m]), frames)
+        for m in np.argsort(-occluded, kind="stable").tolist()
+        if occluded[m]
     ]
 
 

@@ -250,6 +250,30 @@ def test_more_than_65535_frames(read):
     assert findings[0].values == {"expected_count": 65535, "frame_count": 70_000}
 
 
+@pytest.mark.parametrize(
+    ("frames", "first"), [(slice(100), 1), (slice(96), 1), (slice(40, 60), 41)]
+)
+def test_a_part_that_keeps_the_numbers_of_its_recording_is_whole(written, tmp_path, frames, first):
+    """As ezc3d cuts and joins recordings of Vicon: it knows nothing of the group TRIAL.
+
+    96 frames fill their last block.
+    """
+    positions = np.float32(RNG.uniform(-500, 500, (50, 3, 3)))
+    file = ezc3d.c3d(str(written(positions)))
+    file.add_parameter("TRIAL", "ACTUAL_START_FIELD", [1, 0])
+    file.add_parameter("TRIAL", "ACTUAL_END_FIELD", [50, 0])
+    file["header"]["points"]["first_frame"] = first - 1
+    file["data"]["points"] = np.concatenate([file["data"]["points"]] * 2, axis=2)[:, :, frames]
+    for name, values in file["data"]["meta_points"].items():
+        file["data"]["meta_points"][name] = np.concatenate([values] * 2, axis=2)[:, :, frames]
+    file.write(str(tmp_path / "part.c3d"))
+    take, findings = read_c3d(tmp_path / "part.c3d", TakeOptions(up_axis="Y"))
+    expected = np.concatenate([positions] * 2)[frames] / 1000
+    np.testing.assert_allclose(take.positions, expected, rtol=1e-6)
+    assert take.first_frame == first - 1
+    assert codes(findings) == ["FRAMES_RENUMBERED"] * (first > 1)
+
+
 def test_frames_that_a_header_leaves_out_are_told(read):
     positions = np.random.default_rng(2).uniform(-100, 100, (100, 3, 3))
     take, findings = read(c3d_bytes(positions, frames=60))

@@ -77,7 +77,7 @@ OPENFACE = (
 SLEAP = "track,frame_idx,instance.score,A.x,A.y,A.score\n,0,0.9,10,20,0.9\n,1,0.9,11,20,0.9\n"
 
 
-@pytest.mark.parametrize("text", [MARKERS, LONG, LIVE_LINK, MOTIVE, OPENFACE, SLEAP])
+@pytest.mark.parametrize("text", [MARKERS, LONG, LIVE_LINK, MOTIVE, VICON, OPENFACE, SLEAP])
 @pytest.mark.parametrize(
     ("delimiter", "quoting"),
     [

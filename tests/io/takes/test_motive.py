@@ -101,6 +101,22 @@ def test_the_timecode_column_or_the_time_of_day_is_the_start(read):
     assert read(motive_text(Capture_Start_Time=""))[0].start_timecode == ""
 
 
+def test_a_subframe_is_a_fraction_of_a_frame(read):
+    """Of a take at 120 Hz beside timecode at 30: Y of HH:MM:SS:FF.Y counts from 0 to 3."""
+    text = motive_text(timecode=True)
+    for frame, code in ((3, "13.2"), (2, "13.1"), (1, "13.0"), (0, "12.3")):
+        text = text.replace(f"15:26:46:12.0{frame},", f"15:26:46:{code},")
+    assert read(text)[0].start_timecode == "15:26:46:12.750"
+    assert read(text.replace(":46:1", ":46;1"))[0].start_timecode == "15:26:46;12.750"
+
+
+def test_notes_of_a_take_may_hold_commas(read):
+    notes = motive_text().replace("Take Name,smile,", "Take Name,smile,Take Notes,a, b and c,")
+    take, findings = read(notes)
+    assert (take.rate, take.meters_per_unit) == (120, 1)
+    assert "UNITS_ASSUMED" not in codes(findings)
+
+
 def test_the_first_frame_of_a_part_is_kept_and_told(read):
     lines = motive_text(start=2.0).split("\n")
     top = next(k for k, line in enumerate(lines) if line.startswith("Frame,"))

@@ -108,8 +108,10 @@ def test_occlusion_is_whole_and_announced(raw):
     take, findings = finish_take(raw(positions), TakeOptions())
     assert take.names == ("A", "B")
     np.testing.assert_array_equal(take.visible, [[1, 1], [0, 1], [1, 0]])
-    assert codes(findings) == ["MARKER_OCCLUDED", "MARKER_OCCLUDED", "MARKER_NEVER_SEEN"]
-    assert findings[2].where.endswith("C")
+    assert codes(findings) == ["MARKER_NEVER_SEEN", "MARKER_OCCLUDED", "MARKER_OCCLUDED"]
+    assert findings[0].where.endswith("C")
+    positions[0, 1] = np.nan  # the finding that is printed of many is that of the worst
+    assert finish_take(raw(positions), TakeOptions())[1][1].where.endswith("B")
 
 
 def test_frames_that_repeat_the_one_before_are_announced(raw):

@@ -59,6 +59,12 @@ def test_columns_come_in_the_order_asked_and_missing_cells_are_nan(tmp_path):
     )
 
 
+@pytest.mark.parametrize("cell", ["-nan(ind)", "nan(snan)", "-1.#IND00", "1.#QNAN"])
+def test_nan_as_windows_prints_it_is_a_missing_cell(tmp_path, cell):
+    rows = read_rows(tmp_path, f"0,{cell}\n", ",")
+    np.testing.assert_array_equal(read_numbers(tmp_path, rows, [0, 1]), [[0, np.nan]])
+
+
 def test_no_rows_keep_the_width(tmp_path):
     assert read_numbers(tmp_path, [], [0, 1, 2]).shape == (0, 3)
 

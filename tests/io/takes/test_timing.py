@@ -42,6 +42,19 @@ def test_regular_times_count_where_the_file_names_another_rate(named, own):
     assert rate == named
 
 
+@pytest.mark.parametrize(("named", "own"), [(60.0, 60 / 1.001), (59.94, 60.0), (120.0, 119.88)])
+@pytest.mark.parametrize("digits", [3, 9])
+def test_rates_that_are_close_are_told_apart(named, own, digits):
+    """As where a header rounds the rate: in a minute its frames are 3.6 away from their times."""
+    seconds = np.round(np.arange(1000) / own, digits)
+    times, rate, findings = take_times(FILE, 1000, rate=named, seconds=seconds)
+    assert (rate, codes(findings)) == (pytest.approx(own, rel=1e-4), ["RATE_CONTRADICTED"])
+    np.testing.assert_allclose(times * rate, np.arange(1000), atol=1e-6)
+    short, rate, findings = take_times(FILE, 60, rate=named, seconds=seconds[:60])
+    np.testing.assert_allclose(short * named, np.arange(60), atol=1e-6)
+    assert (rate, findings) == (named, [])
+
+
 @pytest.mark.parametrize("rate", [30.0, 60.0, 120.0])
 def test_times_in_milliseconds_are_told_by_the_rate_of_the_file(rate):
     times, found, findings = take_times(
@@ -102,6 +115,8 @@ def test_one_frame_has_no_rate_of_its_own():
     [
         ({"count": 0}, "no frames"),
         ({"count": 2, "seconds": np.array([1.0, 1.0])}, "does not increase at frame 1"),
+        ({"count": 2, "seconds": np.array([1.0, 1.0])}, "delete or sort the rows"),
+        ({"count": 4, "seconds": np.array([0, 1.0, 0, 1])}, "file of each of the joined takes"),
         ({"count": 2, "seconds": np.array([0.0, np.nan])}, "frame 1 of the data has no time"),
         ({"count": 2, "seconds": np.array([-1e308, 1e308])}, "too far"),
         ({"count": 2, "frames": np.array([2.0, 1.0])}, "frame number does not increase"),

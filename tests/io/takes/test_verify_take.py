@@ -41,7 +41,7 @@ def test_occlusion_is_announced_once() -> None:
     given = occluded((0, 1), (slice(None), 2))
     found, findings = verified_take(READER, path, (given, []))
     assert found.names == ("a", "b") and found.positions.shape == (4, 2, 3)
-    assert [f.code for f in findings] == ["MARKER_OCCLUDED", "MARKER_NEVER_SEEN"]
+    assert [f.code for f in findings] == ["MARKER_NEVER_SEEN", "MARKER_OCCLUDED"]
     own = finding("MARKER_OCCLUDED", "a.xyz: b", "occluded in 1 of 4 frames")
     _, findings = verified_take(READER, path, (given, [own]))
     assert [f.code for f in findings] == ["MARKER_OCCLUDED", "MARKER_NEVER_SEEN"]

@@ -15,7 +15,6 @@ from usdface.findings import Finding, finding
 from usdface.io.takes.c3d_header import (
     PointLayout,
     analog_count,
-    first_frame,
     point_layout,
     read_header,
 )
@@ -64,7 +63,7 @@ def read_c3d(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake, l
     findings += report_beside_points(path, parameters, analog_count(header, layout.rate))
     timecode, timecode_findings = timecode_of(path, parameters)
     findings += timecode_findings
-    before, renumbered = frames_before(path, first_frame(header), 1)
+    before, renumbered = frames_before(path, layout.first_frame, 1)
     findings += renumbered
     up_axis, axis_findings = _up_axis(path, parameters, options)
     labels, positions = _labels(parameters, layout.markers), _points(data, layout)

@@ -21,7 +21,7 @@ from usdface.io.takes.c3d_parameters import (
     read_parameters,
 )
 
-__all__ = ["C3dHeader", "PointLayout", "analog_count", "first_frame", "point_layout", "read_header"]
+__all__ = ["C3dHeader", "PointLayout", "analog_count", "point_layout", "read_header"]
 
 _BLOCK = 512  # bytes
 _MOST_COUNTED = 65535  # frames, in 16 bits
@@ -45,6 +45,7 @@ class PointLayout:
     """The layout of the points in the file: `frames` frames of `frame_bytes` from `start`."""
 
     start: int
+    first_frame: int  # its number in the recording, which counts from 1
     frames: int
     markers: int
     frame_bytes: int
@@ -116,8 +117,12 @@ def _announced_layout(
         )
     values = 4 * markers + analog_count(header, rate)
     frame_bytes = values * (2 if scale > 0 else 4)
-    announced = _frame_count(header)
+    ranges = _frame_ranges(header)
     held, rest = divmod(size - start, frame_bytes)
+    # Programs that cut or join a recording leave some of the numbers as they were. The last block
+    # is filled up; ezc3d adds a whole one to a full one.
+    fitting = (r for r in ranges if 0 <= size - start - r[1] * frame_bytes <= _BLOCK)
+    first_frame, announced = next(fitting, ranges[0])
     findings = []
     if announced > held:
         if rest or not held:
@@ -129,7 +134,10 @@ def _announced_layout(
         message = "the header announces {expected_count} frames, the file holds {frame_count}"
         findings = [finding("FRAMES_MISSING", str(path), message, announced, held)]
     frames = max(0, min(announced, held))
-    return PointLayout(start, frames, markers, frame_bytes, scale, rate, header.order), findings
+    return (
+        PointLayout(start, first_frame, frames, markers, frame_bytes, scale, rate, header.order),
+        findings,
+    )
 
 
 def analog_count(header: C3dHeader, rate: float) -> int:
@@ -141,26 +149,26 @@ def analog_count(header: C3dHeader, rate: float) -> int:
     return int(channels) * max(1, round(min(samples, 1e9)))
 
 
-def _frame_count(header: C3dHeader) -> int:
-    """Return the announced number of frames; 16 bits hold it only up to 65535."""
-    parameters = header.parameters
-    first = parameters.get("TRIAL:ACTUAL_START_FIELD", [])
-    last = parameters.get("TRIAL:ACTUAL_END_FIELD", [])
-    if not isinstance(first, list) and not isinstance(last, list) and len(first) == len(last) == 2:
-        count = float((last - first) @ [1.0, 65536.0])
-        return int(count) + 1 if np.isfinite(count) else 0
-    count = number_of(parameters, "POINT:LONG_FRAMES", 0) or number_of(
-        parameters, "POINT:FRAMES", 0
-    )
-    return int(count) or header.words[4] - header.words[3] + 1
+def _frame_ranges(header: C3dHeader) -> list[tuple[int, int]]:
+    """Return the number of the first frame and of frames, each time that the file states them.
+
+    Those come first that count beyond 65535, the most that 16 bits hold.
+    """
+    parameters, words = header.parameters, header.words
+    first = _of_two_words(parameters, "TRIAL:ACTUAL_START_FIELD")
+    last = _of_two_words(parameters, "TRIAL:ACTUAL_END_FIELD")
+    ranges = [] if first is None or last is None else [(first, last - first + 1)]
+    for key in ("POINT:LONG_FRAMES", "POINT:FRAMES"):
+        ranges.append((words[3], int(number_of(parameters, key, 0))))
+    ranges.append((words[3], words[4] - words[3] + 1))
+    return [each for each in ranges if each[1] > 0] or ranges[-1:]
 
 
-def first_frame(header: C3dHeader) -> int:
-    """Return the number of the first frame of the file in the recording, which counts from 1."""
-    first = header.parameters.get("TRIAL:ACTUAL_START_FIELD", [])
-    if isinstance(first, list) or len(first) != 2 or not np.isfinite(first).all():
-        return header.words[3]
-    return int(first @ [1.0, 65536.0])
+def _of_two_words(parameters: Parameters, key: str) -> int | None:
+    value = parameters.get(key, [])
+    if isinstance(value, list) or len(value) != 2 or not np.isfinite(value).all():
+        return None
+    return int(value @ [1.0, 65536.0])
 
 
 def _with_unannounced_frames(

@@ -157,8 +157,8 @@ TAKE_READERS = FormatTable(
             "Vicon CSV",
             _TEXT_TABLES,
             "read_vicon",
-            begins=r"(trajectories|model outputs|devices|joints|segments|events|analog)[,\t]*\n"
-            r"\d+(\.\d+)?[,\t]*(hz[,\t]*)?\n",
+            begins=r'"?(trajectories|model outputs|devices|joints|segments|events|analog)[",;\t]*\n'
+            r'"?\d+(\.\d+)?[",;\t]*(hz[",;\t]*)?\n',
         ),
         _reader(
             "Qualisys TSV",

@@ -6,6 +6,7 @@ column (type, name, ID, sometimes parent, quantity), then the row
 """
 
 import re
+from itertools import pairwise
 from pathlib import Path
 
 from usdface.errors import InputError
@@ -30,6 +31,7 @@ from usdface.takes import MarkerTake
 __all__ = ["read_motive"]
 
 _START = re.compile(r"\d+-\d+-\d+ (\d{1,2})\.(\d{2})\.(\d{2})(?:\.(\d+))?(?: ([AP])M)?")
+_SUBFRAMES = re.compile(r"(.*[:;]\d+)\.(\d+)")
 _HEADER_ROWS = 12  # exports have 6 or 7: metadata, rows that describe the columns, axes
 
 
@@ -38,7 +40,8 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
 
     Only measured markers (type ``Marker``) are read: rigid bodies, bones and the markers
     that are solved from them are left out. The start timecode is that of the TimeCode
-    column; without one it is the time of day of the first frame, from Capture Start Time.
+    column, its subframe as a fraction; without one it is the time of day of the first frame, from
+    Capture Start Time.
 
     Raises
     ------
@@ -52,7 +55,7 @@ def read_motive(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake
         raise InputError(
             f"{path} is not a Motive export: expected 'Format Version' in line 1", "FILE_UNREADABLE"
         )
-    about = dict(zip(first[::2], first[1::2], strict=False))
+    about = dict(pairwise(first))  # notes may hold commas of their own
     top = next((i for i, row in enumerate(rows[:_HEADER_ROWS]) if row[1][0] == "Frame"), None)
     if top is None:
         raise InputError(
@@ -136,7 +139,8 @@ def _start(axes: list[str], data: list[Row], about: dict[str, str], rate: float)
         return ""
     first = data[0][1]
     if "TimeCode" in axes[: len(first)]:
-        return first[axes.index("TimeCode")]
+        column = axes.index("TimeCode")
+        return _with_fraction([cells[column] for _, cells in data if len(cells) > column])
     match = _START.fullmatch(about.get("Capture Start Time", ""))
     if match is None:
         return ""
@@ -148,3 +152,15 @@ def _start(axes: list[str], data: list[Row], about: dict[str, str], rate: float)
     clock = (hour * 3600 + minute * 60 + second + whole) % 86400
     frame = int((fraction - whole) * rate)
     return f"{clock // 3600:02d}:{clock // 60 % 60:02d}:{clock % 60:02d}:{frame:02d}"
+
+
+def _with_fraction(timecodes: list[str]) -> str:
+    """Return the first timecode, its subframe as a fraction: Motive counts the take's frames there.
+
+    Source: OptiTrack documentation, "Timecode": HH:MM:SS:FF.Y, Y from 0 within each FF.
+    """
+    counted = [match for text in timecodes if (match := _SUBFRAMES.fullmatch(text))]
+    if not counted or counted[0].string != timecodes[0] or not int(counted[0][2]):
+        return timecodes[0]
+    fraction = int(counted[0][2]) / (max(int(match[2]) for match in counted) + 1)
+    return counted[0][1] + f"{fraction:.3f}".lstrip("0")

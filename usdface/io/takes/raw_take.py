@@ -286,7 +286,9 @@ def find_occlusion(
             "TAKE_EMPTY",
         )
     frame_count, findings = len(occluded), []
-    for label, count in zip(labels, occluded.sum(axis=0).tolist(), strict=True):
+    counts = occluded.sum(axis=0).tolist()
+    # The report prints the first of many.
+    for label, count in sorted(zip(labels, counts, strict=True), key=lambda each: -each[1]):
         where = f"{path}: {label}"
         if count == frame_count:
             findings.append(finding("MARKER_NEVER_SEEN", where))

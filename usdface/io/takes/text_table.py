@@ -2,6 +2,7 @@
 
 import csv
 import io
+import re
 from collections.abc import Iterator, Sequence
 from itertools import chain
 from pathlib import Path
@@ -28,6 +29,8 @@ Row: TypeAlias = tuple[int, list[str]]  # line number from 1, cells without oute
 
 _LARGEST = 1 << 30  # bytes
 _MISSING = frozenset({"", "na", "n/a", "nan", "null", "none", "-"})
+# NaN as programs in C++ on Windows print it, since 2015 and before.
+_PRINTED_NAN = re.compile(r"-?(nan\((ind|snan)\)|1\.#(ind|qnan|snan)0*)", re.IGNORECASE)
 
 
 def read_text(path: Path) -> str:
@@ -181,7 +184,7 @@ def _parse_cells(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> Ite
     for line, cells in rows:
         for column in columns:
             cell = cells[column] if column < len(cells) else ""
-            if cell.lower() in _MISSING:
+            if cell.lower() in _MISSING or _PRINTED_NAN.fullmatch(cell):
                 yield np.nan
                 continue
             try:

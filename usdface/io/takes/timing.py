@@ -117,7 +117,7 @@ def take_times(
         seconds = numbers / rate
     exact = seconds * rate
     grid = np.round(exact)
-    if rate and np.abs(exact - grid).max() < _GRID_TOLERANCE and (np.diff(grid) > 0).all():
+    if rate and _on_grid(seconds, rate) and (np.diff(grid) > 0).all():
         seconds = grid / rate
     missing = int(np.maximum(np.round(np.diff(exact)) - 1, 0).sum())
     if missing:
@@ -151,12 +151,26 @@ def _of_times(
         message = "at {named_hz:g} Hz its times are milliseconds, not seconds; read as such"
         findings = [finding("TIMES_IN_MILLISECONDS", str(path), message, rate)]
         seconds, own = seconds / 1000.0, 1000.0 * own
-    elif rate and not _agree(own, rate) and _is_regular(seconds, own):
+    elif rate and _contradicts(seconds, own, rate):
         message = "its times step at {times_hz:g} Hz, not at {named_hz:g}; the times count"
         if override is None:
             findings = [finding("RATE_CONTRADICTED", str(path), message, own, rate)]
         rate = own
     return seconds, rate or own or (override or 0.0), findings
+
+
+def _contradicts(seconds: FloatArray, own: float, rate: float) -> bool:
+    """Return whether times step at a rate of `own` [Hz], and not at that of the file.
+
+    Rates as close as 59.94 and 60 Hz are told apart where the take is long enough for it.
+    """
+    apart = not _agree(own, rate) or (_on_grid(seconds, own) and not _on_grid(seconds, rate))
+    return apart and _is_regular(seconds, own)
+
+
+def _on_grid(seconds: FloatArray, rate: float) -> bool:
+    exact = seconds * rate
+    return bool(np.abs(exact - np.round(exact)).max() < _GRID_TOLERANCE)
 
 
 def _agree(own: float, rate: float) -> bool:
@@ -179,9 +193,12 @@ def _from_zero(path: Path, values: FloatArray, subject: str) -> FloatArray:
     later = values[1:] > values[:-1]
     if not later.all():
         at = int(np.argmin(later)) + 1
+        remedy = "delete or sort the rows"
+        if at > 1 and values[at] <= values[0]:
+            remedy = "it begins anew: make a file of each of the joined takes"
         raise InputError(
             f"{path}: the {subject} does not increase at frame {at} of the data "
-            f"({values[at - 1]:g}, then {values[at]:g}); delete or sort the rows",
+            f"({values[at - 1]:g}, then {values[at]:g}); {remedy}",
             "TIMES_WRONG",
         )
     if values[-1] / 2 - values[0] / 2 > _LONGEST / 2:

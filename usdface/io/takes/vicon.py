@@ -42,7 +42,8 @@ def read_vicon(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTake,
         If the file is missing, has no trajectories, is cut off, or holds no usable frame.
     """
     text = read_text(path)
-    rows = read_rows(path, text, "\t" if "\t" in text.lstrip("\r\n")[:4096] else ",")
+    head = text.lstrip("\r\n")[:4096]  # titles alone have no delimiter
+    rows = read_rows(path, text, max(",;\t", key=head.count))
     sections = _sections(rows)
     top = next((start for start in sections if rows[start][1][0].lower() == _TITLE), None)
     if top is None:
