@@ -403,7 +403,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "export_again",
         "a shape file has other faces; its points may be in another order",
     ),
-    "SHAPE_TARGET_MISSING": ("error", "correct_stage", "a blend shape target does not exist"),
+    "SHAPE_TARGET_MISSING": (
+        "error",
+        "correct_stage",
+        "a blend shape target does not exist or is inactive",
+    ),
     "POINT_INDICES_UNSORTED": (
         "info",
         "nothing",
