@@ -64,8 +64,9 @@ def _bindings_exist(prim: Usd.Prim) -> Findings:
         (binding.GetAnimationSourceRel(), UsdSkel.Animation),
     ):
         for target in relation.GetForwardedTargets() if relation else ():
-            if not kind(prim.GetStage().GetPrimAtPath(target)):
-                message = "{relationship} of {prim} names no {expected}"
+            named = prim.GetStage().GetPrimAtPath(target)
+            if not kind(named) or not named.IsActive():
+                message = "{relationship} of {prim} names no active {expected}"
                 yield finding(
                     "BINDING_TARGET_MISSING",
                     str(target),
