@@ -167,6 +167,7 @@ def _read(
         _existing_prim(stage, path, tokens.EXPRESSIONS, where)
         for path in prim.GetRelationship(tokens.EXPRESSIONS).GetTargets()
     ]
+    posed = [expression for expression in posed if expression.IsActive()]
     expressions = read_expressions(posed)
     metrics = metrics_of(stage)
     layout = read_layout(prim, metrics.meters_per_unit)
