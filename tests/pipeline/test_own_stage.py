@@ -16,16 +16,17 @@ from usdface.io.usd.take_write import write_take
 def own_stage(done: Done, tmp_path: Path) -> Callable[..., Path]:
     """A function that processes a stage of the user's over the shot; it returns the result.
 
-    Overs on /Shot/Fuzzy are given as USD text.
+    Overs on /Shot/Fuzzy and /Shot/Expressions are given as USD text.
     """
 
-    def processed(fuzzy: str = "", clock: int = 30) -> Path:
+    def processed(fuzzy: str = "", clock: int = 30, expressions: str = "") -> Path:
         shot = tmp_path / "mine.usda"
         shot.write_text(
             f'#usda 1.0\n(\n defaultPrim = "Shot"\n timeCodesPerSecond = {clock}\n'
             f" framesPerSecond = {clock}\n subLayers = [@{done.folder / 'shot.usda'}@]\n"
             ' metersPerUnit = 1\n upAxis = "Y"\n)\n'
-            f'over "Shot" {{\nover "Fuzzy" {{\n{fuzzy}\n}}\n}}\n'
+            f'over "Shot" {{\nover "Fuzzy" {{\n{fuzzy}\n}}\n'
+            f'over "Expressions" {{\n{expressions}\n}}\n}}\n'
         )
         run("process", shot)
         return tmp_path / "mine.usdface.usda"
@@ -64,6 +65,13 @@ def test_a_disabled_rule_takes_its_expression_away(
     raw = animation_of(done.root, muted="express.usdc").weights
     smile = done.world.rig.shape_names.index("mouthSmileLeft")
     assert (before[:, smile] > raw[:, smile] + 0.05).any()
+    np.testing.assert_array_equal(changed[:, smile], raw[:, smile])
+
+
+def test_an_inactive_expression_is_not_raised(done: Done, own_stage: Callable[..., Path]) -> None:
+    changed = animation_of(own_stage(expressions='over "joy" (active = false) {\n}')).weights
+    raw = animation_of(done.root, muted="express.usdc").weights
+    smile = done.world.rig.shape_names.index("mouthSmileLeft")
     np.testing.assert_array_equal(changed[:, smile], raw[:, smile])
 
 

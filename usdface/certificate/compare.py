@@ -25,6 +25,7 @@ _VERIFIED_FRAMES = (
 )
 _SUMMED_FRAMES = 100  # fewer are evaluated sooner than sums are made
 _POINT_TOLERANCE = 1e-6  # of the largest coordinate: 8 roundings of float32
+_FEW_SHAPES = 64  # whose sum is within it; errors grow as the root of their number (781: 1.1e-6)
 _NORMAL_TOLERANCE = 1e-4  # of a unit normal, which may come of three that nearly cancel
 
 
@@ -229,7 +230,9 @@ def _linear_morphs(
             off = np.abs(sums.points_at(moment) - mesh.points_at(frame)[0])
             turned, seen = sums.normals_at(moment), mesh.normals_at(frame)
             aside = 0.0 if turned is None or seen is None else np.abs(turned - seen[0]).max()
-            if off.max(initial=0.0) > _POINT_TOLERANCE * size or aside > _NORMAL_TOLERANCE:
+            count = np.count_nonzero(sums.weights[moment])
+            tolerance = _POINT_TOLERANCE * size * max(1.0, np.sqrt(count / _FEW_SHAPES))
+            if off.max(initial=0.0) > tolerance or aside > _NORMAL_TOLERANCE:
                 return None
     assert both[0] is not None and both[1] is not None
     return both[0], both[1]

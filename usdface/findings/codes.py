@@ -403,7 +403,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "export_again",
         "a shape file has other faces; its points may be in another order",
     ),
-    "SHAPE_TARGET_MISSING": ("error", "correct_stage", "a blend shape target does not exist"),
+    "SHAPE_TARGET_MISSING": (
+        "error",
+        "correct_stage",
+        "a blend shape target does not exist or is inactive",
+    ),
     "POINT_INDICES_UNSORTED": (
         "info",
         "nothing",
@@ -472,7 +476,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "BINDING_TARGET_MISSING": (
         "error",
         "correct_stage",
-        "a bound skeleton or animation does not exist",
+        "a bound skeleton or animation does not exist or is inactive",
     ),
     "SKELROOT_MISSING": (
         "error",
@@ -616,7 +620,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "ANIMATION_CREATED": (
         "info",
         "nothing",
-        "the rig has no SkelAnimation; the solve layer adds one",
+        "the rig has no active SkelAnimation; the solve layer adds one",
     ),
     "CONVERSION_INEXACT": ("warning", "compare", "the written file differs from its source"),
     "CONVERSION_UNCERTIFIED": (

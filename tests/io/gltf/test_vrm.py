@@ -145,6 +145,72 @@ def test_a_bone_that_is_no_joint_is_announced(write_glb, tmp_path: Path, name: s
     assert any(m.startswith(f"head of {name} are left out: the bones are no joints") for m in given)
 
 
+def two_faces(write_glb: Any, path: Path, extensions: dict[str, Any]) -> Path:
+    """An avatar of two meshes whose nodes share a name."""
+    document = avatar(extensions)
+    document["nodes"].append({"name": "Face", "mesh": 1, "skin": 0})
+    document["scenes"][0]["nodes"].append(3)
+    document["meshes"].append(document["meshes"][0])
+    arrays = [POINTS, JOINTS, WEIGHTS, 0.1 * POINTS, POINTS[::-1] * 0.2]
+    return write_glb(path, document, [np.ascontiguousarray(a) for a in arrays])
+
+
+def test_meshes_of_one_name_keep_their_own_binds(write_glb, tmp_path: Path) -> None:
+    binds = {
+        "happy": [{"node": 3, "index": 1, "weight": 0.5}],
+        "sad": [{"node": 2, "index": 0, "weight": 1}],
+    }
+    custom = {name: {"morphTargetBinds": rows} for name, rows in binds.items()}
+    given = ONE["VRMC_vrm"] | {"expressions": {"custom": custom}}
+    back, _ = there_and_back(
+        tmp_path, two_faces(write_glb, tmp_path / "a.vrm", {"VRMC_vrm": given})
+    )
+    made = back["extensions"]["VRMC_vrm"]["expressions"]["custom"]
+    first, second = (k for k, node in enumerate(back["nodes"]) if node["name"] == "Face")
+    assert made["happy"]["morphTargetBinds"] == [{"node": second, "index": 1, "weight": 0.5}]
+    assert made["sad"]["morphTargetBinds"] == [{"node": first, "index": 0, "weight": 1.0}]
+
+
+def test_expressions_of_one_name_all_come_back(write_glb, tmp_path: Path) -> None:
+    kinds = {
+        kind: {"happy": {"morphTargetBinds": [{"node": 2, "index": index, "weight": 1}]}}
+        for index, kind in enumerate(("preset", "custom"))
+    }
+    given = {"VRMC_vrm": ONE["VRMC_vrm"] | {"expressions": kinds}}
+    back, _ = there_and_back(tmp_path, write(write_glb, tmp_path / "a.vrm", given))
+    made = back["extensions"]["VRMC_vrm"]["expressions"]
+    places = {kind: made[kind]["happy"]["morphTargetBinds"][0]["index"] for kind in made}
+    assert places == {"preset": 0, "custom": 1}
+
+
+def test_what_else_expressions_and_bones_hold_is_announced(write_glb, tmp_path: Path) -> None:
+    happy = {
+        "morphTargetBinds": [{"node": 2, "index": 9, "weight": 1}],
+        "materialColorBinds": [{"material": 0, "type": "color", "targetValue": [1, 0, 0, 1]}],
+        "textureTransformBinds": [],
+    }
+    one = {"VRMC_vrm": ONE["VRMC_vrm"] | {"expressions": {"preset": {"happy": happy}}}}
+    joy = {
+        "name": "Joy",
+        "binds": [{"mesh": 7, "index": 0, "weight": 100}],
+        "materialValues": [{"materialName": "Skin", "targetValue": [1, 0, 0, 1]}],
+    }
+    bones = [{"bone": "hips", "node": 0, "useDefaultValues": False, "min": {"x": -10}}]
+    zero = {
+        "VRM": {
+            "humanoid": {"humanBones": bones, "armStretch": 0.1},
+            "blendShapeMaster": {"blendShapeGroups": [joy]},
+        }
+    }
+    for extensions, unbound, lost in (
+        (one, "happy", ["materialColorBinds", "thumbnailImage"]),
+        (zero, "Joy", ["armStretch", "materialValues", "min"]),
+    ):
+        found = read_gltf(write(write_glb, tmp_path / "a.vrm", extensions))[2]
+        parts = [f.values["parts"] for f in found if f.code == "EXTENSION_DROPPED"]
+        assert parts == [[unbound], lost]
+
+
 def test_bones_whose_joints_are_not_written_are_announced() -> None:
     avatar = {"version": "1.0", "humanoid": {"hips": "Hips", "head": "Hips/Head"}}
     name, content, found = vrm_extension(avatar, [], {"Hips": 3}, GLTF2())
@@ -152,6 +218,13 @@ def test_bones_whose_joints_are_not_written_are_announced() -> None:
     assert [(f.code, f.where, f.values["parts"]) for f in found] == [
         ("EXTENSION_DROPPED", name, ["head"])
     ]
+
+
+def test_binds_whose_blend_shapes_are_not_written_are_announced() -> None:
+    expressions = {"joy": {"weights": {"Face": {"a": 1.0}}}, "calm": {}}
+    _, content, found = vrm_extension({"expressions": expressions}, [], {}, GLTF2())
+    assert content["expressions"] == {"custom": {"joy": {}, "calm": {}}}
+    assert [(f.code, f.values["parts"]) for f in found] == [("EXTENSION_DROPPED", ["joy"])]
 
 
 def test_springs_of_what_is_no_avatar_are_announced(write_glb, tmp_path: Path) -> None:

@@ -7,8 +7,9 @@ from processed import shoot, without_animation
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 from worlds import animation_of, make_world
 
+from usdface.errors import InputError
 from usdface.io.usd.animation_source import add_applied_schema
-from usdface.pipeline import apply, process
+from usdface.pipeline import apply, check, process
 
 BINDING = "SkelBindingAPI"
 
@@ -49,6 +50,38 @@ def test_so_it_does_on_an_open_stage(shot: Path) -> None:
         apply(stage)
         assert animation_of(stage).weights.max() > 0.5
         assert applied(stage) == [BINDING, "GeomModelAPI"]
+
+
+def inactive(folder: Path, path: str) -> Path:
+    """A layer over the shot of a folder in which a prim is inactive."""
+    shot = shoot(make_world().write(folder))
+    layer = folder / "over.usda"
+    stage = Usd.Stage.CreateNew(str(layer))
+    stage.GetRootLayer().subLayerPaths.append(f"./{shot.name}")
+    for metadata in ("metersPerUnit", "upAxis", "timeCodesPerSecond", "framesPerSecond"):
+        stage.SetMetadata(metadata, Usd.Stage.Open(str(shot)).GetMetadata(metadata))
+    stage.OverridePrim(path).SetActive(False)
+    stage.Save()
+    return layer
+
+
+def test_where_the_animation_is_inactive_there_is_one_that_plays(tmp_path: Path) -> None:
+    layer = inactive(tmp_path, "/Shot/Character/Face/Anim")
+    assert {f.code for f in check(layer).findings} == {"BINDING_TARGET_MISSING"}
+    done = process(layer)
+    assert "ANIMATION_CREATED" in {f.code for f in done.findings}
+    stage = Usd.Stage.Open(str(done.written[0]))
+    codes = range(int(stage.GetStartTimeCode()), int(stage.GetEndTimeCode()) + 1)
+    cache, root = UsdSkel.Cache(), UsdSkel.Root(only(stage, UsdSkel.Root))
+    cache.Populate(root, Usd.PrimDefaultPredicate)
+    query = cache.GetSkelQuery(UsdSkel.Skeleton(only(stage, UsdSkel.Skeleton))).GetAnimQuery()
+    played = [query.ComputeBlendShapeWeights(code) for code in codes]
+    assert max(map(max, played)) > 0.5
+
+
+def test_an_inactive_skeleton_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no active skel:skeleton"):
+        process(inactive(tmp_path, "/Shot/Character/Face/Skel"))
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@ import pytest
 from pxr import UsdSkel
 from sheets import codes, sheet
 
+from usdface.io.usd.check import check_stage
 from usdface.io.usd.rig import rig_of_stage
 
 
@@ -36,6 +37,15 @@ def test_unsorted_and_repeated_indices_mean_what_usdskel_makes_of_them():
 def test_a_shape_that_cannot_move_is_left_out_with_a_finding(wrong, code):
     rig, findings = rig_of_stage(sheet(**wrong))
     assert rig.shape_names == () and codes(findings) == [code]
+
+
+def test_an_inactive_shape_is_left_out_as_one_that_is_missing():
+    stage = sheet(names=("up", "other"), targets=("up", "other"))
+    UsdSkel.BlendShape.Define(stage, "/R/M/other").CreateOffsetsAttr([(9, 9, 9)] * 3)
+    stage.GetPrimAtPath("/R/M/up").SetActive(False)
+    rig, findings = rig_of_stage(stage)
+    assert rig.shape_names == ("other",) and codes(findings) == ["SHAPE_TARGET_MISSING"]
+    assert "SHAPE_TARGET_MISSING" in codes(check_stage(stage))
 
 
 def test_a_token_named_twice_keeps_its_first_target():

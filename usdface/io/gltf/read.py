@@ -42,7 +42,7 @@ from usdface.io.gltf.textures import read_uv_names
 from usdface.io.gltf.variants import read_variants
 from usdface.io.gltf.vertex_colours import is_default_material, multiply_by_base_color
 from usdface.io.gltf.vrm import VRM, read_vrm
-from usdface.io.gltf.vrm_nodes import NamedNodes, read_vrm_nodes
+from usdface.io.gltf.vrm_nodes import NamedNodes, mesh_numbers, read_vrm_nodes
 from usdface.rigs import Mesh, Rig, Skin
 from usdface.scene import Group
 
@@ -167,7 +167,7 @@ def _avatar(
         return {}, found
     of_joints = {path: node for node, path in joints.items()}
     of_groups = {group.path: node for node, group in groups.items()}
-    of_meshes = {mesh.name: node for node, mesh in reversed(carried.items())}
+    of_meshes = mesh_numbers(carried.items())
     nodes = NamedNodes({"joint": of_joints, "group": of_groups, "mesh": of_meshes})
     moving, new_findings = read_vrm_nodes(document, nodes)
     return avatar | moving, found + new_findings

@@ -9,15 +9,24 @@ VRMC_springBone 1.0, VRMC_node_constraint 1.0.
 """
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from pygltflib import GLTF2, Node
 
 from usdface.findings import Finding, finding
+from usdface.io.unique_name import unique_name
+from usdface.rigs import Mesh
 
-__all__ = ["AVATAR_EXTENSIONS", "NODE_PARTS", "NamedNodes", "read_vrm_nodes", "write_vrm_nodes"]
+__all__ = [
+    "AVATAR_EXTENSIONS",
+    "NODE_PARTS",
+    "NamedNodes",
+    "mesh_numbers",
+    "read_vrm_nodes",
+    "write_vrm_nodes",
+]
 
 # Parts of the extension of each version.
 NODE_PARTS = {
@@ -53,6 +62,17 @@ class NamedNodes:
         """Return the number of a node; raises LookupError if there is none."""
         ((kind, name),) = named.items()
         return self.numbers[kind][name]
+
+
+def mesh_numbers(carriers: Iterable[tuple[int, Mesh]]) -> dict[str, int]:
+    """Return the node of each mesh by its name; of meshes of one name the later are numbered."""
+    carriers = list(carriers)
+    names = {mesh.name for _, mesh in carriers}
+    numbers: dict[str, int] = {}
+    for node, mesh in carriers:
+        taken = {*numbers, *(names - {mesh.name})}
+        numbers[unique_name(mesh.name, taken)] = node
+    return numbers
 
 
 def read_vrm_nodes(document: GLTF2, nodes: NamedNodes) -> tuple[dict[str, str], list[Finding]]:

@@ -29,7 +29,7 @@ from usdface.io.gltf.vertex_colours import (
 )
 from usdface.io.gltf.vertex_split import uv_order
 from usdface.io.gltf.vrm import VRM, vrm_extension
-from usdface.io.gltf.vrm_nodes import NamedNodes, write_vrm_nodes
+from usdface.io.gltf.vrm_nodes import NamedNodes, mesh_numbers, write_vrm_nodes
 from usdface.io.gltf.write_animation import write_animation
 from usdface.io.gltf.write_materials import write_materials
 from usdface.io.gltf.write_mesh import write_mesh
@@ -174,7 +174,7 @@ def _write_avatar(
     name, content, found = vrm_extension(avatar, carriers, joints, document)
     document.extensions[name] = content
     document.extensionsUsed = sorted({*(document.extensionsUsed or []), name})
-    named = NamedNodes({"joint": joints, "group": groups, "mesh": _by_name(carriers)})
+    named = NamedNodes({"joint": joints, "group": groups, "mesh": mesh_numbers(carriers)})
     return found + write_vrm_nodes(avatar, name, named, document)
 
 
@@ -185,10 +185,6 @@ def _name_extensions(document: pygltflib.GLTF2, quantize: bool) -> None:
     if quantize:
         names = [*(document.extensionsUsed or []), "KHR_mesh_quantization"]
         document.extensionsUsed, document.extensionsRequired = names, names[-1:]
-
-
-def _by_name(carriers: Sequence[tuple[int, Mesh]]) -> dict[str, int]:
-    return {mesh.name: node for node, mesh in reversed(carriers)}
 
 
 def _with_fewer_influences(

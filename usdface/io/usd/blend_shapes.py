@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Usd, UsdSkel
+from pxr import Sdf, Usd, UsdSkel
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
@@ -16,7 +16,7 @@ from usdface.io.usd.combinations import read_combination
 from usdface.io.usd.value_arrays import vectors_of
 from usdface.rigs import BlendShape, Inbetween
 
-__all__ = ["LABEL", "read_shapes"]
+__all__ = ["LABEL", "blend_shape_at", "read_shapes"]
 
 LABEL = "usdface:label"  # of customData: the name where it is not the token
 
@@ -61,9 +61,9 @@ def read_shapes(
     findings: list[Finding] = []
     for token, target in zip(tokens, targets, strict=True):
         where = str(target)
-        shape = UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target))
+        shape = blend_shape_at(prim.GetStage(), target)
         if not shape:
-            message = "{mesh} names a blend shape that does not exist"
+            message = "{mesh} names a blend shape that does not exist or is inactive"
             findings.append(finding("SHAPE_TARGET_MISSING", where, message, prim.GetPath()))
         elif token in shapes:
             message = "a second target for {shape!r} on {mesh} is left out"
@@ -78,6 +78,15 @@ def read_shapes(
                 found = replace(found, label=label, combination=combination)
                 shapes[token] = _in_rig_space(found, vectors, normals, lengths)
     return tuple(shapes.values()), findings
+
+
+def blend_shape_at(stage: Usd.Stage, path: Sdf.Path) -> UsdSkel.BlendShape:
+    """Return the active blend shape at a path; an invalid one where there is none.
+
+    UsdSkel moves another shape by the weight of an inactive one (measured on 26.11).
+    """
+    prim = stage.GetPrimAtPath(path)
+    return UsdSkel.BlendShape(prim if prim and prim.IsActive() else Usd.Prim())
 
 
 def _label(shape: Usd.Prim, token: str, tokens: Sequence[str]) -> str:

@@ -15,6 +15,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.geometry.stray_points import stray_point
+from usdface.io.usd.blend_shapes import blend_shape_at
 from usdface.io.usd.check_bindings import check_bindings
 from usdface.io.usd.check_shapes import check_shapes, finite_points, names_and_targets, shapes_of
 from usdface.io.usd.errors import usd_errors
@@ -63,8 +64,9 @@ def _bindings_exist(prim: Usd.Prim) -> Findings:
         (binding.GetAnimationSourceRel(), UsdSkel.Animation),
     ):
         for target in relation.GetForwardedTargets() if relation else ():
-            if not kind(prim.GetStage().GetPrimAtPath(target)):
-                message = "{relationship} of {prim} names no {expected}"
+            named = prim.GetStage().GetPrimAtPath(target)
+            if not kind(named) or not named.IsActive():
+                message = "{relationship} of {prim} names no active {expected}"
                 yield finding(
                     "BINDING_TARGET_MISSING",
                     str(target),
@@ -93,8 +95,10 @@ def _names_are_unique(prim: Usd.Prim) -> Findings:
 
 def _targets_exist(prim: Usd.Prim) -> Findings:
     for target in names_and_targets(prim)[1]:
-        if not UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target)):
-            message = "{mesh} names no BlendShape; UsdSkel then moves none of its shapes"
+        if not blend_shape_at(prim.GetStage(), target):
+            message = (
+                "{mesh} names no active BlendShape; UsdSkel moves another by its weight, or none"
+            )
             yield finding("SHAPE_TARGET_MISSING", str(target), message, prim.GetPath())
 
 

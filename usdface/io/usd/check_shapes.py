@@ -9,6 +9,7 @@ from pxr import Usd, UsdGeom, UsdSkel
 
 from usdface.findings import Finding, finding
 from usdface.geometry.stray_points import stray_move
+from usdface.io.usd.blend_shapes import blend_shape_at
 from usdface.io.usd.value_arrays import vectors_of
 
 __all__ = ["check_shapes", "finite_points", "names_and_targets", "shapes_of"]
@@ -50,7 +51,7 @@ def finite_points(prim: Usd.Prim) -> NDArray[np.float64]:
 def shapes_of(prim: Usd.Prim) -> list[UsdSkel.BlendShape]:
     """Return the blend shapes of a mesh that exist, each once."""
     targets = dict.fromkeys(names_and_targets(prim)[1])
-    shapes = (UsdSkel.BlendShape(prim.GetStage().GetPrimAtPath(target)) for target in targets)
+    shapes = (blend_shape_at(prim.GetStage(), target) for target in targets)
     return [shape for shape in shapes if shape]
 
 

@@ -1,6 +1,6 @@
 """JSON values as customData of USD prims, and back; metadata of conversions stays apart."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from math import isfinite
 from typing import Any
 
@@ -10,11 +10,13 @@ from usdface.findings import Finding, finding
 from usdface.io.usd.attributes import changes
 from usdface.io.usd.conversion_metadata import KEY
 from usdface.io.usd.held_layers import hold
+from usdface.io.usd.prim_walks import lineage
 from usdface.scene import Extras
 
 __all__ = [
     "USER_PROPERTIES",
     "json_values",
+    "prim_of_asset",
     "read_asset",
     "read_extras",
     "usd_values",
@@ -120,6 +122,15 @@ def _user_properties(prim: Usd.Prim) -> dict[str, Any]:
             holder = inner
         holder[name] = value
     return found
+
+
+def prim_of_asset(top: Usd.Prim, roots: Sequence[Usd.Prim]) -> Usd.Prim:
+    """Return the prim that has the assetInfo of a scene: its top, else that of a single character.
+
+    A shot references its character, whose copyright and avatar are noted there.
+    """
+    above = reversed([*lineage(roots[0])]) if len(roots) == 1 else ()
+    return next((prim for prim in (top, *above) if prim.HasAuthoredAssetInfo()), top)
 
 
 def read_asset(prim: Usd.Prim) -> tuple[dict[str, Any], list[Finding]]:

@@ -11,7 +11,7 @@ from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
-from usdface.io.usd.extras import read_asset, read_extras
+from usdface.io.usd.extras import prim_of_asset, read_asset, read_extras
 from usdface.io.usd.groups import read_groups
 from usdface.io.usd.material_variants import read_material_variants
 from usdface.io.usd.materials import read_mesh_materials
@@ -192,7 +192,7 @@ def _with_scene(
     cameras, lights, findings = read_scene(stage, si)
     extras, new_findings = read_extras(top)
     findings += new_findings
-    asset, new_findings = read_asset(top)
+    asset, new_findings = read_asset(prim_of_asset(top, skel_roots(stage)))
     findings += new_findings
     groups, joint_extras, grouped, new_findings = read_groups(stage, si, rig.meshes)
     rig = replace(rig, cameras=cameras, lights=lights, extras=extras, asset=asset)

@@ -21,6 +21,7 @@ from usdface.io.usd.metrics import Metrics, metrics_of, missing_metrics, to_si
 from usdface.io.usd.mixed_metrics import report_mixed_sublayer
 from usdface.io.usd.pins import read_pins
 from usdface.io.usd.retarget_setup import check_neutral, read_setup
+from usdface.io.usd.skel_bindings import active_skeleton, active_source
 from usdface.io.usd.stage import check_clocks, open_stage
 from usdface.io.usd.take import count_frames, read_take_prim
 from usdface.rigs import Rig
@@ -166,6 +167,7 @@ def _read(
         _existing_prim(stage, path, tokens.EXPRESSIONS, where)
         for path in prim.GetRelationship(tokens.EXPRESSIONS).GetTargets()
     ]
+    posed = [expression for expression in posed if expression.IsActive()]
     expressions = read_expressions(posed)
     metrics = metrics_of(stage)
     layout = read_layout(prim, metrics.meters_per_unit)
@@ -267,15 +269,15 @@ def _prims_of(stage: Usd.Stage, mesh: str, retarget: str, fuzzy: str, where: str
             f"{where}: mesh <{mesh}> is inside an instance, which no layer can animate; "
             "set instanceable = false on it in the shot"
         )
-    skeleton = UsdSkel.BindingAPI(prim).GetInheritedSkeleton()
-    if not skeleton:
+    skeleton = active_skeleton(prim)
+    if skeleton is None:
         raise InputError(
-            f"{where}: mesh <{mesh}> has no skel:skeleton, so USD would not play its blend shapes; "
-            "`usdface rig` writes a rig that has one"
+            f"{where}: mesh <{mesh}> has no active skel:skeleton, so USD would not play its blend "
+            "shapes; activate it, or let `usdface rig` write a rig that has one"
         )
     found = UsdSkel.Root.Find(prim)
     root = found.GetPrim() if found else None
-    animation = UsdSkel.BindingAPI(skeleton.GetPrim()).GetInheritedAnimationSource()
+    animation = active_source(skeleton)
     names = UsdSkel.Animation(animation).GetBlendShapesAttr().Get() if animation else None
     return ShotPrims(
         retarget,

@@ -19,6 +19,8 @@ from usdface.schemas import tokens
 
 __all__ = [
     "BoundMesh",
+    "active_skeleton",
+    "active_source",
     "bind_space",
     "meshes_below",
     "read_skeletons",
@@ -41,6 +43,18 @@ class BoundMesh:
     skeleton: Usd.Prim
     query: UsdSkel.SkinningQuery
     skinned: bool
+
+
+def active_skeleton(mesh: Usd.Prim) -> Usd.Prim | None:
+    """Return the skeleton that a mesh is bound to; UsdSkel moves nothing by an inactive one."""
+    skeleton = UsdSkel.BindingAPI(mesh).GetInheritedSkeleton()
+    return skeleton.GetPrim() if skeleton and skeleton.GetPrim().IsActive() else None
+
+
+def active_source(skeleton: Usd.Prim) -> Usd.Prim | None:
+    """Return the SkelAnimation that a skeleton plays; UsdSkel plays no inactive one."""
+    source = UsdSkel.BindingAPI(skeleton).GetInheritedAnimationSource()
+    return source if source and source.IsActive() else None
 
 
 def skel_roots(stage: Usd.Stage, root: str = "") -> list[Usd.Prim]:

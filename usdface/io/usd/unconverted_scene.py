@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pxr import Usd
 
 from usdface.findings import Finding
+from usdface.io.usd.extras import prim_of_asset
 from usdface.io.usd.groups import paths_of_groups
 from usdface.io.usd.materials import report_unbound_materials
 from usdface.io.usd.rendered_meshes import report_unconverted
@@ -39,12 +40,14 @@ def report_unconverted_scene(
     scene, kept = top is not None, {mesh.path for mesh in meshes}
     if top is not None:
         kept |= {str(top.GetPath()), *paths_of_groups(stage)}
-    _, skeletons = skel_bindings(skel_roots(stage))
+    roots = skel_roots(stage)
+    _, skeletons = skel_bindings(roots)
+    asset = str(prim_of_asset(top, roots).GetPath()) if top is not None else ""
     return [
         *report_unconverted(stage),
         *report_unconverted_parts(stage, meshes),
         *report_pivots(stage, meshes),
-        *report_unconverted_data(stage, kept, str(top.GetPath()) if top is not None else ""),
+        *report_unconverted_data(stage, kept, asset),
         *report_unconverted_variants(stage, materials=scene, clips=scene),
         *report_other_prims(stage),
         *report_unbound_skeletons(stage, skeletons),

@@ -1,10 +1,11 @@
 """Meshes near a face that have its blend shapes, which the shot's SkelAnimation does not move."""
 
-from pxr import Sdf, Usd, UsdSkel
+from pxr import Sdf, Usd
 
 from usdface.findings import Finding, finding
 from usdface.io.usd.character_meshes import character_meshes, near_face
 from usdface.io.usd.shot import ShotPrims, StagedShot
+from usdface.io.usd.skel_bindings import active_skeleton, active_source
 
 __all__ = ["report_undriven"]
 
@@ -35,12 +36,12 @@ def report_undriven(staged: StagedShot) -> list[Finding]:
 
 
 def _is_driven(mesh: Usd.Prim, prims: ShotPrims) -> bool:
-    skeleton = UsdSkel.BindingAPI(mesh).GetInheritedSkeleton()
-    if not skeleton:
+    skeleton = active_skeleton(mesh)
+    if skeleton is None:
         return False
     path = skeleton.GetPath()
-    source = UsdSkel.BindingAPI(skeleton.GetPrim()).GetInheritedAnimationSource()
+    source = active_source(skeleton)
     if prims.animation or source:
-        return bool(source) and str(source.GetPath()) == prims.animation
+        return source is not None and str(source.GetPath()) == prims.animation
     # The one that is made is bound to the face's skeleton, and to the SkelRoot for others below it.
     return bool(path == Sdf.Path(prims.skeleton) or path.HasPrefix(prims.skel_root))

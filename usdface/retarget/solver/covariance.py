@@ -105,17 +105,17 @@ def learn_covariance(
     for _ in range(_STEPS):
         half = np.linalg.cholesky(covariance)
         values, turned = eigh(half.T @ normal @ half)
-        above_rounding = values > _SHOWN * values[-1]
-        values = np.where(above_rounding, values, 0.0)
+        # Ascending. Directions below rounding, most of a large rig's, see no marker.
+        first = int(np.searchsorted(values, _SHOWN * values[-1], side="right"))
+        values[:first] = 0.0
         vectors = half @ turned
         passed = 1.0 / (values + ridge[:, None])
-        seen = vectors.T @ power @ vectors
-        seen *= (passed * inverse[:, None])[:, :, None] * np.where(above_rounding, passed, 0.0)[
-            :, None, :
-        ]
-        seen[:, ~above_rounding] = 0.0
-        uncertainty = (held * ridge) @ passed
-        moved = vectors @ (seen.sum(axis=0) + np.diag(uncertainty)) @ vectors.T
+        shown, gains = vectors[:, first:], passed[:, first:]
+        seen = shown.T @ power @ shown
+        seen *= (gains * inverse[:, None])[:, :, None] * gains[:, None, :]
+        spread = np.diag((held * ridge) @ passed)
+        spread[first:, first:] += seen.sum(axis=0)
+        moved = vectors @ spread @ vectors.T
         covariance = (moved + _BELIEF * expected) / (count + _BELIEF)
         covariance = 0.5 * (covariance + covariance.T)
     return np.asarray(covariance)
