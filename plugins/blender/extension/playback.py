@@ -36,8 +36,8 @@ def play_result(scene: bpy.types.Scene, path: Path) -> str:
     if not count:
         raise FaceError(f"no shape key of the character has a name of the result {path.name}")
     set_clock(scene, frames, rate)
-    last_result.keep(scene, played)
     settings.result = str(path)
+    last_result.keep(scene, played)
     list_gains(settings, tuple(played.emotions) or EMOTIONS)
     list_verdict(settings, played.verdict)
     last_result.list_worst(scene)
