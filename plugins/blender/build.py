@@ -16,6 +16,7 @@ import sys
 import tempfile
 import tomllib
 import zipfile
+from importlib.util import find_spec
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -32,6 +33,8 @@ def main() -> None:
     place.add_argument("--target", type=Path, metavar="DIR")
     parser.add_argument("--platform", choices=sorted(host["platforms"]), default="linux-x64")
     parsed = parser.parse_args()
+    if find_spec("pip") is None:  # as in the environment that the README makes
+        parser.error(f"{sys.executable} has no pip; run this with a Python that has pip")
     blender = host["blender"][0]
     with tempfile.TemporaryDirectory() as folder:
         wheels = get_wheels(Path(folder), blender, host["platforms"][parsed.platform])

@@ -6,7 +6,7 @@ from painted import GREEN, layout, paint
 from scipy import ndimage
 
 from usdface.footage.choose_channel import choose_model
-from usdface.footage.detect import detect_dots
+from usdface.footage.detect import background, detect_dots
 from usdface.footage.dots import Dots
 
 
@@ -31,6 +31,11 @@ def test_noise_makes_the_error_that_is_stated() -> None:
     error = np.sqrt(np.mean([(errors(dots, true) ** 2).mean() / 2 for dots in found]))
     stated = np.sqrt(np.mean([(dots.deviations**2).mean() for dots in found]))
     assert 0.5 < error / stated < 2.0
+
+
+@pytest.mark.parametrize("shape", [(20, 2500), (2500, 20), (1, 100)])
+def test_a_strip_of_an_image_has_a_background(shape: tuple[int, int]) -> None:
+    np.testing.assert_allclose(background(np.full(shape, 7.0, np.float32)), 7.0)
 
 
 def test_a_slanted_dot_is_an_ellipse() -> None:

@@ -555,6 +555,23 @@ def bad(folder):
     return answer
 
 
+def hidden(folder):
+    """A character that its flags hide, and one in a collection that is switched off."""
+    chosen = example(folder)
+    head = bpy.data.objects["head"]
+    head.hide_select = head.hide_viewport = head.hide_render = True
+    answer = {"flags": attempt(bpy.ops.usdface.process)}
+    answer["kept"] = [head.hide_select, head.hide_viewport, head.hide_render]
+    group = bpy.data.collections.new("off")
+    bpy.context.scene.collection.children.link(group)
+    bpy.context.scene.collection.objects.unlink(head)
+    group.objects.link(head)
+    bpy.context.view_layer.layer_collection.children["off"].exclude = True
+    chosen.character = None
+    answer["collection"] = attempt(bpy.ops.usdface.process)
+    return answer
+
+
 def schemas_too_late():
     from usdface.errors import SchemaError
     from usdface.schemas import register

@@ -307,6 +307,12 @@ def test_bad_input_is_a_message(blender_with: Run) -> None:
     assert answer["one of two faces"] == answer["modifier"] == "" and answer["alive"] == "Scene"
 
 
+def test_a_hidden_character_is_processed_unless_a_collection_hides_it(blender_with: Run) -> None:
+    answer = blender_with("hidden")
+    assert answer["flags"] == "" and answer["kept"] == [True, True, True]
+    assert "exports no shape keys of head" in answer["collection"]
+
+
 def test_schemas_that_come_too_late_do_no_harm(blender_with: Run) -> None:
     answer = blender_with("late")
     assert "registry was built before" in answer["schemas"]

@@ -1,34 +1,20 @@
 """The glTF export of Blender's extension, against a stand-in for Blender: which command it runs."""
 
-import importlib
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
-from unittest.mock import MagicMock
 
 import pytest
-from any_class import AnyClass
-
-EXTENSION = Path(__file__).parents[2] / "plugins" / "blender" / "extension"
+from blender_stand_in import extension_parts
 
 
 @pytest.fixture
-def export(monkeypatch: pytest.MonkeyPatch) -> Any:
-    blender, package = MagicMock(), ModuleType("extension_stand_in")
-    blender.types = AnyClass("bpy.types")
-    blender.utils.register_classes_factory.return_value = (None, None)
-    blender.path.abspath = lambda path: path
-    package.__path__ = [str(EXTENSION)]
-    monkeypatch.setitem(sys.modules, "bpy", blender)
-    monkeypatch.setitem(sys.modules, "bpy.types", blender.types)
-    monkeypatch.setitem(sys.modules, "bpy.props", blender.props)
-    monkeypatch.setitem(sys.modules, "mathutils", MagicMock())
-    monkeypatch.setitem(sys.modules, "mathutils.kdtree", MagicMock())
-    monkeypatch.setitem(sys.modules, package.__name__, package)
-    yield importlib.import_module(f"{package.__name__}.export_gltf")
-    for name in [name for name in sys.modules if name.startswith(f"{package.__name__}.")]:
-        del sys.modules[name]
+def export(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    with extension_parts(monkeypatch) as part:
+        sys.modules["bpy"].path.abspath = lambda path: path
+        yield part("export_gltf")
 
 
 @pytest.mark.parametrize("chosen", ["face.glb", ""])

@@ -1,19 +1,14 @@
 """Shape keys of a vertex group, or relative to another key, against stand-ins for Blender's."""
 
-import importlib
-import sys
 from collections.abc import Iterator
-from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import SimpleNamespace
 from typing import Any
-from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
-from any_class import AnyClass
+from blender_stand_in import extension_parts
 from pxr import Sdf, Usd, UsdGeom, UsdSkel
 
-EXTENSION = Path(__file__).parents[2] / "plugins" / "blender" / "extension"
 SMILE, JAW = (
     np.array([[0, 1, 0], [0, 2, 0], [0, 0, 0.0]]),
     np.array([[0, 0, 0], [0, 0, 4], [5, 0, 0.0]]),
@@ -22,16 +17,8 @@ SMILE, JAW = (
 
 @pytest.fixture
 def extension(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
-    blender, package = MagicMock(), ModuleType("extension_stand_in")
-    blender.types = AnyClass("bpy.types")
-    blender.utils.register_classes_factory.return_value = (None, None)
-    package.__path__ = [str(EXTENSION)]
-    monkeypatch.setitem(sys.modules, "bpy", blender)
-    monkeypatch.setitem(sys.modules, "bpy.types", blender.types)
-    monkeypatch.setitem(sys.modules, package.__name__, package)
-    yield importlib.import_module(f"{package.__name__}.key_offsets")
-    for name in [name for name in sys.modules if name.startswith(f"{package.__name__}.")]:
-        del sys.modules[name]
+    with extension_parts(monkeypatch) as part:
+        yield part("key_offsets")
 
 
 def exported(**keys: np.ndarray) -> Usd.Stage:

@@ -1,6 +1,8 @@
 """Plug-ins call the public API and stay small; usdface knows no host."""
 
 import ast
+import subprocess
+import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
@@ -56,6 +58,14 @@ def test_the_extension_installs_in_the_blenders_that_its_wheels_are_for() -> Non
     first, last = (tuple(map(int, host["versions"][i].split("."))) for i in (0, -1))
     assert manifest["blender_version_min"] == f"{first[0]}.{first[1]}.0"
     assert manifest["blender_version_max"] == f"{last[0]}.{last[1] + 1}.0"
+
+
+def test_a_python_without_pip_builds_no_extension_and_is_named(tmp_path: Path) -> None:
+    build = ROOT / "plugins" / "blender" / "build.py"
+    without_packages = [sys.executable, "-I", "-S", build, "-o", tmp_path / "usdface.zip"]
+    ended = subprocess.run(without_packages, capture_output=True, text=True)
+    assert ended.returncode == 2
+    assert f"{sys.executable} has no pip" in ended.stderr and "Traceback" not in ended.stderr
 
 
 @pytest.mark.slow

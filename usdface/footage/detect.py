@@ -75,10 +75,10 @@ class DotModel:
 def background(signal: Signal) -> FloatArray:
     """Return the local background of a signal (H, W): the median of each cell, interpolated.
 
-    Cells are wider than any dot: a 48th of the larger side, smoothed over three.
+    Cells are wider than any dot: a 48th of the larger side, at most the smaller, smoothed over 3.
     """
     height, width = signal.shape
-    step = max(1, max(signal.shape) // _CELLS)
+    step = max(1, min(max(signal.shape) // _CELLS, height, width))
     rows, columns = max(1, height // step), max(1, width // step)
     thin = max(1, step // 6)
     part = signal[: rows * step, : columns * step].reshape(rows, step, columns, step)

@@ -1,6 +1,6 @@
 """The character: its meshes with shape keys, and its export as a rig."""
 
-import re
+import string
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +12,12 @@ from .messages import FaceError
 NOT_EXPORTED = (
     "{} is not in the export with its shape keys; export it, with Shape Keys and Armatures on"
 )
+NOT_SHOWN = (
+    "Blender exports no shape keys of {}; show its collections, in the view layer and in renders, "
+    "and let its shape keys be relative"
+)
 INTERNAL = {"exporting": False}  # the hook leaves exports alone that are ours
+_FLAGS = ("hide_select", "hide_viewport", "hide_render")  # that keep an object from an export
 
 
 def face_meshes(character: bpy.types.Object) -> list[bpy.types.Object]:
@@ -21,7 +26,8 @@ def face_meshes(character: bpy.types.Object) -> list[bpy.types.Object]:
     moved = [
         other
         for other in bpy.data.objects
-        if any(m.type == "ARMATURE" and m.object == character for m in other.modifiers)
+        if other.users_scene  # one that was deleted may be the target of a modifier
+        and any(m.type == "ARMATURE" and m.object == character for m in other.modifiers)
     ]
     found = {o.name: o for o in (*below, *moved) if o.type == "MESH" and key_names(o)}
     return sorted(found.values(), key=lambda o: -len(key_names(o)))
@@ -39,7 +45,7 @@ def character_of(scene: bpy.types.Scene) -> bpy.types.Object:
     Raises
     ------
     FaceError
-        If there is none, it has no shape keys, or there are several.
+        If there is none, it has no shape keys or is not in the scene, or there are several.
     """
     character = scene.usdface.character
     if character is None:
@@ -52,6 +58,8 @@ def character_of(scene: bpy.types.Scene) -> bpy.types.Object:
         if not faces:
             raise FaceError("no mesh of the scene has shape keys; choose a Character that has")
         character = next(_root(o) for o in faces.values())
+    if scene not in character.users_scene:  # deleted, but held by the panel
+        raise FaceError(f"{character.name} is not in the scene; choose another Character")
     if not face_meshes(character):
         raise FaceError(f"{character.name} has no shape keys, nor has any mesh below it")
     return character
@@ -68,8 +76,10 @@ def _root(mesh: bpy.types.Object) -> bpy.types.Object:
 
 def usd_name(name: str) -> str:
     """Return the name of a prim that Blender makes of a name."""
-    cleaned = re.sub(r"[^\w]", "_", name)
-    return f"_{cleaned}" if cleaned[:1].isdigit() else cleaned or "_"
+    cleaned = "".join(c if f"a{c}".isidentifier() else "_" for c in name)
+    if cleaned[:1] in string.digits:
+        return f"_{cleaned}"
+    return cleaned if cleaned[0].isidentifier() else f"_{cleaned[1:]}"
 
 
 def export_character(character: bpy.types.Object, path: Path) -> None:
@@ -78,9 +88,11 @@ def export_character(character: bpy.types.Object, path: Path) -> None:
     Raises
     ------
     FaceError
-        If Blender cannot export it.
+        If Blender cannot export it, or exports two shape keys as one.
     """
     meshes = face_meshes(character)
+    for mesh in meshes:
+        _check_names(mesh)
     others = [m.object for o in meshes for m in o.modifiers if m.type == "ARMATURE" and m.object]
     options = {
         "export_animation": False,
@@ -93,6 +105,18 @@ def export_character(character: bpy.types.Object, path: Path) -> None:
     export_objects([*meshes, *others], path, options)
 
 
+def _check_names(mesh: bpy.types.Object) -> None:
+    """Refuse two shape keys with the same name in USD."""
+    first: dict[str, str] = {}
+    for name in key_names(mesh):
+        other = first.setdefault(usd_name(name), name)
+        if other != name:
+            raise FaceError(
+                f"the shape keys {other} and {name} of {mesh.name} have the same name in USD, "
+                f"{usd_name(name)}; rename one"
+            )
+
+
 def export_objects(objects: list[bpy.types.Object], path: Path, options: dict) -> None:
     """Export some objects and what they are below; selection and hook stay as they are."""
     with _only(objects), _quietly():
@@ -101,6 +125,7 @@ def export_objects(objects: list[bpy.types.Object], path: Path, options: dict) -
                 filepath=str(path),
                 selected_objects_only=True,
                 export_custom_properties=True,
+                allow_unicode=True,  # in 4.5 off: まばたき would be ____
                 **options,
             )
         except RuntimeError as error:
@@ -111,12 +136,16 @@ def export_objects(objects: list[bpy.types.Object], path: Path, options: dict) -
 
 @contextmanager
 def _only(objects: list[bpy.types.Object]) -> Iterator[None]:
-    """Select these objects alone, for a while."""
+    """Select these objects alone, for a while, whether they are hidden or may not be selected."""
     layer = bpy.context.view_layer
     before, active = [o for o in layer.objects if o.select_get()], layer.objects.active
     there = set(layer.objects)
+    flagged = [(o, flag) for o in objects for flag in _FLAGS if getattr(o, flag)]
     hidden = [o for o in objects if o in there and o.hide_get()]
     try:
+        for item, flag in flagged:
+            setattr(item, flag, False)
+        layer.update()
         for item in hidden:
             item.hide_set(False)
         for item in layer.objects:
@@ -128,6 +157,8 @@ def _only(objects: list[bpy.types.Object]) -> Iterator[None]:
         for item in layer.objects:
             item.select_set(item in before)
         layer.objects.active = active
+        for item, flag in flagged:
+            setattr(item, flag, True)
 
 
 @contextmanager

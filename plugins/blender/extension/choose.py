@@ -4,6 +4,7 @@ import bpy
 
 from .character import face_meshes
 from .places import empties_of, marker_name
+from .settings import begin_of_take
 
 
 class USDFACE_OT_choose_character(bpy.types.Operator):
@@ -55,9 +56,10 @@ class USDFACE_OT_neutral_here(bpy.types.Operator):
     def execute(self, context: bpy.types.Context) -> set[str]:
         """Set the neutral frames."""
         settings = context.scene.usdface
-        frame = context.scene.frame_current - settings.first_frame
+        begin = begin_of_take(context.scene)
+        frame = context.scene.frame_current - begin
         if frame < 0:
-            self.report({"ERROR"}, f"the take begins at frame {settings.first_frame}")
+            self.report({"ERROR"}, f"the take begins at frame {begin}")
             return {"CANCELLED"}
         first, last = (
             (settings.neutral_start, settings.neutral_end) if self.extend else (frame,) * 2

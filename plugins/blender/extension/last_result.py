@@ -13,6 +13,7 @@ def keep(scene: bpy.types.Scene, played) -> None:
     """Keep what the panel draws of a result."""
     system = played.shot.system
     _CURVES[scene.name] = {
+        "result": scene.usdface.result,
         "first": scene.usdface.first_frame,
         "rate": played.shot.take.rate,
         "emotions": {name: np.asarray(curve) for name, curve in played.emotions.items()},
@@ -28,8 +29,8 @@ def forget() -> None:
 
 
 def is_kept(scene: bpy.types.Scene) -> bool:
-    """Whether curves of this scene are here."""
-    return scene.name in _CURVES
+    """Whether curves of this scene are here, and not those of a file that was open before."""
+    return _CURVES.get(scene.name, {}).get("result") == scene.usdface.result
 
 
 def rules_at(scene: bpy.types.Scene, frame: float) -> list[tuple[float, str]]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from . import last_result
 from .character import character_of, face_meshes, key_names, usd_name
-from .messages import FaceError, list_verdict, reported
+from .messages import FaceError, list_verdict, reported, say
 from .settings import EMOTIONS, list_gains
 
 RAW, EXPRESSIVE = "usdface raw", "usdface expressive"
@@ -36,12 +36,22 @@ def play_result(scene: bpy.types.Scene, path: Path) -> str:
     if not count:
         raise FaceError(f"no shape key of the character has a name of the result {path.name}")
     set_clock(scene, frames, rate)
-    last_result.keep(scene, played)
     settings.result = str(path)
+    last_result.keep(scene, played)
     list_gains(settings, tuple(played.emotions) or EMOTIONS)
     list_verdict(settings, played.verdict)
     last_result.list_worst(scene)
+    _report_linked(scene)
     return f"{count} shape keys, {len(frames)} frames at {rate:g} fps; verdict: {settings.verdict}"
+
+
+def _report_linked(scene: bpy.types.Scene) -> None:
+    """Report shape keys whose animation is lost with this session: Blender saves none on linked."""
+    meshes = [mesh for mesh in face_meshes(character_of(scene)) if mesh.data.shape_keys.library]
+    if meshes:
+        text = f"the shape keys of {', '.join(mesh.name for mesh in meshes)} are linked"
+        remedy = "Make Local, Selected Objects and Data, and Process; or Load result on reopening"
+        say(scene, "warning", f"{text}: Blender does not save what plays on them", remedy)
 
 
 def play_imported(scene: bpy.types.Scene, path: Path) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import bpy
 
-from .character import NOT_EXPORTED, character_of, export_character, face_meshes, usd_name
+from .character import NOT_SHOWN, character_of, export_character, face_meshes, usd_name
 from .face_mesh import face_of
 from .messages import FaceError, list_findings, say
 from .places import show_places, write_bind
@@ -94,7 +94,7 @@ def _prepare_rig(rig: Path, meshes: list[bpy.types.Object]) -> str:
     show_keys_as_blender(stage, meshes)
     prim = mesh_prim(stage, mesh, usd_name(mesh))
     if prim is None:
-        raise FaceError(NOT_EXPORTED.format(mesh))
+        raise FaceError(NOT_SHOWN.format(mesh))
     stage.GetRootLayer().Save()
     return str(prim.GetPath())
 

@@ -127,6 +127,13 @@ _add_classes, _remove_classes = bpy.utils.register_classes_factory(
 )
 
 
+def begin_of_take(scene: bpy.types.Scene) -> int:
+    """Return the scene frame of the first frame of the take; one of empties is the scene's."""
+    settings = scene.usdface
+    empties = settings.kept_setup is None and settings.take_kind == "EMPTIES"
+    return scene.frame_start if empties else settings.first_frame
+
+
 def gains_of(settings: FaceSettings) -> dict[str, float]:
     """Return the gain of each emotion; without those at 1."""
     return {gain.name: gain.value for gain in settings.gains if gain.value != 1.0}

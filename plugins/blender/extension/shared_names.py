@@ -6,6 +6,8 @@ jawOpen2, jawOpen3), so that each mesh could move alone. A face is one: weights 
 
 from pxr import Usd, UsdSkel, Vt
 
+from .messages import FaceError
+
 _SAME = 1e-6  # of a weight
 
 
@@ -16,6 +18,11 @@ def share_names(stage: Usd.Stage) -> list[str]:
     -------
     list of str
         Names of blend shapes that do not, which keep the names that Blender gave them.
+
+    Raises
+    ------
+    FaceError
+        If shape keys of a mesh have one name in USD: Blender exports one of them.
     """
     by_skeleton: dict[str, list[UsdSkel.BindingAPI]] = {}
     for prim in stage.Traverse():
@@ -45,6 +52,11 @@ def _share(animation: UsdSkel.Animation | None, bindings: list[UsdSkel.BindingAP
     for binding in bindings:
         tokens = list(binding.GetBlendShapesAttr().Get())
         targets = binding.GetBlendShapeTargetsRel().GetTargets()
+        if len(targets) < len(tokens):
+            raise FaceError(
+                f"shape keys of {binding.GetPrim().GetName()} have the same name in USD; "
+                "rename them, or export with Allow Unicode"
+            )
         for i, (token, target) in enumerate(zip(tokens, targets, strict=True)):
             column = columns.get(token, still)
             if _alike(own.setdefault(target.name, column), column):

@@ -4,6 +4,7 @@ import csv
 from pathlib import Path
 
 import bpy
+import numpy as np
 from pxr import Usd, UsdGeom
 
 from .character import export_objects, usd_name
@@ -46,7 +47,7 @@ class StageTake:
         if missing:
             raise FaceError(
                 f"marker empties are not in the export: {', '.join(missing[:5])}; "
-                "export the whole scene, empties too"
+                "show them and their collections, and export the whole scene, empties too"
             )
         self.names = [marker_name(o) for o in empties]
         if len(set(self.names)) < len(self.names):
@@ -58,14 +59,16 @@ class StageTake:
             for each in _with_parents(prim)
             for code in UsdGeom.Xformable(each).GetTimeSamples()
         }
-        self.codes = sorted(
+        within = sorted(
             c for c in sampled if not stage.HasAuthoredTimeCodeRange() or first <= c <= last
         )
-        if len(self.codes) < _LEAST:
+        if len(within) < _LEAST:
             raise FaceError(
                 "the marker empties have no animation in the frames of the scene; "
                 "import a take first, or export with Animation switched on"
             )
+        # Blender exports no sample that is as the one before: frames in which all markers rest
+        self.codes = np.arange(within[0], within[-1] + 1.0).tolist()
         self.rate = float(stage.GetTimeCodesPerSecond())
         unit, upright = UsdGeom.GetStageMetersPerUnit(stage), UsdGeom.GetStageUpAxis(stage)
         self.positions = []
@@ -118,11 +121,15 @@ def _y_up(place, up_axis: str) -> tuple[float, float, float]:
 
 
 def write_take_of_empties(scene: bpy.types.Scene, folder: Path) -> tuple[Path, float]:
-    """Export the performer's empties and write their take; return the table and its rate."""
+    """Export the performer's empties and write their take; return the table and its rate.
+
+    The take begins where the frames of the scene do.
+    """
     empties, path = performer_empties(scene), folder / "markers.usdc"
     export_objects(empties, path, {"export_animation": True, "export_materials": False})
     take = StageTake(Usd.Stage.Open(str(path)), empties)
     take.write_csv(folder / "markers.csv")
+    scene.usdface.first_frame = round(take.codes[0])
     return folder / "markers.csv", take.rate
 
 

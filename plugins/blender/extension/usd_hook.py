@@ -195,7 +195,7 @@ def _import(scene: bpy.types.Scene, context) -> None:
     text = bpy.data.texts.new(f"{path.name} setup")
     text.write(setup_text(path))
     objects = _objects(context.get_prim_map())
-    mesh = objects.get(str(bound_mesh_path(setups[0])))
+    mesh = _object_of(objects, bound_mesh_path(setups[0]))
     settings.kept_setup, settings.kept_mesh = text, mesh
     if mesh is not None:
         settings.character = mesh.parent or mesh
@@ -234,6 +234,13 @@ def _objects(prim_map: dict) -> dict[str, bpy.types.Object]:
         for item in made
         if isinstance(item, bpy.types.Object)
     }
+
+
+def _object_of(objects: dict[str, bpy.types.Object], path) -> bpy.types.Object | None:
+    """Return the object of a mesh, which Blender may have made of the transform above it alone."""
+    places = (path, path.GetParentPath()) if path else ()
+    found = [objects[str(place)] for place in places if str(place) in objects]
+    return next((item for item in found if item.type == "MESH"), None)
 
 
 def _fail(scene: bpy.types.Scene, subject: str, error: Exception) -> None:
