@@ -90,7 +90,8 @@ def driving_curves(take: WeightsTake, names: tuple[str, ...], curves: CurveMap) 
     Whether a face rests is seen by these: others may count anything, a head's degrees say.
     Parameters are those of `rename_weights`.
     """
-    drives = _factors(take.names, names, _of_take(take.names, names, curves)).any(axis=1)
+    factors = _factors(take.names, names, _of_take(take.names, names, curves))
+    drives = np.any(factors, axis=1).tolist()
     pairs = zip(take.names, drives, strict=True)
     return take.reordered(tuple(n for n, driving in pairs if driving or is_gaze_curve(n)))
 
