@@ -56,6 +56,13 @@ def test_of_shapes_that_close_an_eye_the_one_for_this_eye_is_taken() -> None:
     both = BlendShape.from_dense("blink", moves["eyeBlinkLeft"] + moves["eyeBlinkRight"])
     wider = replace(mesh, shapes=(both, *mesh.shapes))
     assert wider.shape_names[apertures_on(wider)["left"].closer] == "eyeBlinkLeft"
+    vertices = np.arange(len(mesh.points))  # as programs write that list those at rest, too
+    dense = [
+        BlendShape(s.name, vertices, wider.offsets_at(vertices)[k])
+        for k, s in enumerate(wider.shapes)
+    ]
+    listed = replace(wider, shapes=tuple(dense))
+    assert listed.shape_names[apertures_on(listed)["left"].closer] == "eyeBlinkLeft"
     lone = replace(mesh, shapes=(both, *(s for s in mesh.shapes if "Blink" not in s.name)))
     assert {lone.shape_names[apertures.closer] for apertures in apertures_on(lone).values()} == {
         "blink"

@@ -65,6 +65,22 @@ def test_frames_that_are_named_or_found_are_taken_off(options: BindOptions, rest
     assert ("NEUTRAL_REMOVED" in codes) == (rest == 0.0)
 
 
+def test_curves_that_drive_nothing_say_nothing_of_the_rest() -> None:
+    """As a recorder's angles of the head, in degrees: least where the mouth is open."""
+    take, rig = recorded(), make_world().rig
+    degrees = np.full((90, 1), 30.0)
+    degrees[60:80] = 0.0
+    more = WeightsTake((*NAMES, "headYawDegrees"), take.times, np.hstack([take.weights, degrees]))
+    found = []
+    for each in (take, more):
+        shot, _ = usdface.assemble_shot(rig, each, binding=BindOptions(neutral="auto"))
+        found.append((shot.setup.neutral, usdface.retarget(shot).weights.weights))
+    assert found[0][0] == found[1][0]
+    np.testing.assert_array_equal(found[0][1], found[1][1])
+    still = WeightsTake(more.names, take.times, np.hstack([0.0 * take.weights, degrees]))
+    assert "NEUTRAL_KEPT" not in [f.code for f in usdface.assemble_shot(rig, still)[1]]
+
+
 def test_a_rest_that_is_kept_is_told() -> None:
     (found,) = rest_kept(recorded(), setup())
     assert found.code == "NEUTRAL_KEPT" and list(found.values["curves"]) == ["jawOpen"]

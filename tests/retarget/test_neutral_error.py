@@ -56,6 +56,24 @@ def test_the_residual_of_a_mirrored_face_is_mirrored() -> None:
     np.testing.assert_allclose(found[0], found[1], atol=1e-8 * np.abs(found[0]).max())
 
 
+def test_rounding_does_not_exchange_the_noise_of_a_symmetric_face() -> None:
+    """Left and right markers are as deep as each other, but for a rounding of 1e-9 m."""
+    rng = np.random.default_rng(2)
+    half = 0.05 * rng.normal(size=(4, 3))
+    points = np.concatenate([half, half * [-1.0, 1.0, 1.0]])
+    model = BlendShapeEvaluator(0.01 * rng.normal(size=(3, 24)))
+    times, seen = np.arange(40) / 30.0, np.ones((40, 8), dtype=bool)
+    held = Regularisation(1e-3, 0.0, SolveOptions())
+    iterate = Iterate(np.clip(rng.normal(size=(40, 3)), 0.0, 1.0))
+    found = []
+    for rounding in (0.0, 1e-9, -1e-9):
+        rounded = points + rounding * (np.arange(8) < 4)[:, None]
+        rows = TakeRows.of(MotionModel(rounded, model, 3, moving_head=True))
+        found.append(bootstrap_residual(rows, rounded, seen, times, held, iterate))
+    for other in found[1:]:
+        np.testing.assert_allclose(other, found[0], atol=1e-5 * np.abs(found[0]).max())
+
+
 def test_a_correction_is_what_noise_and_misfit_leave_likely() -> None:
     """The posterior mean of each marker's error, without motions that the head may have made."""
     rng = np.random.default_rng(4)

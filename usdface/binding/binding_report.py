@@ -23,7 +23,7 @@ def binding_findings(
     findings += [unknown_marker(name, unbound, source) for name in resolved.missing]
     if isinstance(take, WeightsTake):
         findings += unknown_curves(take, resolved.setup.curves, source or take.source)
-        findings += rest_kept(take, resolved.setup)
+        findings += rest_kept(resolved.driving or take, resolved.setup)
     elif resolved.setup.curves:
         message = "{attribute} of the binding are for a take of weights; this one has markers"
         findings.append(finding("SETTING_UNREAD", source or take.source, message, "curves"))

@@ -15,7 +15,7 @@ from usdface.binding.resolved_binding import ResolvedBinding, UnsureBindingError
 from usdface.cleanup.clean import clean_take
 from usdface.errors import InputError
 from usdface.face.bound_face import bound_face
-from usdface.face.curve_mapping import rename_weights, undecided
+from usdface.face.curve_mapping import driving_curves, rename_weights, undecided
 from usdface.face.curves_by_unit import curves_by_unit
 from usdface.face.fitted_setup import check_vertices
 from usdface.face.weights_from_neutral import resting_frames
@@ -180,18 +180,20 @@ def _of_weights(
     Its neutral frames are detected only where the options say so. The weights of neutral frames
     that are named or detected are subtracted.
     """
-    found = options.neutral == "auto"
-    if found:
-        setup = replace(setup, neutral=resting_frames(take), neutral_assumed=False)
-    if setup.neutral_removed is None:
-        named = (named or options.neutral is not None) and setup.neutral is not None
-        setup = replace(setup, neutral_removed=named)
     by_unit = curves_by_unit(*undecided(take.names, names, setup.curves), setup.curves)
     setup = replace(setup, curves={**setup.curves, **by_unit})
     rename_weights(take, names, setup.curves)  # refused now, and not when it is played
+    driving, found = driving_curves(take, names, setup.curves), options.neutral == "auto"
+    if found:
+        setup = replace(setup, neutral=resting_frames(driving), neutral_assumed=False)
+    if setup.neutral_removed is None:
+        named = (named or options.neutral is not None) and setup.neutral is not None
+        setup = replace(setup, neutral_removed=named)
     if not setup.binding.markers and take.head is None:
         setup = replace(setup, neutral_assumed=False)  # nothing is measured from it
-    return ResolvedBinding(mesh, setup, neutral_found=found, by_unit=tuple(by_unit))
+    return ResolvedBinding(
+        mesh, setup, neutral_found=found, by_unit=tuple(by_unit), driving=driving
+    )
 
 
 def _labelled(

@@ -6,6 +6,7 @@ from usdface.binding.proposal import Proposal
 from usdface.errors import InputError
 from usdface.rigs import Mesh
 from usdface.setup.retarget_setup import RetargetSetup
+from usdface.takes import WeightsTake
 
 __all__ = ["ResolvedBinding", "UnsureBindingError"]
 
@@ -32,6 +33,8 @@ class ResolvedBinding:
         The take whose neutral and peak frames the binding names, if it is another; "" if not.
     by_unit : tuple of str
         Curves that drive blend shapes of another name, of the same action units.
+    driving : WeightsTake or None
+        Of a take of weights the curves that drive blend shapes or the gaze.
     mesh_assumed : bool
         Vertices are given without the name of their mesh, and several have blend shapes.
     """
@@ -44,6 +47,7 @@ class ResolvedBinding:
     neutral_found: bool = False
     other_take: str = ""
     by_unit: tuple[str, ...] = ()
+    driving: WeightsTake | None = None
     mesh_assumed: bool = False
 
 

@@ -199,7 +199,9 @@ def _closing_shape(mesh: Mesh, lids: IntArray, names: tuple[str, ...]) -> tuple[
         step = int(np.argmax(shut <= 0)) if (shut <= 0).any() else int(distance.argmin())
         if distance[step] <= _CLOSED * before and mesh.shape_names[shape] in names:
             rank = round(10 * float(distance[step]) / before)
-            best.append((rank, len(mesh.shapes[shape].indices), shape, float(_STEPS[step])))
+            # Some programs list all vertices, also those that a shape does not move.
+            moved_count = int(mesh.shapes[shape].offsets.any(axis=1).sum())
+            best.append((rank, moved_count, shape, float(_STEPS[step])))
     # Of shapes that close it alike the one that moves fewest vertices: one eye before both.
     return min(best)[2:] if best else None
 

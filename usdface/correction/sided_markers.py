@@ -12,7 +12,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.correction.motion_gain import LEAST_MOTION, motion_gains, motion_products
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
-from usdface.face.mirror import Side, half_face, half_weights, midline, sides_of
+from usdface.face.mirror import Side, half_face, half_weights, marker_sides, midline
 from usdface.face.symmetry import symmetric_pairs
 from usdface.numerics.frame_blocks import by_blocks
 from usdface.retarget.neutral import on_plane
@@ -130,7 +130,7 @@ def _gains(
     index = {name: i for i, name in enumerate(solution.markers)}
     used = np.array([name in index for name in face.markers])
     at = [index[name] for name in np.array(face.markers)[used]]
-    sides = sides_of(face.neutral, midline(face.neutral, face.midline), 0.0)
+    sides = marker_sides(face.neutral, midline(face.neutral, face.midline))
     measured = used if side == "both" else used & (sides != (-1 if side == "left" else 1))
 
     def products(frames: slice) -> FloatArray:

@@ -14,7 +14,7 @@ from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
 from usdface.takes import WeightsTake
 
-__all__ = ["rename_weights", "undecided", "unknown_curves"]
+__all__ = ["driving_curves", "rename_weights", "undecided", "unknown_curves"]
 
 # The blend shapes that each curve drives, with factors, as `RetargetSetup.curves` has them.
 CurveMap = Mapping[str, Mapping[str, float]]
@@ -82,6 +82,18 @@ def rename_weights(
         message = "weights outside 0 to 1 were clipped, by {excess:.3g} at most: {shapes}"
         findings.append(finding(code, take.source, message, most, clipped))
     return replace(take, names=names, weights=np.clip(weights, 0.0, 1.0)), findings
+
+
+def driving_curves(take: WeightsTake, names: tuple[str, ...], curves: CurveMap) -> WeightsTake:
+    """Return the take with the curves alone that drive a blend shape of a rig, or its gaze.
+
+    Whether a face rests is seen by these: others may count anything, a head's degrees say.
+    Parameters are those of `rename_weights`.
+    """
+    factors = _factors(take.names, names, _of_take(take.names, names, curves))
+    drives = np.any(factors, axis=1).tolist()
+    pairs = zip(take.names, drives, strict=True)
+    return take.reordered(tuple(n for n, driving in pairs if driving or is_gaze_curve(n)))
 
 
 def undecided(

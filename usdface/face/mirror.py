@@ -20,6 +20,7 @@ __all__ = [
     "Side",
     "half_face",
     "half_weights",
+    "marker_sides",
     "midline",
     "mirrored_markers",
     "sided_shapes",
@@ -53,6 +54,21 @@ def sides_of(points: FloatArray, middle: float, reach: float = 0.0) -> IntArray:
     """
     offset = points[:, 0] - middle
     return np.where(np.abs(offset) < reach, 0, np.sign(offset)).astype(np.int64)
+
+
+def marker_sides(neutral: FloatArray, middle: float) -> IntArray:
+    """Return the side of each marker as `sides_of`, 0 for those near the midline: (M,) int64.
+
+    So the rounding of a place does not decide its side.
+
+    Parameters
+    ----------
+    neutral : (M, 3) float64 [m]
+        Markers on the character's neutral face, x to its left.
+    middle : float [m]
+        x of the midline.
+    """
+    return sides_of(neutral, middle, _MIDLINE * marker_spread(neutral))
 
 
 def midline(neutral: FloatArray, start: float) -> float:
@@ -92,7 +108,7 @@ def mirrored_markers(neutral: FloatArray, middle: float) -> IntArray:
     each = np.arange(len(neutral))
     mutual = (other[other] == each) & (distance < _REACH * unit)
     partner = np.where(mutual, other, -1)
-    return np.where(sides_of(neutral, middle, _MIDLINE * unit) == 0, each, partner)
+    return np.where(marker_sides(neutral, middle) == 0, each, partner)
 
 
 def half_face(

@@ -26,6 +26,9 @@ __all__ = ["bootstrap_residual", "neutral_correction"]
 # the rounding of a file could decide; from 0.5 to 1.5 it is as with a step at 1.
 _RESTING = (0.5, 1.5)
 _MIRROR = np.array([-1.0, 1.0, 1.0])
+# Markers are ordered along this direction: by depth, but not so that rounding decides between those
+# of a symmetric face, which are as deep as each other.
+_ORDER = np.array([1e-3, 1e-2, 1.0])
 
 
 def bootstrap_residual(
@@ -71,8 +74,8 @@ def _drawn_noises(points: FloatArray, seen: BoolArray, axes: int) -> FloatArray:
     """Return normal noise by the places (M, 3), and that of the mirrored face: (2, F, M, axes)."""
     drawn = np.random.default_rng(0).standard_normal((*seen.shape, axes))
     noises = np.empty((2, *drawn.shape))
-    noises[0][:, np.lexsort(points.T)] = drawn
-    noises[1][:, np.lexsort((points * _MIRROR).T)] = drawn * _MIRROR[:axes]
+    noises[0][:, (points @ _ORDER).argsort(kind="stable")] = drawn
+    noises[1][:, (points * _MIRROR @ _ORDER).argsort(kind="stable")] = drawn * _MIRROR[:axes]
     return noises
 
 
