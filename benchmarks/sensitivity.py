@@ -82,7 +82,7 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.binding.held_poses", "_SAME_POSE _LONGEST_HOLD _STILL", PLACED),
         *rows("usdface.binding.held_poses", "_USUAL _BEGINS _APART", PLACED),
         *rows("usdface.binding.explaining_neutral", "_PRIOR", PLACED),
-        *rows("usdface.binding.propose", "_OFF_FACE", PLACED),
+        *rows("usdface.binding.placed_markers", "_OFF_FACE", PLACED),
         *rows("usdface.binding.anchor_check", "_BETTER _AWAY _POOR_COST", CHECKED),
     ],
     "footage": [
