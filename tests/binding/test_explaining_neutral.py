@@ -70,7 +70,10 @@ def test_a_rest_is_found_in_the_image_of_one_camera(
     assert last - first >= 6
 
 
-@pytest.mark.parametrize("seed", [0, 1, 4])
+SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 4)]
+
+
+@pytest.mark.parametrize("seed", [0, *SLOW])
 def test_wild_detections_in_an_image_do_not_hide_the_rest(
     world: World, face: BoundFace, seed: int
 ) -> None:

@@ -132,7 +132,9 @@ def brighten(path: Path) -> Sdf.Layer:
 
 
 @pytest.mark.parametrize("options", [(), ("--in-place",), ("--no-express",)])
-@pytest.mark.parametrize("name", ["solve.usdc", "express.usdc"])
+@pytest.mark.parametrize(
+    "name", ["express.usdc", pytest.param("solve.usdc", marks=pytest.mark.slow)]
+)
 def test_a_layer_that_a_person_edited_is_kept(
     shot: Path, refused: Callable[..., str], name: str, options: tuple[str, ...]
 ) -> None:

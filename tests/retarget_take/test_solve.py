@@ -62,6 +62,12 @@ def test_weights_of_the_neutral_frames_of_a_film_are_found() -> None:
     rest = WORLD.rig.meshes[0].points[list(WORLD.points.values())]
     off = np.abs(solution.filmed.rest - rest).max()
     assert off < 0.5 * np.abs(given[0].filmed.rest - rest).max()
+
+
+@pytest.mark.slow
+def test_weights_of_the_neutral_frames_of_a_film_may_be_named() -> None:
+    world = showing(SHOWN)
+    given = solved(world, solve=SolveOptions(neutral="given"))
     named = solved(world, neutral_weights=SHOWN)
     assert named[2] < 0.4 * given[2] and "NEUTRAL_SHOWS" not in named[1]
 
@@ -71,7 +77,10 @@ def test_a_neutral_film_shows_nothing() -> None:
     assert not solution.neutral_weights and "NEUTRAL_SHOWS" not in codes
 
 
-@pytest.mark.parametrize("marker", ["cheek_l", "brow_mid_r", "corner_r"])
+@pytest.mark.parametrize(
+    "marker",
+    ["cheek_l", *(pytest.param(m, marks=pytest.mark.slow) for m in ("brow_mid_r", "corner_r"))],
+)
 def test_a_dot_that_jumps_is_no_expression_of_the_neutral(marker: str) -> None:
     """Its track is another spot's from the middle of the film on."""
     world = showing({})

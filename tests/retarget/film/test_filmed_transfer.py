@@ -83,7 +83,7 @@ def test_a_mesh_without_faces_keeps_its_shapes() -> None:
     assert with_transferred_shapes(before, known) is before
 
 
-@pytest.mark.parametrize("size", [1.0, 0.3])
+@pytest.mark.parametrize("size", [1.0, pytest.param(0.3, marks=pytest.mark.slow)])
 def test_blend_shapes_that_leave_more_than_the_map_are_not_used(
     size: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
