@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from worlds import make_world
 
-from usdface.face.facing import facing, turn_about_up, turn_to_front, yaw_of
+from usdface.face.facing import facing, lying_pitch, turn_about_up, turn_to_front, yaw_of
 
 
 @pytest.mark.parametrize("degrees", [-170.0, -90.0, -20.0, 0.0, 15.0, 90.0, 135.0])
@@ -47,6 +47,27 @@ def test_a_face_without_faces_or_markers_looks_nowhere() -> None:
     assert facing(replace(mesh, face_counts=none, face_indices=none), np.array([0])) is None
     up = mesh.points @ Rotation.from_euler("x", 90, degrees=True).as_matrix()
     assert facing(replace(mesh, points=up), np.arange(len(up))) is None
+
+
+@pytest.mark.parametrize("pitch", [90.0, 70.0, -90.0])
+def test_a_face_that_looks_up_or_down_lies(pitch: float) -> None:
+    """As one with z up in a file that says y."""
+    mesh = make_world().rig.meshes[0]
+    bound, none = np.arange(0, len(mesh.points), 3), np.zeros(0, np.int64)
+    turn = Rotation.from_euler("x", pitch, degrees=True).as_matrix()
+    shapes = tuple(replace(shape, offsets=shape.offsets @ turn) for shape in mesh.shapes)
+    lying = replace(mesh, points=mesh.points @ turn, shapes=shapes)
+    for markers in (bound, none):
+        assert lying_pitch(lying, markers) == pytest.approx(pitch, abs=5.0)
+
+
+@pytest.mark.parametrize("degrees", [0.0, 40.0, -40.0])
+def test_a_face_that_is_bent_does_not_lie(degrees: float) -> None:
+    mesh = make_world().rig.meshes[0]
+    turn = Rotation.from_euler("x", degrees, degrees=True).as_matrix()
+    bent = replace(mesh, points=mesh.points @ turn)
+    assert lying_pitch(bent, np.arange(0, len(mesh.points), 3)) is None
+    assert lying_pitch(replace(mesh, shapes=()), np.zeros(0, np.int64)) is None
 
 
 @pytest.mark.parametrize("scale", [(0.01,) * 3, (1.0, 1.0, 1.0), (-2.0, 2.0, 2.0)])

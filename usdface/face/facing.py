@@ -16,7 +16,15 @@ from usdface.geometry.signed_volume import signed_volume
 from usdface.geometry.vertex_normals import NormalsNear
 from usdface.rigs import Mesh, Rig
 
-__all__ = ["UNEVEN", "facing", "rig_to_front", "turn_about_up", "turn_to_front", "yaw_of"]
+__all__ = [
+    "UNEVEN",
+    "facing",
+    "lying_pitch",
+    "rig_to_front",
+    "turn_about_up",
+    "turn_to_front",
+    "yaw_of",
+]
 
 # Markers cover a face unevenly, one half of it in the extreme: their normals are off by so much at
 # most [degrees].
@@ -37,6 +45,9 @@ _LEVEL = 0.3
 # The same for blend shapes, which also move teeth, tongue and the insides of lips, but both halves
 # alike: ICT 0.25, the example 0.30, MakeHuman 0.61.
 _LEVEL_OF_SHAPES = 0.12
+# A face that looks up or down so many times as far as aside lies, by 63 degrees. Markers of the
+# chin alone have 0.8, others less (ICT, MakeHuman, the example).
+_LYING = 2.0
 _NO_MARKERS: IntArray = np.zeros(0, dtype=np.int64)
 
 
@@ -46,17 +57,37 @@ def facing(mesh: Mesh, bound: IntArray) -> float | None:
     Those at vertices `bound` (B,), without any those that the blend shapes move; of faces that are
     inside out the other side. 0 is +z, 90 is +x; None where that is not known.
     """
+    x, _, z = _mean_normal(mesh, bound)
+    return float(np.degrees(np.arctan2(x, z))) if np.hypot(x, z) > _level(bound) else None
+
+
+def lying_pitch(mesh: Mesh, bound: IntArray) -> float | None:
+    """Return how far a face looks up that does not look ahead, by the normals of `facing`.
+
+    In degrees, below 0 where it looks down; None where it is upright, or that is not known.
+    """
+    x, y, z = _mean_normal(mesh, bound)
+    aside = np.hypot(x, z)
+    if abs(y) <= max(_LYING * aside, _level(bound)):
+        return None
+    return float(np.degrees(np.arctan2(y, aside)))
+
+
+def _level(bound: IntArray) -> float:
+    return _LEVEL if len(bound) else _LEVEL_OF_SHAPES
+
+
+def _mean_normal(mesh: Mesh, bound: IntArray) -> FloatArray:
+    """Return the mean normal (3,) of the face's points; 0 where there are none."""
     face = face_points(mesh, bound)
     if not len(face.vertices) or not len(mesh.face_counts):
-        return None
+        return np.zeros(3)
     near = NormalsNear(mesh.face_counts, mesh.face_indices, len(mesh.points))
     normals = near.at(mesh.points, face.vertices)
     box = float(np.ptp(mesh.points, axis=0).prod())
     if signed_volume(mesh.points, mesh.face_counts, mesh.face_indices) < -_INSIDE_OUT * box:
         normals = -normals
-    x, _, z = np.average(normals, axis=0, weights=face.shares)
-    level = _LEVEL if len(bound) else _LEVEL_OF_SHAPES
-    return float(np.degrees(np.arctan2(x, z))) if np.hypot(x, z) > level else None
+    return np.asarray(np.average(normals, axis=0, weights=face.shares))
 
 
 def rig_to_front(rig: Rig) -> Rig:

@@ -684,6 +684,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "name_unit",
         "the face is far larger or smaller than a human one",
     ),
+    "CHARACTER_LYING": (
+        "warning",
+        "correct_stage",
+        "the character looks up or down; its regions and features are those of an upright face",
+    ),
     "CHARACTER_TURNED": (
         "info",
         "nothing",

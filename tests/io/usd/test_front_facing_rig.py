@@ -67,6 +67,20 @@ def test_the_rig_is_turned_by_what_turned_it(world: World, tmp_path: Path, degre
     assert [found.code for found in findings] == (["CHARACTER_TURNED"] if degrees else [])
 
 
+@pytest.mark.parametrize("degrees", [-90.0, 90.0])
+def test_a_character_that_lies_is_reported(world: World, tmp_path: Path, degrees: float) -> None:
+    world.write(tmp_path)
+    stage = Usd.Stage.Open(str(tmp_path / "rig.usda"))
+    root = next(prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Root))
+    UsdGeom.Xformable(root).AddRotateXOp().Set(degrees)
+    stage.Save()
+    _, turn, findings = front_facing_rig(open_stage(tmp_path / "rig.usda"))
+    np.testing.assert_array_equal(turn, np.eye(4))
+    (lying,) = findings
+    assert lying.code == "CHARACTER_LYING" and lying.action == "correct_stage"
+    assert lying.values["pitch_degrees"] == pytest.approx(-degrees, abs=5.0)
+
+
 def test_a_rig_without_blend_shapes_is_left_as_it_is(world: World, tmp_path: Path) -> None:
     mesh = replace(modelled(world.rig.meshes[0], 90.0), shapes=())
     replace(world, rig=replace(world.rig, meshes=(mesh,))).write(tmp_path)

@@ -6,7 +6,14 @@ import numpy as np
 from pxr import Usd
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.face.facing import UNEVEN, facing, turn_about_up, turn_to_front, yaw_of
+from usdface.face.facing import (
+    UNEVEN,
+    facing,
+    lying_pitch,
+    turn_about_up,
+    turn_to_front,
+    yaw_of,
+)
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.rig import rig_of_stage
@@ -51,13 +58,20 @@ def front_facing_rig(
     (4, 4) float64
         For row vectors.
     list of Finding
-        CHARACTER_TURNED, if it is.
+        CHARACTER_TURNED, if it is; CHARACTER_LYING.
     """
     rig, findings = rig_of_stage(stage, root, joints, asset_root, referenced=True)
     if not any(each.shapes for each in rig.meshes):
         return rig, np.eye(4), findings
     face = rig.mesh(mesh) if mesh else rig.face()
-    looks = facing(face, markers)
+    looks, pitch = facing(face, markers), lying_pitch(face, markers)
+    if pitch is not None:
+        message = (
+            "the face has a pitch of {pitch_degrees:.0f} degrees, as if it lay; its regions and "
+            "features are those of an upright one: correct the upAxis of its file, or turn it "
+            "upright there"
+        )
+        findings = [*findings, finding("CHARACTER_LYING", face.path, message, pitch)]
     if looks is None:
         return rig, np.eye(4), findings
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
