@@ -26,6 +26,15 @@ def modelled(mesh: Mesh, degrees: float) -> Mesh:
     return replace(mesh, points=mesh.points @ turn, shapes=shapes)
 
 
+def write_turned(world: World, folder: Path, axis: str, degrees: float) -> None:
+    """Write a world whose stage turns the character about an axis."""
+    world.write(folder)
+    stage = Usd.Stage.Open(str(folder / "rig.usda"))
+    root = UsdGeom.Xformable(next(p for p in stage.Traverse() if p.IsA(UsdSkel.Root)))
+    getattr(root, f"AddRotate{axis}Op")().Set(degrees)
+    stage.Save()
+
+
 @pytest.fixture(scope="module")
 def world() -> World:
     return make_world()
@@ -56,11 +65,7 @@ def test_a_character_that_is_modelled_aside_gets_the_same_correction(
 
 @pytest.mark.parametrize("degrees", [0.0, 40.0, 90.0, 180.0])
 def test_the_rig_is_turned_by_what_turned_it(world: World, tmp_path: Path, degrees: float) -> None:
-    world.write(tmp_path)
-    stage = Usd.Stage.Open(str(tmp_path / "rig.usda"))
-    root = next(prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Root))
-    UsdGeom.Xformable(root).AddRotateYOp().Set(degrees)
-    stage.Save()
+    write_turned(world, tmp_path, "Y", degrees)
     rig, turn, findings = front_facing_rig(open_stage(tmp_path / "rig.usda"))
     np.testing.assert_allclose(rig.meshes[0].points, world.rig.meshes[0].points, atol=1e-6)
     np.testing.assert_allclose(turn, turn_about_up(-degrees), atol=1e-6)
@@ -69,11 +74,7 @@ def test_the_rig_is_turned_by_what_turned_it(world: World, tmp_path: Path, degre
 
 @pytest.mark.parametrize("degrees", [-90.0, 90.0])
 def test_a_character_that_lies_is_reported(world: World, tmp_path: Path, degrees: float) -> None:
-    world.write(tmp_path)
-    stage = Usd.Stage.Open(str(tmp_path / "rig.usda"))
-    root = next(prim for prim in stage.Traverse() if prim.IsA(UsdSkel.Root))
-    UsdGeom.Xformable(root).AddRotateXOp().Set(degrees)
-    stage.Save()
+    write_turned(world, tmp_path, "X", degrees)
     _, turn, findings = front_facing_rig(open_stage(tmp_path / "rig.usda"))
     np.testing.assert_array_equal(turn, np.eye(4))
     (lying,) = findings
