@@ -93,7 +93,7 @@ def place_markers(
     given: dict[str, int],
     *,
     find_neutral: bool,
-) -> tuple[PlacedMarkers, tuple[str, ...]]:
+) -> tuple[PlacedMarkers, dict[str, DoubtedAnchor | None]]:
     """Place the markers `used` of a take, of which some have a `given` vertex.
 
     Where some are off the face, as reflections and those of bodies and props, and others unsure,
@@ -102,18 +102,21 @@ def place_markers(
     Returns
     -------
     PlacedMarkers
-    tuple of str
-        Names of the markers that were left out for that.
+    dict of str to DoubtedAnchor or None
+        The markers that were left out for that, by name; the doubt of a given vertex, if there is
+        one. Indices in it are those of the placing that found it.
     """
     placed = _placed(take, used, surface, setup, given, find_neutral)
-    strays: list[str] = []
+    strays: dict[str, DoubtedAnchor | None] = {}
     for _ in range(_AGAIN):
         on = placed.used[~placed.off]
         if not (placed.off.any() and placed.unsure[~placed.off].any() and len(on) >= FEWEST):
             break
-        strays += [take.names[i] for i in placed.used[placed.off]]
+        doubts = {anchor.marker: anchor for anchor in placed.found.doubted}
+        off = np.flatnonzero(placed.off).tolist()
+        strays |= {take.names[placed.used[m]]: doubts.get(m) for m in off}
         placed = _placed(take, on, surface, setup, given, find_neutral)
-    return placed, tuple(strays)
+    return placed, strays
 
 
 def _placed(

@@ -50,7 +50,7 @@ class Proposal:
     doubted : tuple of (str, DoubtedAnchor)
         Markers whose given vertex does not fit the others. It is kept with a confidence of 0.
     off_face : tuple of str
-        Markers off the face, which are left out.
+        Markers off the face, which are left out; of those without a given vertex.
     contradicted : tuple of ContradictedName
         Their vertices are unsure.
     exchanged : tuple of str

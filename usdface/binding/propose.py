@@ -68,8 +68,10 @@ def propose(
     check = found.check
     new = np.array([i for i, n in enumerate(names) if n not in given and not off[i]], dtype=int)
     bound, unsure = new[~placed.unsure[new]], new[placed.unsure[new]]
-    wrong = tuple((names[anchor.marker], anchor) for anchor in found.doubted)
+    wrong = [(name, anchor) for name, anchor in strays.items() if anchor is not None]
+    wrong += [(names[anchor.marker], anchor) for anchor in found.doubted]
     doubted = {name for name, _ in wrong}
+    off_face = (*strays, *(names[i] for i in np.flatnonzero(off)))
     vertices = surface.vertices[placed.chosen]
     binding = Binding(
         (*given, *(names[i] for i in bound)),
@@ -87,8 +89,8 @@ def propose(
         placed=tuple(names[i] for i in new),
         never_seen=tuple(take.names[i] for i in np.flatnonzero(~take.visible.any(axis=0))),
         duplicates=duplicates,
-        doubted=wrong,
-        off_face=(*strays, *(names[i] for i in np.flatnonzero(off))),
+        doubted=tuple(wrong),
+        off_face=tuple(name for name in off_face if name not in given),
         contradicted=_contradicted_names(mesh, names, vertices, check.contradicted),
         exchanged=tuple(names[i] for i in np.flatnonzero(check.exchanged)),
         names_unused=found.named and not check.used,
