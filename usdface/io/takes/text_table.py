@@ -184,12 +184,15 @@ def _parse_cells(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> Ite
     for line, cells in rows:
         for column in columns:
             cell = cells[column] if column < len(cells) else ""
-            if cell.lower() in _MISSING or _PRINTED_NAN.fullmatch(cell):
+            if cell.lower() in _MISSING:
                 yield np.nan
                 continue
             try:
                 yield float(cell)
             except ValueError as error:
+                if _PRINTED_NAN.fullmatch(cell):
+                    yield np.nan
+                    continue
                 comma = "; write decimals with a point" if "," in cell else ""
                 raise InputError(
                     f"{path}, line {line}, column {column + 1}: {cell[:40]!r} is not a number"
