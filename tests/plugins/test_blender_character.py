@@ -47,3 +47,24 @@ def test_shape_keys_with_the_same_name_in_usd_are_named(monkeypatch: pytest.Monk
         message = "shape keys smile.L and smile L of head have the same name in USD, smile_L"
         with pytest.raises(part("messages").FaceError, match=message):
             part("character").export_character(mesh, Path("character.usdc"))
+
+
+def test_scenes_are_looked_through_for_what_the_character_moves_alone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """`users_scene` takes as long as the scenes have objects: of a large set it must not be asked.
+
+    A deleted mesh may still have the character as the target of a modifier.
+    """
+    blocks = [SimpleNamespace(name=name) for name in ("Basis", "jaw")]
+    data = SimpleNamespace(shape_keys=SimpleNamespace(key_blocks=blocks, reference_key=blocks[0]))
+    character = SimpleNamespace(name="Rig", type="ARMATURE", children_recursive=())
+    modifier = SimpleNamespace(type="ARMATURE", object=character)
+    head, deleted = (
+        SimpleNamespace(name=name, type="MESH", data=data, modifiers=[modifier], users_scene=scenes)
+        for name, scenes in (("head", ["Scene"]), ("deleted", []))
+    )
+    prop = SimpleNamespace(name="rock", type="MESH", modifiers=[])
+    with extension_parts(monkeypatch) as part:
+        sys.modules["bpy"].data.objects = [prop, deleted, head]
+        assert part("character").face_meshes(character) == [head]

@@ -26,8 +26,8 @@ def face_meshes(character: bpy.types.Object) -> list[bpy.types.Object]:
     moved = [
         other
         for other in bpy.data.objects
-        if other.users_scene  # one that was deleted may be the target of a modifier
-        and any(m.type == "ARMATURE" and m.object == character for m in other.modifiers)
+        if any(m.type == "ARMATURE" and m.object == character for m in other.modifiers)
+        and other.users_scene  # not deleted; Blender looks through all objects of all scenes
     ]
     found = {o.name: o for o in (*below, *moved) if o.type == "MESH" and key_names(o)}
     return sorted(found.values(), key=lambda o: -len(key_names(o)))
