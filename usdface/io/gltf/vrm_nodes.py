@@ -67,11 +67,12 @@ class NamedNodes:
 def mesh_numbers(carriers: Iterable[tuple[int, Mesh]]) -> dict[str, int]:
     """Return the node of each mesh by its name; of meshes of one name the later are numbered."""
     carriers = list(carriers)
-    names = {mesh.name for _, mesh in carriers}
+    taken = {mesh.name for _, mesh in carriers}
     numbers: dict[str, int] = {}
     for node, mesh in carriers:
-        taken = {*numbers, *(names - {mesh.name})}
-        numbers[unique_name(mesh.name, taken)] = node
+        name = unique_name(mesh.name, taken) if mesh.name in numbers else mesh.name
+        taken.add(name)
+        numbers[name] = node
     return numbers
 
 
