@@ -43,7 +43,21 @@ _LARGEST_ERROR = 1e6
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Registered:
-    """Markers on a face: how their names agree, the anchors that do not fit, and the frames."""
+    """Markers on a face: how their names agree, the anchors that do not fit, and the frames.
+
+    Attributes
+    ----------
+    markers : RegisteredMarkers
+    check : NameCheck
+    named : bool
+        Some names have known places, though they may not be used.
+    doubted : tuple of DoubtedAnchor
+        Anchors that the registration does not use.
+    neutral : (int, int)
+        First and last neutral frame.
+    peaks : (K,) int64
+        Peak frames.
+    """
 
     markers: RegisteredMarkers
     check: NameCheck
@@ -99,12 +113,31 @@ def place_markers(
     Where some are off the face, as reflections and those of bodies and props, and others unsure,
     these are placed again without them: the misfit of each counts for all.
 
+    Parameters
+    ----------
+    take : MarkerTake
+        In space.
+    used : (M,) int64
+        Indices of visible markers, none a copy of another.
+    surface : FaceSurface
+    setup : RetargetSetup
+        Its neutral and peak frames.
+    given : dict of str to int
+        Vertices of the mesh by marker.
+    find_neutral : bool
+        As of `propose`.
+
     Returns
     -------
     PlacedMarkers
     dict of str to DoubtedAnchor or None
         The markers that were left out for that, by name; the doubt of a given vertex, if there is
         one. Indices in it are those of the placing that found it.
+
+    Raises
+    ------
+    InputError
+        If the markers do not move, or a neutral or peak frame that is named is not there.
     """
     placed = _placed(take, used, surface, setup, given, find_neutral)
     strays: dict[str, DoubtedAnchor | None] = {}
