@@ -131,9 +131,16 @@ def brighten(path: Path) -> Sdf.Layer:
     return layer
 
 
-@pytest.mark.parametrize("options", [(), ("--in-place",), ("--no-express",)])
 @pytest.mark.parametrize(
-    "name", ["express.usdc", pytest.param("solve.usdc", marks=pytest.mark.slow)]
+    ("name", "options"),
+    [
+        ("solve.usdc", ()),
+        ("express.usdc", ()),
+        ("express.usdc", ("--no-express",)),
+        pytest.param("solve.usdc", ("--in-place",), marks=pytest.mark.slow),
+        pytest.param("solve.usdc", ("--no-express",), marks=pytest.mark.slow),
+        pytest.param("express.usdc", ("--in-place",), marks=pytest.mark.slow),
+    ],
 )
 def test_a_layer_that_a_person_edited_is_kept(
     shot: Path, refused: Callable[..., str], name: str, options: tuple[str, ...]
