@@ -16,6 +16,7 @@ import usdface.io.usd.layers as layers, usdface.io.staging as staging
 from usdface.__main__ import main
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # shells ignore it in the background
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # nohup ignores it
 {patch}
 sys.argv[1:] = {arguments}
 sys.exit(main())
