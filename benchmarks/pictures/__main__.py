@@ -32,10 +32,16 @@ def main() -> None:
         metavar="N",
         help="frame indices in place of the peaks that are found",
     )
+    parser.add_argument(
+        "--proposed",
+        action="store_true",
+        help="places of the markers as usdface proposes them, not those set by hand",
+    )
     parsed = parser.parse_args()
     parsed.output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        for take, head, result in played(parsed.takes, parsed.heads, Path(folder)):
+        shots = played(parsed.takes, parsed.heads, Path(folder), proposed=parsed.proposed)
+        for take, head, result in shots:
             begin = time.perf_counter()
             frames = {n: "asked for" for n in parsed.frames or ()} or peak_frames(result)
             rows, rig = list(frames), result.shot.rig

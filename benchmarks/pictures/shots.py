@@ -26,13 +26,16 @@ TAKES = {
 
 
 def played(
-    takes: Sequence[str], heads: Sequence[str], folder: Path
+    takes: Sequence[str], heads: Sequence[str], folder: Path, *, proposed: bool
 ) -> Iterator[tuple[str, str, ShotResult]]:
-    """Yield the name of each take, of the head, and the result; files go to `folder`."""
+    """Yield the name of each take, of the head, and the result; files go to `folder`.
+
+    With `proposed` places are proposed, as for a new user, in place of those set by hand.
+    """
     for head in heads:
         rig = None
         for take in takes:
-            known, bind = _bind_file(take, head)
+            known, bind = (True, None) if proposed else _bind_file(take, head)
             if not known:
                 print(f"{take} on {head}, left out: no bind file")
                 continue
