@@ -5,6 +5,7 @@ is turned in a shot, or modelled along another axis, is solved as if it did.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -18,8 +19,8 @@ from usdface.rigs import Mesh, Rig
 
 __all__ = [
     "UNEVEN",
+    "Facing",
     "facing",
-    "lying_pitch",
     "rig_to_front",
     "turn_about_up",
     "turn_to_front",
@@ -51,30 +52,34 @@ _LYING = 2.0
 _NO_MARKERS: IntArray = np.zeros(0, dtype=np.int64)
 
 
-def facing(mesh: Mesh, bound: IntArray) -> float | None:
-    """Return where a face looks: the mean normal of its points about y [degrees].
+class Facing(NamedTuple):
+    """The direction that a face looks in, as far as it is known.
+
+    Attributes
+    ----------
+    yaw : float or None [degrees]
+        About y: 0 is +z, 90 is +x. None where it is not known.
+    pitch : float or None [degrees]
+        How far up a face looks that lies, below 0 where down; None where it is upright, or that is
+        not known.
+    """
+
+    yaw: float | None
+    pitch: float | None
+
+
+def facing(mesh: Mesh, bound: IntArray) -> Facing:
+    """Return where a face looks: the mean normal of its points.
 
     Those at vertices `bound` (B,), without any those that the blend shapes move; of faces that are
-    inside out the other side. 0 is +z, 90 is +x; None where that is not known.
-    """
-    x, _, z = _mean_normal(mesh, bound)
-    return float(np.degrees(np.arctan2(x, z))) if np.hypot(x, z) > _level(bound) else None
-
-
-def lying_pitch(mesh: Mesh, bound: IntArray) -> float | None:
-    """Return how far a face looks up that does not look ahead, by the normals of `facing`.
-
-    In degrees, below 0 where it looks down; None where it is upright, or that is not known.
+    inside out the other side.
     """
     x, y, z = _mean_normal(mesh, bound)
-    aside = np.hypot(x, z)
-    if abs(y) <= max(_LYING * aside, _level(bound)):
-        return None
-    return float(np.degrees(np.arctan2(y, aside)))
-
-
-def _level(bound: IntArray) -> float:
-    return _LEVEL if len(bound) else _LEVEL_OF_SHAPES
+    aside = float(np.hypot(x, z))
+    level = _LEVEL if len(bound) else _LEVEL_OF_SHAPES
+    yaw = float(np.degrees(np.arctan2(x, z))) if aside > level else None
+    lies = abs(y) > max(_LYING * aside, level)
+    return Facing(yaw, float(np.degrees(np.arctan2(y, aside))) if lies else None)
 
 
 def _mean_normal(mesh: Mesh, bound: IntArray) -> FloatArray:
@@ -96,7 +101,7 @@ def rig_to_front(rig: Rig) -> Rig:
     For a rig that nothing has placed; `usdface.io.usd.front_facing_rig` knows the turn of a stage.
     The joints stay.
     """
-    looks = facing(rig.face(), _NO_MARKERS)
+    looks = facing(rig.face(), _NO_MARKERS).yaw
     degrees = 0.0 if looks is None else turn_to_front(looks, 0.0, looks)
     turn = turn_about_up(degrees)
     return replace(rig, meshes=tuple(bake_transform(mesh, turn) for mesh in rig.meshes))
@@ -123,11 +128,11 @@ def turn_to_front(looks: float, yaw: float, own: float | None = None) -> float:
     Parameters
     ----------
     looks : float [degrees]
-        As `facing`: right but for the markers' distribution.
+        `Facing.yaw`: right but for the markers' distribution.
     yaw : float [degrees]
         That the stage turns the character by: exact, but it may only correct the model's axes.
     own : float [degrees], optional
-        As `facing` without markers: of a face with equal halves exact, also where a program has
+        `Facing.yaw` without markers: of a face with equal halves exact, also where a program has
         applied the turn to the points.
     """
     turned = yaw if abs(_wrapped(looks - yaw)) <= max(abs(looks), _SLIGHT) else 0.0

@@ -9,7 +9,6 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.face.facing import (
     UNEVEN,
     facing,
-    lying_pitch,
     turn_about_up,
     turn_to_front,
     yaw_of,
@@ -64,7 +63,7 @@ def front_facing_rig(
     if not any(each.shapes for each in rig.meshes):
         return rig, np.eye(4), findings
     face = rig.mesh(mesh) if mesh else rig.face()
-    looks, pitch = facing(face, markers), lying_pitch(face, markers)
+    looks, pitch = facing(face, markers)
     if pitch is not None:
         message = (
             "the face has a pitch of {pitch_degrees:.0f} degrees, as if it lay; its regions and "
@@ -77,7 +76,7 @@ def front_facing_rig(
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         placed = spaces_of_meshes(stage)[face.path]
     # Not of one that looks ahead, as most do: it takes a while.
-    own = facing(face, _NO_MARKERS) if abs(looks) > UNEVEN else None
+    own = facing(face, _NO_MARKERS).yaw if abs(looks) > UNEVEN else None
     degrees = turn_to_front(looks, yaw_of(placed), own)
     if abs(degrees) < _AHEAD:
         return rig, np.eye(4), findings
