@@ -7,9 +7,11 @@ from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["BoolArray", "FloatArray", "IntArray", "frozen"]
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
+# As NDArray, which hides the kind of number from `usdface.arguments` where it is a lazy alias
+# (NumPy 2.5 and later).
+FloatArray = np.ndarray[tuple[Any, ...], np.dtype[np.float64]]
+IntArray = np.ndarray[tuple[Any, ...], np.dtype[np.int64]]
+BoolArray = np.ndarray[tuple[Any, ...], np.dtype[np.bool_]]
 
 
 def frozen(values: ArrayLike, dtype: Any = np.float64) -> NDArray[Any]:
