@@ -51,6 +51,7 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
     left_out = {layer.resolve() for layer in without}
     with usd_errors(str(path)):
         stage = Usd.Stage.Open(str(path))
+        _reload_changed(stage)
         hold_layers(stage)
         broken = [one_line(str(error)) for error in stage.GetCompositionErrors()]
         for layer in stage.GetUsedLayers():
@@ -63,6 +64,18 @@ def open_stage(path: Path, without: Collection[Path] = ()) -> Usd.Stage:
         if not any(f"@{layer.as_posix()}@" in error for layer in left_out):
             raise InputError(f"{path} does not compose: {_with_remedy(error)}", "SCHEMA_BROKEN")
     return stage
+
+
+def _reload_changed(stage: Usd.Stage) -> None:
+    """Read again the layers of a stage whose files changed since USD read them.
+
+    USD shares a layer with whoever holds it: an error in a console holds the stage that it came
+    from, and the file that was corrected would not count. Unsaved edits stay.
+    """
+    read: set[Sdf.Layer] = set()
+    while found := set(stage.GetUsedLayers()) - read:
+        Sdf.Layer.ReloadLayers({layer for layer in found if not layer.dirty})
+        read |= found
 
 
 def _with_remedy(error: str) -> str:
@@ -122,6 +135,8 @@ def open_layer(path: Path, *, reread: bool = False, within: Path | None = None) 
     with usd_errors(str(path)):
         read = Sdf.Layer.OpenAsAnonymous if reread else Sdf.Layer.FindOrOpen
         layer = read(str(path))
+        if layer and not layer.dirty:
+            layer.Reload()
     if not layer:
         raise InputError(f"{path} cannot be read as USD", "FILE_UNREADABLE")
     return layer
