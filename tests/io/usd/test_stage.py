@@ -56,3 +56,4 @@ def test_edits_that_are_not_saved_stay(tmp_path: Path) -> None:
     _write(path, 'def "New" {}', 2)
     assert open_stage(path).GetPrimAtPath("/Edited") and held.GetPrimAtPath("/Old")
     assert open_layer(path).GetPrimAtPath("/Edited")
+    assert open_layer(path, reread=True).GetPrimAtPath("/New")

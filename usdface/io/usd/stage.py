@@ -74,8 +74,13 @@ def _reload_changed(stage: Usd.Stage) -> None:
     """
     read: set[Sdf.Layer] = set()
     while found := set(stage.GetUsedLayers()) - read:
-        Sdf.Layer.ReloadLayers({layer for layer in found if not layer.dirty})
+        Sdf.Layer.ReloadLayers(set(filter(_of_its_file, found)))
         read |= found
+
+
+def _of_its_file(layer: Sdf.Layer) -> bool:
+    """Return whether a layer is nothing but a file that was read: others are lost by a reload."""
+    return not (layer.anonymous or layer.dirty)
 
 
 def _with_remedy(error: str) -> str:
@@ -135,7 +140,7 @@ def open_layer(path: Path, *, reread: bool = False, within: Path | None = None) 
     with usd_errors(str(path)):
         read = Sdf.Layer.OpenAsAnonymous if reread else Sdf.Layer.FindOrOpen
         layer = read(str(path))
-        if layer and not layer.dirty:
+        if layer and _of_its_file(layer):
             layer.Reload()
     if not layer:
         raise InputError(f"{path} cannot be read as USD", "FILE_UNREADABLE")
