@@ -53,6 +53,13 @@ def test_settings_are_checked(settings):
         system(**settings)
 
 
+def test_a_misspelled_input_is_said_with_the_nearest() -> None:
+    """A face has forty inputs, more than one reads in a message."""
+    chin = Variable("chin_y", "input", (HIGH,))
+    with pytest.raises(InputError, match=r"add the input; did you mean chin_y\?"):
+        system("IF chim_y IS high THEN joy IS 1", variables=(chin, JOY))
+
+
 def test_more_rules_than_anybody_reads_are_refused():
     brow = Variable("a", "input", terms=(Term("on", "ramp", (0, 1)),))
     rules = (parse_rule("IF a IS on THEN joy IS 1"),) * 10_001

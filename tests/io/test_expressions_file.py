@@ -58,7 +58,8 @@ def test_action_units_and_what_is_left_out(tmp_path):
         ({"joy": {"shapes": {"a": True}}}, "a is True"),
         ({"joy": {"shapes": {"a": 1}, "gain": -1}}, "gain is -1"),
         ('{"joy": {"shapes": {"a": NaN}}}', "a is nan"),
-        ({"joy": {"shapes": {"a": 1.5}}}, "in .0, 1."),
+        ({"joy": {"shapes": {"a": 1.5}}}, "json: expression 'joy': a is 1.5; expected 0 to 1"),
+        ({"not": {"shapes": {"a": 1}}}, "'not' must be called by one word .* none of IF, IS"),
     ],
 )
 def test_another_form_is_refused(tmp_path, document, message):

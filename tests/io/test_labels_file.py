@@ -24,6 +24,13 @@ def test_seconds_variants_and_intensities_are_read(tmp_path):
     assert (two.variant, two.intensity, two.is_emotion) == ("", 1.0, False)
 
 
+@pytest.mark.parametrize("word", ["Neutral", "NONE"])
+def test_no_emotion_is_one_in_any_spelling(tmp_path: Path, word: str) -> None:
+    """Else the rest and speech were learned as emotions."""
+    (label,) = read_labels(write(tmp_path, f"{HEADER}a.trc,0,1,{word},,\n"))
+    assert label.emotion == word.lower() and not label.is_emotion
+
+
 @pytest.mark.parametrize("delimiter", [";", "\t"])
 def test_columns_may_be_parted_as_a_spreadsheet_parts_them(tmp_path, delimiter):
     text = (HEADER + "a.trc,1.2,2.5,anger,open_mouth,0.5\n").replace(",", delimiter)

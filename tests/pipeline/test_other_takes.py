@@ -28,11 +28,18 @@ def test_weights_recorded_by_a_phone_play_by_name(
     run("take", folder / "phone.csv", "-o", folder / "take.usda")
     shot = shoot(folder)
     assert "EXPRESS_SKIPPED" in codes_in(report(tmp_path, "process", shot))
+    unused = "the gains of emotions change nothing"
+    assert main(["process", str(shot)]) == 0
+    assert unused not in capfd.readouterr().out
     assert main(["process", str(shot), "--gains", "joy=0.5"]) == 0
-    assert "the gains of emotions change nothing" in capfd.readouterr().out
+    assert unused in capfd.readouterr().out
     assert main(["fuzzy", "explain", str(shot)]) == 1
     error = capfd.readouterr().err
     assert "`usdface shot` designs one where markers are bound" in error
+    assert main(["fuzzy", "fit", "--shot", str(shot), "-o", str(tmp_path / "system.usda")]) == 1
+    assert "shot.usda: no marker is bound, so there are no features for rules" in (
+        capfd.readouterr().err
+    )
     played = animation_of(folder / "shot.usdface.usda").reordered(world.rig.shape_names)
     np.testing.assert_allclose(played.weights, world.weights, atol=1e-6)
 

@@ -85,6 +85,7 @@ def test_options_are_strings_and_have_an_effect(maya: Maya, folder: Path) -> Non
         ({"profile": "arkit"}, "there is no option 'profile'"),
         ({"express": "perhaps"}, "expected 0 or 1"),
         ({"gains": "joy=much"}, "expected factors: joy=0.5"),
+        ({"exaggeration": "1,2"}, "expected factors: 1.1,brows=1.4"),
         ({"neutral": "first"}, "expected the first and last frame index"),
         ({"rig": "/Nowhere"}, "/Nowhere"),
         ({"skip_hooks": "acme"}, "no such hook"),

@@ -213,9 +213,21 @@ def test_a_region_that_is_held_still_is_not_reported(shot: Shot) -> None:
     assert "REGION_FLAT" not in {reason.criterion.code for reason in report.verdict.reasons}
 
 
+def test_a_pin_in_a_region_that_is_held_still_is_not_reported(shot: Shot) -> None:
+    """It may move the skin against the markers."""
+    moved = usdface.retarget(shot, options=ProcessOptions(express=False)).solved.weights
+    still = ProcessOptions(express=False, closure=False, exaggeration={"face": 0.0})
+    result = usdface.retarget(shot, options=still)
+    pinned = replace(result, solved=replace(result.solved, weights=0.1 * (1.0 - moved)))
+    report = report_of(pinned)
+    assert min(t["ratio"] for t in report.details["travel"].values() if t["ratio"]) < 0.0
+    assert not muted(report)
+
+
 def test_a_face_that_does_not_follow_is_not_to_be_exaggerated(shot: Shot) -> None:
     result = usdface.retarget(shot, options=ProcessOptions(express=False))
     shuffled = np.random.default_rng(5).permutation(result.solved.weights)
     lost = replace(result, solved=replace(result.solved, weights=shuffled))
     messages = [f.message for f in report_of(lost).findings if f.code == "REGION_MUTED"]
     assert messages and all("check the places" in message for message in messages)
+    assert any("no factor brings it nearer: check" in message for message in messages)

@@ -15,7 +15,14 @@ def test_only_an_emotion_is_one(emotion: str, is_one: bool) -> None:
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"start": -1}, {"end": float("inf")}, {"start": 3}, {"intensity": 0}, {"emotion": ""}],
+    [
+        {"start": -1},
+        {"end": float("inf")},
+        {"start": 3},
+        {"intensity": 0},
+        {"emotion": ""},
+        {"emotion": "Or"},
+    ],
 )
 def test_what_cannot_be_is_refused(wrong: dict[str, object]) -> None:
     good = {"take": Path("a"), "start": 0, "end": 1, "unit": "s", "emotion": "joy"}

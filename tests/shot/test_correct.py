@@ -160,3 +160,20 @@ def test_gains_on_the_command_line_name_an_emotion(
 ) -> None:
     assert main(["process", str(shot), "--gains", "0.5"]) == 1
     assert "--gains 0.5: expected joy=0.5" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("factors", "message"),
+    [
+        (["--exaggeration", "1,2"], "--exaggeration 1,2: expected the factor of the face before"),
+        (["--exaggeration", "brows=1,2"], "decimals with a point"),
+        (["--exaggeration", "mouth=1.2,mouth=0.5"], "mouth occurs twice"),
+        (["--gains", "joy=0.5,joy=1"], "joy occurs twice"),
+    ],
+)
+def test_a_factor_is_given_once(
+    factors: list[str], message: str, shot: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """1,2 was a factor of 1, then one of 2, which played the face twice as large."""
+    assert main(["process", str(shot), *factors]) == 1
+    assert message in capsys.readouterr().err

@@ -6,7 +6,13 @@ from usdface.arrays import FloatArray
 from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 
-__all__ = ["with_combinations"]
+__all__ = ["combined_shapes", "with_combinations"]
+
+
+def combined_shapes(shapes: tuple[BlendShape, ...]) -> frozenset[str]:
+    """Return the names of combination shapes, whose weights follow those of their parents."""
+    evaluator, _ = evaluator_of(shapes, np.zeros(0, np.int64))
+    return frozenset(shapes[combination.shape].name for combination in evaluator.combinations)
 
 
 def with_combinations(

@@ -48,7 +48,7 @@ def run_options(parsed: argparse.Namespace) -> ProcessOptions:
     Raises
     ------
     InputError
-        If a factor is no number, or is of nothing.
+        If a factor is no number, is of nothing, or is given twice.
     """
     given = settings(parsed, ProcessOptions)
     factors = {
@@ -59,15 +59,26 @@ def run_options(parsed: argparse.Namespace) -> ProcessOptions:
 
 
 def _factors(option: str, text: str, otherwise: str = "") -> dict[str, float]:
-    """Return the factors of a list such as 1.2,brows=1.5; a number alone is that of `otherwise`."""
-    factors = {}
+    """Return the factors of a list such as 1.2,brows=1.5; a number alone is that of `otherwise`.
+
+    It stands first: one behind others is a part of a decimal with a comma.
+    """
+    factors: dict[str, float] = {}
     for word in text.split(",") if text else ():
         part, _, number = word.rpartition("=")
+        name = part.strip() or otherwise
         try:
-            if not (part or otherwise):
+            if not name:
                 raise ValueError(word)
-            factors[part or otherwise] = float(number)
+            factor = float(number)
         except ValueError as error:
             expected = "a number, or a region and a number: brows=1.5" if otherwise else "joy=0.5"
             raise InputError(f"--{option} {word}: expected {expected}", "SETTING_WRONG") from error
+        if factors and not part:
+            expected = f"the factor of the {otherwise} before others, and decimals with a point"
+            raise InputError(f"--{option} {text}: expected {expected}", "SETTING_WRONG")
+        if name in factors:
+            message = f"--{option} {text}: {name} occurs twice; expected one factor for each"
+            raise InputError(message, "SETTING_WRONG")
+        factors[name] = factor
     return factors

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from usdface.errors import InputError
+from usdface.errors import InputError, did_you_mean
 from usdface.fuzzy.membership import CONSEQUENTS
 from usdface.fuzzy.rules import Rule
 from usdface.fuzzy.variables import Variable, check_choice, check_counts, check_unique
@@ -119,6 +119,7 @@ class FuzzySystem:
                 raise InputError(
                     f"{rule.named}: no input is called {variable!r}; there are "
                     f"{', '.join(terms) or 'none'}; correct the rule, or add the input"
+                    f"{did_you_mean(variable, terms)}"
                 )
             if term not in terms[variable]:
                 raise InputError(

@@ -118,7 +118,10 @@ class Variable:
 
     def __post_init__(self) -> None:
         if not self.name.isidentifier() or self.name.upper() in KEYWORDS:
-            raise InputError(f"a fuzzy variable cannot be called {self.name!r}")
+            raise InputError(
+                f"a fuzzy variable cannot be called {self.name!r}; expected one word of letters, "
+                f"digits and _, and none of {', '.join(KEYWORDS)}"
+            )
         where = f"fuzzy variable {self.name!r}"
         check_choice(f"{where}: kind", self.kind, VariableKind)
         check_counts(terms=len(self.terms))

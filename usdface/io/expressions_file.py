@@ -19,6 +19,7 @@ import numpy as np
 from usdface.errors import InputError
 from usdface.face.expression_poses import EMOTIONS, ActionPose
 from usdface.face.facs_names import action_unit
+from usdface.fuzzy.rule_parser import KEYWORDS
 from usdface.io.json_values import checked_object
 from usdface.io.takes.text_table import read_text
 from usdface.io.usd.expressions import read_expressions
@@ -70,8 +71,11 @@ def _from_usd(path: Path) -> dict[str, Expression | ActionPose | None]:
 
 def _expression(path: Path, name: str, value: object) -> Expression | ActionPose | None:
     where = f"{path}: expression {name!r}"
-    if not name.isidentifier():
-        raise InputError(f"{where} must be called by one word of letters, digits and _")
+    if not name.isidentifier() or name.upper() in KEYWORDS:
+        raise InputError(
+            f"{where} must be called by one word of letters, digits and _, and none of "
+            f"{', '.join(KEYWORDS)}"
+        )
     if value is None:
         if name not in EMOTIONS:
             raise InputError(f"{where} is null, which leaves out one of {', '.join(EMOTIONS)}")

@@ -21,7 +21,7 @@ from typing import Any, Literal
 from usdface.errors import InputError
 from usdface.io.json_values import checked_object
 from usdface.io.takes.text_table import read_rows, read_text
-from usdface.rule_learning.labels import Label
+from usdface.rule_learning.labels import NEUTRAL, NOTHING, Label
 
 __all__ = ["read_labels"]
 
@@ -102,6 +102,9 @@ def _label(path: Path, where: str, entry: Mapping[str, Any]) -> Label:
     if unit == "frame" and not (start.is_integer() and end.is_integer()):
         raise InputError(f"{where}: frame indices are whole numbers; found {start:g} to {end:g}")
     take = _take(path, where, entry["take"])
+    emotion = str(entry["emotion"])
+    if emotion.lower() in (NEUTRAL, NOTHING):  # annotation programs write Neutral, None
+        emotion = emotion.lower()
     intensity = _number(where, entry, "intensity") if "intensity" in entry else 1.0
     try:
         return Label(
@@ -109,7 +112,7 @@ def _label(path: Path, where: str, entry: Mapping[str, Any]) -> Label:
             start,
             end,
             unit,
-            str(entry["emotion"]),
+            emotion,
             str(entry.get("variant", "")),
             intensity,
         )

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from usdface.arguments import checked
 from usdface.blas_threads import one_blas_thread
+from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace, bound_face
 from usdface.face.expression_poses import expressions_for
 from usdface.face.fitted_setup import fit_setup
@@ -127,7 +128,13 @@ def fit_fuzzy(
 def _face(
     source: Path, bind: Path | None
 ) -> tuple[BoundFace, RetargetSetup, tuple[Expression, ...], list[Finding]]:
-    """Read the face of a shot, or of a rig and a binding, and its expression poses."""
+    """Read the face of a shot, or of a rig and a binding, and its expression poses.
+
+    Raises
+    ------
+    InputError
+        If no marker is bound.
+    """
     if bind is None:
         staged, findings = read_shot(open_shot(source), str(source))
         shot = staged.shot
@@ -141,4 +148,9 @@ def _face(
     mesh = rig.mesh(setup.binding.mesh)
     setup, new_findings = fit_setup(setup, mesh)
     face = bound_face(mesh, setup, rig_shapes=rig.shape_names)
+    if not face.markers:
+        raise InputError(
+            f"{bind or source}: no marker is bound, so there are no features for rules; bind "
+            "markers (for a take of weights: those of `usdface markers`)"
+        )
     return face, setup, expressions, findings + new_findings

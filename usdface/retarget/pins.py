@@ -6,12 +6,20 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError, did_you_mean
+from usdface.findings import Finding, finding
 from usdface.numerics.ramps import smooth_step
 from usdface.options import PIN_REACH
 from usdface.retarget.solver.bounds import Bounds
 from usdface.setup.pin import Pin
 
-__all__ = ["check_pins", "faded_at_pins", "pin_bounds", "pin_nearness", "with_pins"]
+__all__ = [
+    "check_pins",
+    "faded_at_pins",
+    "pin_bounds",
+    "pin_nearness",
+    "pins_of_combinations",
+    "with_pins",
+]
 
 
 def check_pins(pins: Sequence[Pin], names: Collection[str], frames: int) -> None:
@@ -33,6 +41,12 @@ def check_pins(pins: Sequence[Pin], names: Collection[str], frames: int) -> None
                 f"{pin.shape!r} is pinned in frame {pin.frames[-1]}; the take has {frames} frames",
                 "FRAMES_OUTSIDE",
             )
+
+
+def pins_of_combinations(pins: Sequence[Pin], combined: Collection[str]) -> list[Finding]:
+    """Return PIN_IGNORED for each pin of the combination shapes `combined`."""
+    message = "a combination shape follows the blend shapes it combines; pin those"
+    return [finding("PIN_IGNORED", pin.shape, message) for pin in pins if pin.shape in combined]
 
 
 def pin_bounds(

@@ -6,16 +6,18 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blas_threads import one_blas_thread
+from usdface.blend_shapes.combined_weights import combined_shapes
 from usdface.cleanup.clean import Cleaned
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.face.fitted_setup import fit_setup
 from usdface.face.marker_surface import MarkerSurface
-from usdface.findings import Finding, finding
+from usdface.findings import Finding
 from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.rigid_fit import POSE_MARKERS
 from usdface.progress import Progress
 from usdface.retarget.film.dot_radii import dot_radii
+from usdface.retarget.pins import pins_of_combinations
 from usdface.retarget.solver.backend import compile_kernels
 from usdface.retarget.usable_markers import check_bound_markers
 from usdface.setup.retarget_setup import RetargetSetup
@@ -40,18 +42,9 @@ def solver_input(
     radii = dot_radii(take, face.markers, face.neutral)
     _check_dots(radii, face)
     known = setup.solve.limits == "known"
-    surface, names = MarkerSurface(face.mesh, face.vertices, radii, known), face.shape_names
-    combined = {names[combination.shape] for combination in surface.skin.evaluator.combinations}
+    surface = MarkerSurface(face.mesh, face.vertices, radii, known)
     findings += face.findings
-    findings += [
-        finding(
-            "PIN_IGNORED",
-            pin.shape,
-            "a combination shape follows the blend shapes it combines; pin those",
-        )
-        for pin in setup.pins
-        if pin.shape in combined
-    ]
+    findings += pins_of_combinations(setup.pins, combined_shapes(face.mesh.shapes))
     findings += compile_kernels(len(take.times), len(face.mesh.shapes), progress or Progress())
     return take, setup, surface, findings
 

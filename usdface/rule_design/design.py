@@ -96,12 +96,12 @@ def design_system(
     sides = marker_sides(neutral, face.nose)
     read = _marker_features(selections.values(), roles)
     inputs = _inputs(selections.values(), read, sides, unit)
+    outputs = [Variable(emotion, "output") for emotion in selections]  # refuses unusable names
     rules = [
         parse_rule(_rule_text(emotion, selection, inputs, unit))
         for emotion, selection in selections.items()
         if selection.ramps
     ]
-    outputs = [Variable(emotion, "output") for emotion in selections]
     fuzzy = FuzzySystem(
         (*inputs.values(), *outputs), tuple(rules), normalisation="all_rules", else_rule=True
     )

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Literal
 
 from usdface.errors import InputError
+from usdface.fuzzy.rule_parser import KEYWORDS
 
 __all__ = ["NEUTRAL", "NOTHING", "Label"]
 
@@ -56,9 +57,10 @@ class Label:
             )
         if not 0 < self.intensity <= 1:
             raise InputError(f"intensity {self.intensity:g}; expected above 0 and at most 1")
-        if not self.emotion.isidentifier():
+        if not self.emotion.isidentifier() or self.emotion.upper() in KEYWORDS:
             raise InputError(
-                f"emotion {self.emotion!r}; expected one word of letters, digits and _"
+                f"emotion {self.emotion!r}; expected one word of letters, digits and _, and none "
+                f"of {', '.join(KEYWORDS)}"
             )
 
     @property

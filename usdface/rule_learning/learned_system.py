@@ -57,7 +57,7 @@ class LearnedSystem:
             finding(
                 "EXPRESSION_UNSEEN",
                 name,
-                "no few marker motions show {expression}; it gets no rule",
+                "no rule of up to three conditions distinguishes {expression}; it gets none",
                 name,
             )
             for name in self.without_rule

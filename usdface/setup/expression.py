@@ -51,10 +51,12 @@ class Expression:
                 f"for {len(self.shapes)} shapes",
                 "WEIGHTS_LENGTH_WRONG",
             )
-        if not ((self.weights >= 0) & (self.weights <= 1)).all():
-            raise InputError(
-                f"expression {self.name!r}: weights must lie in [0, 1]", "SETTING_WRONG"
-            )
+        for shape, weight in zip(self.shapes, self.weights.tolist(), strict=True):
+            if not 0 <= weight <= 1:
+                raise InputError(
+                    f"expression {self.name!r}: {shape} is {weight:g}; expected 0 to 1",
+                    "SETTING_WRONG",
+                )
 
     def pose(self, names: tuple[str, ...]) -> FloatArray:
         """Return the weights in the order of `names`: (len(names),); others are left out."""

@@ -86,7 +86,7 @@ def correct_solved(result: ShotResult, run: RetargetRun) -> ShotResult:
     face = shot.face
     findings: list[Finding] = []
     if options.express and (shot.system is None or not shot.expressions):
-        gained = shot.gains is not None and shot.gains.emotions
+        gained = shot.gains and any((curve != 1).any() for curve in shot.gains.emotions.values())
         unused = ", and the gains of emotions change nothing" if gained else ""
         message = f"the shot has no fuzzy system; no express layer is written{unused}"
         findings.append(finding("EXPRESS_SKIPPED", "", message, missing="system"))

@@ -203,7 +203,8 @@ def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> S
     muted = [
         _muted(region, travel, exaggeration)
         for region, travel in merged.items()
-        if travel.ratio < _MUTED * _requested_size(exaggeration, region)
+        if (requested := _requested_size(exaggeration, region)) > 0.0
+        and travel.ratio < _MUTED * requested
     ]
     return ShotReport({"travel_ratio_by_region": ratios}, details, (*failed, *muted))
 
@@ -261,7 +262,7 @@ def _muted(region: str, travel: Travel, exaggeration: Exaggeration) -> Finding:
     elif missing >= low:
         message += f"; {option} comes nearest to {'that' if requested < 1.0 else 'them'}"
     else:
-        message += f", and hardly follows them: {check}"
+        message += f", and no factor brings it nearer: {check}"
     return finding(
         "REGION_MUTED", region, message, *values.values(), region=region, best_factor=factor
     )

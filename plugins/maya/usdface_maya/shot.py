@@ -119,8 +119,11 @@ def _factors(options: Mapping[str, str], name: str, whole: str = "") -> dict[str
     factors = {}
     for word in _words(options, name):
         part, _, number = word.rpartition("=")
+        key = part.strip() or whole
         try:
-            factors[part.strip() or whole] = float(number)
+            if key in factors or (factors and not part):  # 1,2 is a decimal with a comma
+                raise ValueError(word)
+            factors[key] = float(number)
         except ValueError as error:
             expected = "joy=0.5,anger=0" if name == "gains" else "1.1,brows=1.4"
             raise usdface.InputError(

@@ -77,6 +77,7 @@ def test_blocked_samples_are_none_through_a_layer_offset(rate: float, offset: fl
         ({"jawOpen": {10.0: -0.1}}, "outside 0 to 1"),
         ({"jawOpen": {10.0: float("nan")}}, "outside 0 to 1"),
         ({"jawOpen": 2.0}, "throughout is outside 0 to 1"),
+        ({"jawOpn": {10.0: 0.5}}, "no blend shape 'jawOpn'; did you mean jawOpen?"),
         ({"mouth_open": {10.0: 0.5}, "mouth open".replace(" ", "__"): {10.0: 0.5}}, "mouth__open"),
     ],
 )
@@ -84,6 +85,13 @@ def test_what_fits_nothing_is_said_and_left_out(samples: dict[str, object], mess
     pins, findings = read_pins(prim_with(samples), NAMES, CODES)
     assert [f.code for f in findings] == ["PIN_IGNORED"] and message in findings[0].message
     assert len(pins) == len(samples) - 1
+
+
+def test_a_pin_of_text_is_no_number() -> None:
+    prim = prim_with({})
+    prim.CreateAttribute("usdface:pin:jawOpen", Sdf.ValueTypeNames.String).Set("0.2")
+    pins, (found,) = read_pins(prim, NAMES, CODES)
+    assert pins == () and found.message == "the weight '0.2' throughout is no number"
 
 
 def test_the_time_codes_of_all_samples_that_are_left_out_are_said() -> None:

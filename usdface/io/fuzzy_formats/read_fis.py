@@ -216,7 +216,7 @@ def _numbers(text: str, count: int | None) -> tuple[float, ...]:
     except ValueError:
         raise InputError(f"expected numbers, found {text!r}") from None
     if count is not None and len(values) != count:
-        raise InputError(f"expected {count} numbers, found {text!r}")
+        raise InputError(f"expected {count} number{'s' * (count != 1)}, found {text!r}")
     return values
 
 

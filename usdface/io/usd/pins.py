@@ -6,7 +6,9 @@ import numpy as np
 from pxr import Usd
 
 from usdface.arrays import FloatArray
+from usdface.errors import did_you_mean
 from usdface.findings import Finding, finding
+from usdface.findings.values import Prose
 from usdface.io.prim_names import prim_names
 from usdface.schemas import tokens
 from usdface.setup.pin import Pin
@@ -54,8 +56,12 @@ def read_pins(
         name = next((n for n in (display_name, suffix) if n in names), legal.get(suffix))
         where = str(attribute.GetPath())
         if name is None:
-            message = "the rig has no blend shape {shape!r}"
-            findings.append(finding("PIN_IGNORED", where, message, display_name or suffix))
+            unknown = display_name or suffix
+            message, hint = (
+                "the rig has no blend shape {shape!r}{hint}",
+                did_you_mean(unknown, names),
+            )
+            findings.append(finding("PIN_IGNORED", where, message, unknown, Prose(hint)))
         elif name in pins:
             message = "{shape!r} is pinned by another attribute too"
             findings.append(finding("PIN_IGNORED", where, message, name))
@@ -105,7 +111,8 @@ def _problems(
     if outside:
         (value, code), *others = outside
         moment = "throughout" if code is None else f"at time code {code:g}"
-        message = f"the weight {{weight}} {moment} is outside 0 to 1"
+        wrong = "outside 0 to 1" if isinstance(value, (int, float)) else "no number"
+        message = f"the weight {{weight!r}} {moment} is {wrong}"
         if others:
             codes = [_number(other) for _, other in others if other is not None]
             yield f"{message}, as those at {{time_codes}}", value, codes
