@@ -54,3 +54,4 @@ def test_a_larger_neck_that_all_shapes_carry_along_a_little_is_not_the_face() ->
     carried = tuple(replace(s, offsets=0.03 * s.offsets, normal_offsets=None) for s in head.shapes)
     neck = replace(face(name="neck", shapes=carried), points=2 * POINTS)
     assert Rig("x", (neck, *parts())).face().name == "head"
+    assert Rig("x", (neck, head)).mesh().name == "head"  # one face, not two

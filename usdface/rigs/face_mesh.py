@@ -39,7 +39,7 @@ def face_of(meshes: Sequence[Mesh], rig: str) -> Mesh:
         )
     shared = _moving_shapes(first)
     parts = [m for m in meshes if len(shared & _moving_shapes(m)) >= _SHARED * len(shared)]
-    if not shared:
+    if len(parts) < 2 or not shared:
         return first
     least = _CARRIED * max(_motion(mesh) for mesh in parts)
     return max(parts, key=lambda mesh: _moved_size(mesh, least))
@@ -47,13 +47,14 @@ def face_of(meshes: Sequence[Mesh], rig: str) -> Mesh:
 
 def faces_like(face: Mesh, meshes: Sequence[Mesh]) -> list[Mesh]:
     """Return the face and those of `meshes` that the same shapes move, nearly as large."""
-    shapes, size = _moving_shapes(face), _ALIKE * _moved_size(face)
+    shapes, least = _moving_shapes(face), _CARRIED * _motion(face)
     if not shapes:
         return [face]
+    size = _ALIKE * _moved_size(face, least)
     return [
         mesh
         for mesh in meshes
-        if mesh is face or (shapes == _moving_shapes(mesh) and _moved_size(mesh) >= size)
+        if mesh is face or (shapes == _moving_shapes(mesh) and _moved_size(mesh, least) >= size)
     ]
 
 
