@@ -165,6 +165,20 @@ def test_without_markers_at_the_lids_it_is_reported() -> None:
     assert not closure_of(shot).closings
 
 
+def test_blinks_named_so_that_bring_no_lids_together_are_reported() -> None:
+    """As on a mesh of few vertices, where lids have no rims."""
+    short = tuple(
+        replace(s, offsets=0.5 * s.offsets) if s.name.startswith("eyeBlink") else s
+        for s in MESH.shapes
+    )
+    shot = result(markers(MESH, performance(NAMES)), mesh=replace(MESH, shapes=short))
+    (found,) = (f for f in shot.findings if f.code == "LIDS_NOT_FOUND")
+    assert found.values["shapes"] == ["eyeBlinkLeft", "eyeBlinkRight"]
+    unnamed = tuple(replace(s, name=f"target_{k}") for k, s in enumerate(short))
+    other = result(markers(MESH, performance(NAMES)), mesh=replace(MESH, shapes=unnamed))
+    assert "LIDS_NOT_FOUND" not in codes(other)
+
+
 @pytest.mark.slow
 def test_one_eye_without_markers_blinks_with_the_other() -> None:
     shot = result(markers(MESH, performance(NAMES), without=("eye_left",)))

@@ -56,6 +56,34 @@ def test_without_the_shape_that_moves_it_a_seam_is_not_known(missing):
     assert (len(lids) > 0) == (missing != "eyeBlink")
 
 
+def opened_mouth(weight: float) -> Mesh:
+    """The face with a mouth that rests open, and a shape that closes it."""
+    jaw = next(s for s in FACE.shapes if s.name == "jawOpen")
+    points = FACE.points.copy()
+    points[jaw.indices] += weight * jaw.offsets
+    rest = tuple(
+        replace(s, offsets=(1 - weight) * s.offsets) if s is jaw else s for s in FACE.shapes
+    )
+    closing = BlendShape("mouthClose", jaw.indices, -weight * jaw.offsets)
+    return replace(FACE, points=points, shapes=(*rest, closing))
+
+
+@pytest.mark.parametrize("weight", [0.3, 0.6])
+def test_the_seam_of_a_mouth_that_rests_open_is_none_of_lids(weight):
+    lips, lids = find_lip_lid_contacts(opened_mouth(weight))
+    assert not len(lips)
+    np.testing.assert_array_equal(lids, SEAMS.lids)
+
+
+def test_shapes_that_all_move_the_whole_face_a_little_still_close_its_eyes():
+    drift = 0.002 * np.random.default_rng(0).normal(size=(len(FACE.shapes), 3))
+    offsets = FACE.offsets_at(np.arange(len(FACE.points))) + drift[:, None]
+    shapes = (BlendShape.from_dense(s.name, o) for s, o in zip(FACE.shapes, offsets, strict=True))
+    found = find_lip_lid_contacts(replace(FACE, shapes=tuple(shapes)))
+    np.testing.assert_array_equal(found.lids, SEAMS.lids)
+    np.testing.assert_array_equal(found.lips, SEAMS.lips)
+
+
 def test_a_sheet_without_holes_has_no_seams():
     x, y = np.meshgrid(np.linspace(0, 0.1, 8), np.linspace(0, 0.1, 8))
     points = np.stack([x, y, np.zeros(x.shape)], axis=-1).reshape(-1, 3)

@@ -47,3 +47,11 @@ def test_a_larger_beard_that_a_part_of_the_shapes_moves_is_not_the_face() -> Non
     head = parts()[0]
     beard = replace(face(name="beard", shapes=head.shapes[:2]), points=2 * POINTS)
     assert Rig("x", (beard, *parts())).face().name == "head"
+
+
+def test_a_larger_neck_that_all_shapes_carry_along_a_little_is_not_the_face() -> None:
+    head = parts()[0]
+    carried = tuple(replace(s, offsets=0.03 * s.offsets, normal_offsets=None) for s in head.shapes)
+    neck = replace(face(name="neck", shapes=carried), points=2 * POINTS)
+    assert Rig("x", (neck, *parts())).face().name == "head"
+    assert Rig("x", (neck, head)).mesh().name == "head"  # one face, not two

@@ -26,9 +26,12 @@ from usdface.closure.unshown_closing import (
     without_unshown_closing,
 )
 from usdface.face.bound_face import BoundFace
+from usdface.face.expression_poses import units_of
 from usdface.findings import Finding, finding
 
-__all__ = ["ClosedEyes", "CompletedClosing", "close_eyes"]
+__all__ = ["ClosedEyes", "CompletedClosing", "close_eyes", "lids_not_found"]
+
+_EYES_CLOSED = 43  # the action unit of FACS
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +133,25 @@ def close_eyes(
     completed = tuple(each for each in every if _changed(each, apertures, weights, closed))
     findings += _by_recorder(each for each in completed if each.closing in unseen)
     return ClosedEyes(closed, course, completed, findings + _closed(completed))
+
+
+def lids_not_found(face: BoundFace, names: tuple[str, ...]) -> list[Finding]:
+    """Report blend shapes that close the eyes by name, of a face on which no lids were found.
+
+    Parameters
+    ----------
+    face : BoundFace
+    names : tuple of str
+        Blend shapes of the rig.
+    """
+    closers = [name for name, units in units_of(names).items() if _EYES_CLOSED in units]
+    if not closers or len(face.with_contacts().layout.lids):
+        return []
+    message = (
+        "on the mesh no two rims of lids were found that a blend shape brings together, so "
+        "blinks are not completed; by their names these close the eyes: {shapes}"
+    )
+    return [finding("LIDS_NOT_FOUND", "lids", message, closers)]
 
 
 def _eye_course(

@@ -18,7 +18,10 @@ __all__ = [
 
 # Left and right of these are directions, not sides.
 DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose"))
-_SIDES = {"l": "left", "r": "right", "left": "left", "right": "right"}
+_SIDES = {
+    **dict.fromkeys(("l", "lf", "lft", "left"), "left"),
+    **dict.fromkeys(("r", "rt", "rgt", "right"), "right"),
+}
 # Letters of all scripts: those without a case, and accented ones, belong to the word around them.
 _SMALL = r"[^\W\d_A-Z]"
 _WORD = re.compile(rf"[A-Z]+(?!{_SMALL})|[A-Z]?{_SMALL}+|\d+")

@@ -1011,6 +1011,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "add_markers",
         "no marker shows the lids of an eye; its blinks are not completed",
     ),
+    "LIDS_NOT_FOUND": (
+        "info",
+        "look_at_frames",
+        "no lids that meet were found on the mesh; blinks are not completed",
+    ),
     "LIDS_GUESSED": (
         "info",
         "look_at_frames",

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from usdface.arrays import BoolArray
+from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.rigs.mesh import Mesh
 
@@ -14,6 +14,10 @@ __all__ = ["face_of", "faces_like", "moved_vertices"]
 # face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
 # with it, a beard that only those of jaw, cheeks and mouth move 0.6 of the head's.
 _SHARED = 0.75
+# A vertex is part of a face if shapes move it by this share of the motion of the parts (the upper
+# decile of the part that moves most): a neck is carried along a little by all shapes of its head.
+# Set by hand: of a scanned head (ICT) the neck by 0.03 in its upper decile.
+_CARRIED = 0.1
 _ALIKE = 0.9  # of the size of a face's moving part, at least, has another face
 
 
@@ -35,18 +39,22 @@ def face_of(meshes: Sequence[Mesh], rig: str) -> Mesh:
         )
     shared = _moving_shapes(first)
     parts = [m for m in meshes if len(shared & _moving_shapes(m)) >= _SHARED * len(shared)]
-    return max(parts, key=_moved_size) if shared else first
+    if len(parts) < 2 or not shared:
+        return first
+    least = _CARRIED * max(_motion(mesh) for mesh in parts)
+    return max(parts, key=lambda mesh: _moved_size(mesh, least))
 
 
 def faces_like(face: Mesh, meshes: Sequence[Mesh]) -> list[Mesh]:
     """Return the face and those of `meshes` that the same shapes move, nearly as large."""
-    shapes, size = _moving_shapes(face), _ALIKE * _moved_size(face)
+    shapes, least = _moving_shapes(face), _CARRIED * _motion(face)
     if not shapes:
         return [face]
+    size = _ALIKE * _moved_size(face, least)
     return [
         mesh
         for mesh in meshes
-        if mesh is face or (shapes == _moving_shapes(mesh) and _moved_size(mesh) >= size)
+        if mesh is face or (shapes == _moving_shapes(mesh) and _moved_size(mesh, least) >= size)
     ]
 
 
@@ -54,18 +62,30 @@ def _face_rank(mesh: Mesh) -> tuple[int, int, float]:
     return len(_moving_shapes(mesh)), len(mesh.shapes), _moved_size(mesh)
 
 
-def _moved_size(mesh: Mesh) -> float:
-    """Return the diagonal of the box around all points that blend shapes move [m]."""
-    moved = moved_vertices(mesh)
+def _motion(mesh: Mesh) -> float:
+    """Return how far shapes move the vertices of a mesh that they move: the upper decile [m]."""
+    reach = _reach(mesh)
+    return float(np.quantile(reach[reach > 0], 0.9)) if reach.any() else 0.0
+
+
+def _reach(mesh: Mesh) -> FloatArray:
+    """Return the longest offset of each vertex by a blend shape at weight 1: (V,) [m]."""
+    reach = np.zeros(len(mesh.points))
+    for shape in mesh.shapes:
+        size = np.linalg.norm(shape.offsets, axis=1)
+        reach[shape.indices] = np.maximum(reach[shape.indices], size)
+    return reach
+
+
+def _moved_size(mesh: Mesh, least: float = 0.0) -> float:
+    """Return the diagonal of the box around points that blend shapes move by over `least` [m]."""
+    moved = _reach(mesh) > least
     return float(np.linalg.norm(np.ptp(mesh.points[moved], axis=0))) if moved.any() else 0.0
 
 
 def moved_vertices(mesh: Mesh) -> BoolArray:
     """Return the vertices that a blend shape at weight 1 moves: (V,)."""
-    moved = np.zeros(len(mesh.points), dtype=bool)
-    for shape in mesh.shapes:
-        moved[shape.indices[shape.offsets.any(axis=1)]] = True
-    return moved
+    return np.asarray(_reach(mesh) > 0)
 
 
 def _moving_shapes(mesh: Mesh) -> set[str]:

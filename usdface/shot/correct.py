@@ -9,6 +9,7 @@ from usdface.arguments import checked
 from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.blend_shapes.combined_weights import with_combinations
+from usdface.closure.closed_eyes import lids_not_found
 from usdface.closure.closure_layer import Closure, close_eyes_and_lips
 from usdface.closure.solved_performance import SolvedPerformance
 from usdface.correction.expression_layer import Correction, express
@@ -101,6 +102,8 @@ def correct_solved(result: ShotResult, run: RetargetRun) -> ShotResult:
         with progress.step("closure"):
             closure = _close(face, result)
             findings += closure.findings if closure else ()
+            if result.solution is not None and shot.setup.closure.lids:
+                findings += lids_not_found(face, result.solved.names)
             result = replace(result, closure=closure)
     return replace(result, findings=tuple(findings))
 
