@@ -12,6 +12,7 @@ __all__ = [
     "IN_LINE",
     "POSE_MARKERS",
     "Pose",
+    "mean_scale",
     "rigid_fit",
     "similarity_fit",
 ]
@@ -171,3 +172,8 @@ def similarity_fit(
     scale = float((rotation * covariance).sum()) / size
     linear = scale * rotation.T
     return linear, centre_b - centre_a @ linear
+
+
+def mean_scale(linear: FloatArray) -> float:
+    """Return the factor of a linear map (3, 3) on lengths: the cube root of that on volumes."""
+    return float(np.cbrt(abs(np.linalg.det(linear))))

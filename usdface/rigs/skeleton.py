@@ -52,3 +52,9 @@ class Skeleton:
         shape = (len(self.joints), 4, 4)
         if self.bind.shape != shape or self.rest.shape != shape:
             raise InputError(f"the skeleton's transforms must have shape {shape}")
+
+    @property
+    def parents(self) -> tuple[int, ...]:
+        """Index of the joint above each, which comes before it; -1 = none."""
+        places = {joint: k for k, joint in enumerate(self.joints)}
+        return tuple(places.get(joint.rpartition("/")[0], -1) for joint in self.joints)
