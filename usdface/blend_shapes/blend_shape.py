@@ -8,6 +8,7 @@ import numpy as np
 from usdface.arguments import checked
 from usdface.arrays import FloatArray, IntArray, frozen
 from usdface.errors import InputError
+from usdface.numerics.matching_rows import matching_rows
 from usdface.short_repr import short_repr
 
 __all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween", "offsets_at"]
@@ -116,8 +117,6 @@ def offsets_at(shapes: tuple[BlendShape, ...], vertices: IntArray) -> FloatArray
     """
     result = np.zeros((len(shapes), len(vertices), 3))
     for row, shape in zip(result, shapes, strict=True):
-        if len(shape.indices):
-            place = np.searchsorted(shape.indices, vertices).clip(max=len(shape.indices) - 1)
-            found = shape.indices[place] == vertices
-            row[found] = shape.offsets[place[found]]
+        where, rows = matching_rows(shape.indices, vertices)
+        row[where] = shape.offsets[rows]
     return result
