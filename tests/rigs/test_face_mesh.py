@@ -4,6 +4,7 @@ import numpy as np
 from small_mesh import NAMES, POINTS, face, shape
 
 from usdface.rigs import BlendShape, Inbetween, Mesh, Rig
+from usdface.rigs.face_mesh import vertex_motion
 
 
 def test_a_mesh_whose_shapes_move_nothing_is_not_the_face() -> None:
@@ -47,3 +48,10 @@ def test_a_larger_beard_that_a_part_of_the_shapes_moves_is_not_the_face() -> Non
     head = parts()[0]
     beard = replace(face(name="beard", shapes=head.shapes[:2]), points=2 * POINTS)
     assert Rig("x", (beard, *parts())).face().name == "head"
+
+
+def test_motion_of_a_vertex_is_the_largest_share_of_any_shape() -> None:
+    wide = BlendShape("wide", [0, 2], [[0, 0, 2.0], [0, 1.0, 0]])
+    small = BlendShape("small", [2, 3], [[0.1, 0, 0], [0, 0, 0.05]])
+    still = BlendShape("still", [1], [[0, 0, 0]])
+    assert vertex_motion((wide, small, still), 4).tolist() == [1.0, 0.0, 1.0, 0.25]

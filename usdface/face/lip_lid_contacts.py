@@ -21,7 +21,7 @@ from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import BlendShape, Mesh
 
-__all__ = ["LipLidContacts", "find_lip_lid_contacts"]
+__all__ = ["LipLidContacts", "find_lip_lid_contacts", "widest_pair"]
 
 # In spreads of the moving skin (54 to 74 mm). Pairs found on the faces of ICT, MakeHuman and the
 # example: resting lips are up to 0.023, 0.059 and 0.057 apart and drawn apart by at least 0.12,
@@ -52,6 +52,11 @@ class LipLidContacts(NamedTuple):
     lips: IntArray
     lids: IntArray
 
+    def lids_of_eye(self, points: FloatArray, side: int, middle: float) -> IntArray:
+        """Return the pairs of the left (1) or right (-1) eye; `middle` [m] is x of the midline."""
+        across = points[self.lids, 0].mean(axis=1) - middle
+        return np.asarray(self.lids[side * across > 0.0])
+
 
 class _Skin(NamedTuple):
     points: FloatArray
@@ -76,6 +81,11 @@ def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
         lips, lids = _find(mesh)
         known = _found[mesh] = LipLidContacts(frozen(lips, np.int64), frozen(lids, np.int64))
     return known
+
+
+def widest_pair(points: FloatArray, pairs: IntArray) -> IntArray:
+    """Return the pair of `pairs` (P, 2) with the greatest difference of height: (2,)."""
+    return np.asarray(pairs[(points[pairs[:, 0], 1] - points[pairs[:, 1], 1]).argmax()])
 
 
 def _find(mesh: Mesh) -> LipLidContacts:

@@ -53,7 +53,7 @@ def character_data(
 
 
 def _materials(rig: Rig, meshes: tuple[Mesh, ...]) -> list[Material]:
-    used = {m.material for m in meshes} | {s.material for m in meshes for s in m.subsets}
+    used = {name for mesh in meshes for name in mesh.materials}
     return [Material(""), *(m for m in rig.materials if m.name in used)]
 
 

@@ -1,14 +1,15 @@
 """The face mesh of a rig, among those with blend shapes, and the part of it that they move."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from usdface.arrays import BoolArray
+from usdface.arrays import BoolArray, FloatArray
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.errors import InputError
 from usdface.rigs.mesh import Mesh
 
-__all__ = ["face_of", "faces_like", "moved_vertices"]
+__all__ = ["face_of", "faces_like", "moved_vertices", "vertex_motion"]
 
 # Share of the shapes of the mesh that has the most: meshes with as many of them are parts of one
 # face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
@@ -58,6 +59,19 @@ def _moved_size(mesh: Mesh) -> float:
     """Return the diagonal of the box around all points that blend shapes move [m]."""
     moved = moved_vertices(mesh)
     return float(np.linalg.norm(np.ptp(mesh.points[moved], axis=0))) if moved.any() else 0.0
+
+
+def vertex_motion(shapes: Iterable[BlendShape], count: int) -> FloatArray:
+    """Return how far shapes move each of `count` vertices of their mesh, 0 to 1: (count,).
+
+    The largest squared offset of any shape, each divided by the largest of that shape.
+    """
+    motion = np.zeros(count)
+    for shape in shapes:
+        squares = (shape.offsets**2).sum(axis=1)
+        if squares.any():
+            np.maximum.at(motion, shape.indices, squares / squares.max())
+    return motion
 
 
 def moved_vertices(mesh: Mesh) -> BoolArray:

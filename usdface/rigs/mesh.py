@@ -144,6 +144,11 @@ class Mesh:
             )
 
     @property
+    def materials(self) -> tuple[str, ...]:
+        """Names of the materials that its faces may show: its own, and those of its subsets."""
+        return (self.material, *(subset.material for subset in self.subsets))
+
+    @property
     def shape_names(self) -> tuple[str, ...]:
         """Names of the blend shapes, in order."""
         return tuple(shape.name for shape in self.shapes)

@@ -85,7 +85,7 @@ def write_mesh(
         mesh = replace(mesh, corner_values=others)
     mesh, inbetweens, new_findings = flat_mesh(mesh)
     found += new_findings
-    shows = {*(s.material for s in mesh.subsets), mesh.material} & set(coloured)
+    shows = set(mesh.materials) & set(coloured)
     if mesh.corners(COLOURS) is not None and not shows:
         message = "displayColor is left out: its material does not show it"
         found.append(finding("CHANNEL_IGNORED", mesh.name, message))
