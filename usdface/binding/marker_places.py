@@ -164,7 +164,7 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
     binding : Binding
         Markers that are there already; none for a first set.
     count : int
-        How many to add.
+        New markers.
     noise : float [m]
         Standard deviation of a marker coordinate on a human face.
 

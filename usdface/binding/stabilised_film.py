@@ -91,7 +91,7 @@ def _residual(
 def _seen(
     image: FloatArray, camera: PinholeCamera, pose: Pose, placed: FloatArray, error: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the residual in the image, and how places and poses change it; 0 where occluded.
+    """Return the residual in the image and its derivatives by places and poses; 0 where occluded.
 
     Parameters
     ----------

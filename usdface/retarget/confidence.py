@@ -94,7 +94,7 @@ def confidence_of(
     regularisation : Regularisation
         Of the solve.
     wanted : int
-        How many places for more markers to look for.
+        Number of places for more markers to find.
     room : float [m]
         Least distance between places for more markers; fewer are found where there is no room.
     errors : (M,) float64 [1], optional

@@ -82,7 +82,7 @@ class SpaceMap:
         Displacements are mapped by the derivative at the centres, not as the difference of two
         mapped places.
     start : (M, 3) float64 or None
-        How far the centres themselves count as displaced; None = not at all.
+        Displacements of the centres themselves; None = zero.
     """
 
     centres: FloatArray

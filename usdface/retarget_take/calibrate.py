@@ -6,7 +6,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.progress import Progress
 from usdface.retarget.bound_points import BoundPoints
-from usdface.retarget.calibration import Calibrated, calibrate_take
+from usdface.retarget.calibration import TakeCalibration, calibrate_take
 from usdface.retarget_take.clean import clean
 from usdface.retarget_take.filmed_face import filmed_face
 from usdface.retarget_take.solver_input import solver_input
@@ -24,7 +24,7 @@ def calibrate(
     *,
     extremes: bool = False,
     progress: Progress | None = None,
-) -> tuple[Calibrated, list[Finding]]:
+) -> tuple[TakeCalibration, list[Finding]]:
     """Clean a take and find its performer's gains and offsets.
 
     Parameters

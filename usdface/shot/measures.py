@@ -158,7 +158,7 @@ def _of_motion(
 
 
 def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Measured]:
-    """Measure how the resting markers lie on the character under the best similarity."""
+    """Measure the misfit of resting markers and character under the best similarity."""
     at = face.mesh.points[face.vertices_of(solution.markers)]
     try:
         beside, scale = _similarity_residuals(solution.neutral, at)
