@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
 from usdface.errors import SolveError
 
 __all__ = [
@@ -62,6 +62,10 @@ class Pose:
         moved = positions @ self.rotations.transpose(0, 2, 1)
         return np.asarray(moved + self.translations[:, None])
 
+    def at(self, frames: IntArray | slice) -> "Pose":
+        """Return the pose of some of the frames."""
+        return Pose(self.rotations[frames], self.translations[frames])
+
     def bridged(self, usable: BoolArray) -> "Pose":
         """Return the pose with that of the nearest `usable` frame (F,) in those that are not.
 
@@ -75,7 +79,7 @@ class Pose:
         before = known[np.maximum(place - 1, 0)]
         nearest = np.where(frames - before < known[place] - frames, before, known[place])
         nearest[usable] = known
-        return Pose(self.rotations[nearest], self.translations[nearest])
+        return self.at(nearest)
 
 
 def rigid_fit(

@@ -25,7 +25,6 @@ from usdface.closure.mistracked_lids import (
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
-from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
@@ -271,7 +270,7 @@ def _cut(solution: Solution, inside: slice) -> Solution:
     return replace(
         solution,
         weights=replace(weights, times=weights.times[inside], weights=weights.weights[inside]),
-        pose=Pose(solution.pose.rotations[inside], solution.pose.translations[inside]),
+        pose=solution.pose.at(inside),
         residual=solution.residual[inside],
         feature_points=solution.feature_points[inside],
         distances=solution.distances[inside],
