@@ -53,7 +53,10 @@ class LipLidContacts(NamedTuple):
     lids: IntArray
 
     def lids_of_eye(self, points: FloatArray, side: int, middle: float) -> IntArray:
-        """Return the pairs of the left (1) or right (-1) eye; `middle` [m] is x of the midline."""
+        """Return the lid pairs (P, 2) of the left (1) or right (-1) eye.
+
+        `points` (V, 3) are those of the mesh, `middle` [m] is x of the midline.
+        """
         across = points[self.lids, 0].mean(axis=1) - middle
         return np.asarray(self.lids[side * across > 0.0])
 

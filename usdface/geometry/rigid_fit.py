@@ -63,7 +63,7 @@ class Pose:
         return np.asarray(moved + self.translations[:, None])
 
     def at(self, frames: IntArray | slice) -> "Pose":
-        """Return the pose of some of the frames."""
+        """Return the pose of some frames: a slice, or indices (N,)."""
         return Pose(self.rotations[frames], self.translations[frames])
 
     def bridged(self, usable: BoolArray) -> "Pose":
