@@ -11,7 +11,7 @@ from scipy.interpolate import RBFInterpolator
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.binding.face_surface import FaceSurface
 from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts, widest_pair
 from usdface.face.marker_name_places import LANDMARKS
@@ -57,8 +57,7 @@ class FaceLandmarks:
     middle: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "average", frozen(self.average))
-        object.__setattr__(self, "points", frozen(self.points))
+        freeze(self, "average", "points")
 
     def vertices_at(self, places: FloatArray) -> IntArray:
         """Return the vertices of the surface at places (N, 2) on the average face [mm]: (N,).

@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.errors import InputError
 from usdface.numerics.matching_rows import matching_rows
 from usdface.short_repr import short_repr
@@ -29,9 +29,7 @@ class Inbetween:
     normal_offsets: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "offsets", frozen(self.offsets))
-        if self.normal_offsets is not None:
-            object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
+        freeze(self, "offsets", "normal_offsets")
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,10 +83,8 @@ class BlendShape:
     combination: Combination | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "indices", frozen(self.indices, np.int64))
-        object.__setattr__(self, "offsets", frozen(self.offsets))
-        if self.normal_offsets is not None:
-            object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
+        freeze(self, "indices", dtype=np.int64)
+        freeze(self, "offsets", "normal_offsets")
         count = self.indices.shape
         if len(count) != 1 or self.offsets.shape != (*count, 3):
             raise InputError(

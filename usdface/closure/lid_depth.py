@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_pulses import APART, lid_pulses
 from usdface.numerics.ramps import linear_ramp
@@ -90,8 +90,7 @@ class LidDepth:
     swept: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("gone", "most", "swept"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "gone", "most", "swept")
 
 
 def lid_depth(curve: FloatArray, step: float) -> LidDepth:

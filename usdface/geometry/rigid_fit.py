@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.errors import SolveError
 
 __all__ = [
@@ -45,8 +45,7 @@ class Pose:
     translations: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rotations", frozen(self.rotations))
-        object.__setattr__(self, "translations", frozen(self.translations))
+        freeze(self, "rotations", "translations")
 
     @classmethod
     def identity(cls, count: int) -> "Pose":

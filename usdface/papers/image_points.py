@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -74,8 +74,7 @@ class ImagePoints:
     scores: tuple[WayScore, ...]
 
     def __post_init__(self) -> None:
-        for name in ("train_source", "test_source", "train_target"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "train_source", "test_source", "train_target")
 
     @property
     def errors(self) -> dict[str, FloatArray]:

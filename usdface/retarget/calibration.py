@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
@@ -79,8 +79,7 @@ class TakeCalibration:
     solution: Solution
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "deviations", frozen(self.deviations))
-        object.__setattr__(self, "peaks", frozen(self.peaks))
+        freeze(self, "deviations", "peaks")
 
     def summary(self) -> dict[str, dict[str, float]]:
         """Return the gains that are known and differ most from 1, under the key ``gains``."""

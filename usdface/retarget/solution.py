@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import HeadMode
@@ -93,11 +93,7 @@ class Solution:
     errors: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "residual", frozen(self.residual))
-        object.__setattr__(self, "distances", frozen(self.distances))
-        object.__setattr__(self, "feature_points", frozen(self.feature_points))
-        object.__setattr__(self, "rest", frozen(self.rest))
-        object.__setattr__(self, "neutral", frozen(self.neutral))
+        freeze(self, "residual", "distances", "feature_points", "rest", "neutral")
 
     @property
     def posed_in_space(self) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.arrays import BoolArray, FloatArray, freeze
 from usdface.errors import SolveError
 from usdface.geometry.marker_spread import fit_scale_and_translation
 from usdface.geometry.rigid_fit import Pose
@@ -49,7 +49,7 @@ class PinholeCamera:
     centre: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", frozen(self.centre))
+        freeze(self, "centre")
 
     def image(self, points: FloatArray) -> FloatArray:
         """Return the image (..., 2) [px] of points (..., 3) [m] in camera space."""
