@@ -20,6 +20,7 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import BlendShape, Mesh
+from usdface.rigs.face_mesh import largest_offsets
 
 __all__ = ["LipLidContacts", "find_lip_lid_contacts", "widest_pair"]
 
@@ -93,10 +94,7 @@ def widest_pair(points: FloatArray, pairs: IntArray) -> IntArray:
 
 def _find(mesh: Mesh) -> LipLidContacts:
     none = np.zeros((0, 2), dtype=np.int64)
-    reach = np.zeros(len(mesh.points))
-    for shape in mesh.shapes:
-        size = np.linalg.norm(shape.offsets, axis=1)
-        reach[shape.indices] = np.maximum(reach[shape.indices], size)
+    reach = largest_offsets(mesh)
     moving = np.flatnonzero(reach > 0)
     if len(moving) < 2:
         return LipLidContacts(none, none)

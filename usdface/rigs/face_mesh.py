@@ -9,7 +9,7 @@ from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.errors import InputError
 from usdface.rigs.mesh import Mesh
 
-__all__ = ["face_of", "faces_like", "moved_vertices", "vertex_motion"]
+__all__ = ["face_of", "faces_like", "largest_offsets", "moved_vertices", "vertex_motion"]
 
 # Share of the shapes of the mesh that has the most: meshes with as many of them are parts of one
 # face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
@@ -72,6 +72,15 @@ def vertex_motion(shapes: Iterable[BlendShape], count: int) -> FloatArray:
         if squares.any():
             np.maximum.at(motion, shape.indices, squares / squares.max())
     return motion
+
+
+def largest_offsets(mesh: Mesh) -> FloatArray:
+    """Return the length of the largest offset of each vertex in any blend shape: (V,) [m]."""
+    largest = np.zeros(len(mesh.points))
+    for shape in mesh.shapes:
+        length = np.linalg.norm(shape.offsets, axis=1)
+        largest[shape.indices] = np.maximum(largest[shape.indices], length)
+    return largest
 
 
 def moved_vertices(mesh: Mesh) -> BoolArray:

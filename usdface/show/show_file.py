@@ -49,7 +49,7 @@ from usdface.show.show_values import (
     check_number,
 )
 
-__all__ = ["read_show_file"]
+__all__ = ["read_show_file", "show_document"]
 
 _LARGEST = 64_000_000  # bytes
 _CORRECTION = tuple(part.name for part in fields(CorrectionOptions))
@@ -79,7 +79,7 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
     InputError
         If it cannot be read, or names an unknown key, character or performer.
     """
-    document = _document(path)
+    document = show_document(path)
     check_keys(document, _TOP, str(path))
     base = root or path.parent
     folder = base / as_text(document.get("folder", "."), f"{path}: folder")
@@ -102,7 +102,14 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
     return plans
 
 
-def _document(path: Path) -> dict[str, Any]:
+def show_document(path: Path) -> dict[str, Any]:
+    """Return the contents of a show file, .json or .toml, unchecked.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
     try:
         if path.stat().st_size > _LARGEST:
             raise InputError(f"{path} is larger than any show file", "TOO_LARGE")
