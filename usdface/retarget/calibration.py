@@ -68,7 +68,7 @@ class TakeCalibration:
     deviations : (S,) float64
         Standard deviation of each amplitude; that of the prior, 0.2, where nothing is known.
     peaks : (S,) float64
-        Largest amplitude of each shape, in weights of the character.
+        Peak of each shape, in weights of the character, 1 and more where it goes beyond.
     solution : Solution
         The take as solved without calibration.
     """
