@@ -170,8 +170,7 @@ def compare_ways(
     image = take.select(names)
     target = face.neutral[bound]
     space = fit_paper_map(source, target)
-    cleaned_take, cleaned, findings = clean(take, setup)
-    assert isinstance(cleaned_take, MarkerTake)
+    cleaned, findings = clean(take, setup)
     default = setup.map if setup.map.form != "paper" else MapOptions()
     solved = {}
     for way, options in (
@@ -179,7 +178,7 @@ def compare_ways(
         (_DEFAULT, default),
     ):
         own = replace(setup, map=options)
-        solved[way], _, found = solve(cleaned_take, face, own, cleaned=cleaned)
+        solved[way], _, found = solve(cleaned.take, face, own, cleaned=cleaned)
     points = {_PAPER: space(image)}
     points |= {way: _points(face, weights)[:, bound] for way, weights in solved.items()}
     true = None

@@ -49,9 +49,8 @@ def calibrate(
             "large a movement is",
             "TAKE_KIND_WRONG",
         )
-    _, cleaned, findings = clean(take, setup)
-    take = cleaned.take if cleaned else take
-    take, setup, surface, new_findings = solver_input(take, face, setup, cleaned, progress)
+    cleaned, findings = clean(take, setup)
+    take, setup, surface, new_findings = solver_input(cleaned.take, face, setup, cleaned, progress)
     filmed, camera_findings = filmed_face(take, face, setup, surface, progress)
     skin = filmed.skin if filmed else surface.skin
     calibrated, calibration_findings = calibrate_take(

@@ -254,8 +254,7 @@ def _cleaned(
     if setup.neutral is not None:  # the labels of neutral frames are right, where it has any
         first, last = max(low, setup.neutral[0]), min(high - 1, setup.neutral[1])
         setup = replace(setup, neutral=(first - low, last - low) if first <= last else None)
-    _, cleaned, _ = clean(take, setup)
-    assert cleaned is not None
+    cleaned, _ = clean(take, setup)
     own = slice(start - low, stop - low)
     repairs = tuple(
         replace(repair, first=max(start, repair.first + low), last=min(stop - 1, repair.last + low))
