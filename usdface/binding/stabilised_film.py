@@ -56,14 +56,14 @@ def stabilised_film(take: MarkerTake, points: FloatArray, offsets: FloatArray) -
     face, weights = points, np.zeros((count, len(offsets)))
     for _ in range(_ROUNDS):
         placed = face + np.tensordot(weights, offsets, 1)
-        pose, _ = fit_pose(placed, image, camera, pose)
+        pose = fit_pose(placed, image, camera, pose)
         left, slopes, turns = _seen(image, camera, pose, placed, error)
         step = _face_step(left, slopes, face - points)
         face = face + step
         left -= (slopes @ step[..., None])[..., 0]
         weights = weights + _weight_steps(left, slopes, turns, offsets, weights, error**2)
     placed = face + np.tensordot(weights, offsets, 1)
-    pose, _ = fit_pose(placed, image, camera, pose)
+    pose = fit_pose(placed, image, camera, pose)
     still = camera.at_depths(image, pose, placed[..., 2])
     still[..., 2] = points[:, 2]
     known, _ = _residual(image, camera, pose, placed, error)
