@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.errors import InputError, did_you_mean
+from usdface.errors import InputError, did_you_mean, errors_at
 from usdface.io.json_fingerprint import FINGERPRINT, sign
 from usdface.io.json_values import checked_object, whole_number
 from usdface.io.takes.text_table import read_text
@@ -71,11 +71,9 @@ def read_calibration_file(path: Path) -> Calibration:
         _refuse_misspelt(path, name, entry)
     gains = [_number(path, name, entry, "gain", 1.0) for name, entry in shapes.items()]
     offsets = [_number(path, name, entry, "offset", 0.0) for name, entry in shapes.items()]
-    try:
+    with errors_at(path):
         face = _face(document["face"]) if document.get("face") is not None else None
         return Calibration(tuple(shapes), np.array(gains), np.array(offsets), face)
-    except InputError as error:
-        raise InputError(f"{path}: {error}", error.code) from error
 
 
 def _face(entry: Any) -> PerformerFace:

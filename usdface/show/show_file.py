@@ -37,7 +37,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from usdface.errors import InputError, did_you_mean
+from usdface.errors import InputError, did_you_mean, errors_at
 from usdface.options import CorrectionOptions, DeliverOptions, ProcessOptions
 from usdface.show.plan import FILES, LAYERS, Making, ShotPlan, check_shared_layers
 from usdface.show.show_values import (
@@ -241,10 +241,8 @@ def _check_correction(correction: dict[str, Any], where: str) -> None:
     for name, value in correction.items():
         if name != "mode":
             check_number(value, f"{where}: {name}")
-    try:
+    with errors_at(where):
         CorrectionOptions(**correction)
-    except InputError as error:
-        raise InputError(f"{where}: {error}", error.code) from error
 
 
 def _check_options(options: dict[str, Any], where: str) -> None:
@@ -271,10 +269,8 @@ def _delivery(value: object, where: str) -> dict[str, Any] | None:
         good = type(number) is int or (key == "rate" and isinstance(number, float))
         if not good:
             raise InputError(f"{where}: {key} is {number!r}; expected a number", "SETTING_WRONG")
-    try:
+    with errors_at(where):
         DeliverOptions(**table)
-    except InputError as error:
-        raise InputError(f"{where}: {error}", error.code) from error
     return table
 
 
