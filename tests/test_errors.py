@@ -11,6 +11,7 @@ from usdface.errors import (
     SchemaError,
     SolveError,
     did_you_mean,
+    errors_at,
 )
 
 PACKAGE = Path(errors.__file__).parent
@@ -45,3 +46,13 @@ def test_the_nearest_known_name_is_meant_or_none() -> None:
     known = ("jaw_left", "chin", "brow")
     assert did_you_mean("jaw_lefft", known) == "; did you mean jaw_left?"
     assert did_you_mean("xyzzy", known) == did_you_mean("chin", ()) == ""
+
+
+def test_the_place_of_an_error_is_named_and_its_code_kept() -> None:
+    with (
+        pytest.raises(InputError, match=r"^shot\.usda: no take$") as caught,
+        errors_at("shot.usda"),
+    ):
+        raise InputError("no take", "SHOT_INCOMPLETE")
+    assert caught.value.code == "SHOT_INCOMPLETE"
+    assert isinstance(caught.value.__cause__, InputError)

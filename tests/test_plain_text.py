@@ -10,7 +10,7 @@ from checkout import run_usdface
 from usdface.cli import main
 from usdface.errors import InputError
 from usdface.findings import finding
-from usdface.plain_text import listed, plain
+from usdface.plain_text import error_line, listed, plain
 
 
 def test_control_characters_are_escaped() -> None:
@@ -62,3 +62,7 @@ def test_any_terminal_and_any_file_name(tmp_path: Path, encoding: str) -> None:
     assert done.returncode == 0, done.stderr
     assert b"Traceback" not in done.stderr and os.path.exists(target)  # noqa: PTH110
     assert json.loads(report.read_text())["written"][-1] == str(report)
+
+
+def test_an_error_of_other_code_is_one_line() -> None:
+    assert error_line(ValueError("no\n  such thing")) == "ValueError: no such thing"

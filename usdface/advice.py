@@ -8,6 +8,7 @@ import numpy as np
 
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
+from usdface.plain_text import error_line
 
 __all__ = ["RAISING", "advice"]
 
@@ -48,6 +49,6 @@ def advice(
     except Exception as error:  # of any kind: the job does not depend on it
         if RAISING.get():
             raise
-        why = " ".join(f"{type(error).__name__}: {error}".split())[:_LONGEST]
+        why = error_line(error)[:_LONGEST]
         message = "left out, and nothing else depends on it ({why})"
         return otherwise, [finding("ADVICE_FAILED", name, message, Prose(why))]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze, frozen
 from usdface.errors import InputError
 from usdface.takes import WeightsTake
 
@@ -51,7 +51,7 @@ class JointsTake:
                 )
             if not np.isfinite(values).all():
                 raise InputError(f"the {field} of joints must be finite")
-        object.__setattr__(self, "times", frozen(self.times))
+        freeze(self, "times")
         if len(set(self.joints)) != len(self.joints):
             raise InputError("an animation names a joint twice")
         if not len(self.times) or not np.isfinite(self.times).all():

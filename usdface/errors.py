@@ -15,7 +15,8 @@ one code has one meaning for ever. Nothing else leaves the library: errors of th
 below are caught in ``usdface.io`` and raised again as one of these, ``from`` the original.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 from usdface.plain_text import plain
 
@@ -29,6 +30,7 @@ __all__ = [
     "SolveError",
     "UsdFaceError",
     "did_you_mean",
+    "errors_at",
     "how_to_install",
     "unreadable",
 ]
@@ -250,6 +252,15 @@ def unreadable(error: OSError) -> InputError:
 def how_to_install(extra: str) -> str:
     """Return the command that adds an extra of this package, for a message."""
     return f"pip install 'usdface[{extra}]', in a clone '.[{extra}]'"
+
+
+@contextmanager
+def errors_at(place: object) -> Iterator[None]:
+    """Name a file, prim or entry before the message of an InputError that a block raises."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{place}: {error}", error.code) from error
 
 
 def did_you_mean(name: str, known: Iterable[str]) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["listed", "plain"]
+__all__ = ["error_line", "listed", "plain"]
 
 
 def plain(text: str, most: int, keep: str = "") -> str:
@@ -28,6 +28,11 @@ def plain(text: str, most: int, keep: str = "") -> str:
     return "".join(
         c if c.isprintable() or c in keep else c.encode("unicode_escape").decode() for c in text
     )
+
+
+def error_line(error: BaseException) -> str:
+    """Return the type and the message of an error of other code in one line."""
+    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def listed(names: Sequence[object], most: int) -> str:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 
 __all__ = ["Camera", "Extras", "Group", "Light", "LightKind"]
 
@@ -44,7 +44,7 @@ class Camera:
     content_name: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "matrix", frozen(self.matrix))
+        freeze(self, "matrix")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -82,7 +82,7 @@ class Light:
     content_name: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "matrix", frozen(self.matrix))
+        freeze(self, "matrix")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,4 +110,4 @@ class Group:
     extras: Extras = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "matrix", frozen(self.matrix))
+        freeze(self, "matrix")

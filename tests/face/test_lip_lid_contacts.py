@@ -10,7 +10,7 @@ from ict_face import ict_mesh
 from slits import LID_GAP, LIP_GAP, slit_face
 
 from usdface.face import lip_lid_contacts
-from usdface.face.lip_lid_contacts import find_lip_lid_contacts
+from usdface.face.lip_lid_contacts import find_lip_lid_contacts, widest_pair
 from usdface.rigs import BlendShape, Mesh
 
 FACE = slit_face()
@@ -22,6 +22,16 @@ def test_every_pair_of_lips_and_lids_is_found_and_no_other():
     np.testing.assert_allclose(upper - lower, np.tile([0, LIP_GAP, 0], (18, 1)), atol=1e-12)
     upper, lower = FACE.points[SEAMS.lids].swapaxes(0, 1)
     np.testing.assert_allclose(upper - lower, np.tile([0, LID_GAP, 0], (36, 1)), atol=1e-12)
+
+
+def test_the_lids_of_an_eye_are_those_on_its_side_and_the_widest_pair_is_one_of_them():
+    for side in (1, -1):
+        lids = SEAMS.lids_of_eye(FACE.points, side, 0.0)
+        assert len(lids) == 18
+        assert (side * FACE.points[lids, 0] > 0.0).all()
+    raised = FACE.points.copy()
+    raised[lids[5, 0], 1] += LID_GAP
+    assert widest_pair(raised, lids).tolist() == lids[5].tolist()
 
 
 def test_shapes_that_hardly_move_anything_touch_nothing():

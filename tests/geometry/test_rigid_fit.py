@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from usdface.errors import SolveError
-from usdface.geometry.rigid_fit import Pose, rigid_fit, similarity_fit
+from usdface.geometry.rigid_fit import Pose, mean_scale, rigid_fit, similarity_fit
 
 RNG = np.random.default_rng(1)
 
@@ -83,3 +83,15 @@ def test_similarity_fit_finds_scale_rotation_and_offset() -> None:
     fitted, offset = similarity_fit(face, face @ linear + [1, 2, 3])
     np.testing.assert_allclose(fitted, linear, atol=1e-12)
     np.testing.assert_allclose(offset, [1, 2, 3], atol=1e-12)
+
+
+def test_the_mean_scale_of_a_mirrored_stretch_is_the_root_of_its_volume() -> None:
+    turned = Rotation.from_euler("xyz", (10, 20, 30), degrees=True).as_matrix()
+    assert mean_scale(turned @ np.diag([-1.0, 2.0, 4.0])) == pytest.approx(2.0)
+
+
+def test_the_pose_of_some_frames_is_theirs() -> None:
+    rotations = Rotation.random(5, rng=3).as_matrix()
+    some = Pose(rotations, np.arange(15.0).reshape(5, 3)).at(np.array([4, 1]))
+    assert np.array_equal(some.rotations, rotations[[4, 1]])
+    assert some.translations.tolist() == [[12, 13, 14], [3, 4, 5]]

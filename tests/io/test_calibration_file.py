@@ -1,4 +1,6 @@
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -120,3 +122,18 @@ def test_a_face_that_is_wrong_is_said(
     path.write_text(json.dumps(document))
     with pytest.raises(InputError, match="performer's"):
         read_calibration_file(path)
+
+
+def test_a_face_that_is_wrong_is_refused_without_assertions_too(tmp_path: Path) -> None:
+    document = json.loads(written(FACE))
+    next(iter(document["face"]["markers"].values()))["point"] = -3
+    path = tmp_path / "who.json"
+    path.write_text(json.dumps(document))
+    read = (
+        "import pathlib, sys, usdface.io.calibration_file as files;"
+        "files.read_calibration_file(pathlib.Path(sys.argv[1]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-O", "-c", read, str(path)], capture_output=True, text=True
+    )
+    assert "the performer's face is not of the form" in done.stderr

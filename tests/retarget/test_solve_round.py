@@ -11,7 +11,7 @@ from usdface.geometry.rigid_fit import Pose, rigid_fit
 from usdface.options import MapOptions, SolveOptions
 from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.rbf import fit_map
-from usdface.retarget.solve_round import ObservedTake, Round, measured, next_round
+from usdface.retarget.solve_round import ObservedTake, SolveRound, measured, next_round
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.take_rows import TakeRows
 from usdface.takes import visible
@@ -28,7 +28,7 @@ MOVING = Pose(TURNS, 0.02 * np.stack([np.sin(TIMES)] * 3, 1))
 KNOWN = Regularisation(1e-6, 0.0, SolveOptions(), tuple("abcde"), size=0.1)
 
 
-def begun(positions: np.ndarray, moving_head: bool = True) -> tuple[ObservedTake, Round]:
+def begun(positions: np.ndarray, moving_head: bool = True) -> tuple[ObservedTake, SolveRound]:
     rows = TakeRows.of(MotionModel(FACE, MODEL, 3, moving_head))
     seen = visible(positions)
     over = np.eye(3) if moving_head else None
@@ -36,7 +36,7 @@ def begun(positions: np.ndarray, moving_head: bool = True) -> tuple[ObservedTake
     pose = rigid_fit(FACE, positions)[0] if moving_head else Pose.identity(FRAMES)
     space = fit_map(FACE, FACE, MapOptions())
     nothing = np.zeros(take.occluded.shape)
-    return take, Round(0, pose, pose.to_head(positions), space, KNOWN, nothing)
+    return take, SolveRound(0, pose, pose.to_head(positions), space, KNOWN, nothing)
 
 
 def test_rounds_settle_at_weights_and_pose() -> None:

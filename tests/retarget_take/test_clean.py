@@ -21,8 +21,7 @@ def world() -> World:
 
 
 def swaps(world: World, **changes: object) -> dict[str, tuple[int, int]]:
-    _, cleaned, _ = clean(world.take, world.setup(**changes))
-    assert cleaned is not None
+    cleaned, _ = clean(world.take, world.setup(**changes))
     return {r.marker: (r.first, r.last) for r in cleaned.repairs if r.kind == "swap"}
 
 

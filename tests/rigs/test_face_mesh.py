@@ -4,6 +4,7 @@ import numpy as np
 from small_mesh import NAMES, POINTS, face, shape
 
 from usdface.rigs import BlendShape, Inbetween, Mesh, Rig
+from usdface.rigs.face_mesh import largest_offsets, vertex_motion
 
 
 def test_a_mesh_whose_shapes_move_nothing_is_not_the_face() -> None:
@@ -55,3 +56,16 @@ def test_a_larger_neck_that_all_shapes_carry_along_a_little_is_not_the_face() ->
     neck = replace(face(name="neck", shapes=carried), points=2 * POINTS)
     assert Rig("x", (neck, *parts())).face().name == "head"
     assert Rig("x", (neck, head)).mesh().name == "head"  # one face, not two
+
+
+def test_motion_of_a_vertex_is_the_largest_share_of_any_shape() -> None:
+    wide = BlendShape("wide", [0, 2], [[0, 0, 2.0], [0, 1.0, 0]])
+    small = BlendShape("small", [2, 3], [[0.1, 0, 0], [0, 0, 0.05]])
+    still = BlendShape("still", [1], [[0, 0, 0]])
+    assert vertex_motion((wide, small, still), 4).tolist() == [1.0, 0.0, 1.0, 0.25]
+
+
+def test_the_largest_offset_of_a_vertex_is_that_of_any_shape() -> None:
+    wide = BlendShape("wide", [0, 2], [[0, 0, 2.0], [0, 1.0, 0]])
+    mesh = face(shapes=(wide, BlendShape("small", [2], [[3.0, 0, 4.0]])))
+    assert largest_offsets(mesh).tolist() == [2.0, 0.0, 5.0, *[0.0] * 6]

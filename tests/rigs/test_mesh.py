@@ -5,7 +5,7 @@ import pytest
 from small_mesh import DENSE, POINTS, face, shape
 
 from usdface.errors import InputError
-from usdface.rigs import Inbetween, Skeleton, Skin
+from usdface.rigs import Inbetween, MaterialSubset, Skeleton, Skin
 
 
 def test_nothing_in_a_rig_can_be_changed() -> None:
@@ -24,6 +24,11 @@ def test_nothing_in_a_rig_can_be_changed() -> None:
         assert array is not None
         with pytest.raises(ValueError, match="read-only"):
             array[0] = 0
+
+
+def test_a_mesh_shows_its_own_material_and_those_of_its_subsets() -> None:
+    subsets = (MaterialSubset("lips", np.array([0])), MaterialSubset("skin", np.array([1])))
+    assert face(material="skin", subsets=subsets).materials == ("skin", "lips", "skin")
 
 
 def test_offsets_at_some_vertices_are_the_dense_ones() -> None:

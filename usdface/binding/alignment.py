@@ -22,11 +22,11 @@ from usdface.binding.registration import (
     Registration,
     expected_scale,
     named_errors,
-    scale_of,
     squared_distances,
     squared_errors,
     trust_of,
 )
+from usdface.geometry.rigid_fit import mean_scale
 
 __all__ = ["align", "name_disagreement", "predicted_by_others"]
 
@@ -132,7 +132,7 @@ def _misfit_cost(
     [m^2] that of one of its coordinates.
     """
     strain = float((rest * np.linalg.solve(covariance, rest)).sum()) / len(rest)
-    size = np.log(scale_of(linear) / expected_scale(candidates, observations)) / _SPREAD
+    size = np.log(mean_scale(linear) / expected_scale(candidates, observations)) / _SPREAD
     tilt = 1.0 - linear[1, 1] / np.linalg.norm(linear[1])
     return float(strain + 0.5 * size**2 + _UPRIGHT * tilt)
 

@@ -15,7 +15,7 @@ __all__ = ["binding_findings"]
 def binding_findings(
     resolved: ResolvedBinding, take: MarkerTake | WeightsTake, source: str = ""
 ) -> list[Finding]:
-    """Report how a binding was completed for a take; `source` is the file of the binding."""
+    """Report the completion of a binding for a take; `source` is the file of the binding."""
     unbound = resolved.unbound
     findings = []
     if resolved.mesh_assumed:

@@ -21,7 +21,15 @@ _SAME_MARKER = 0.01
 def distinct_markers(
     take: MarkerTake, given: dict[str, int]
 ) -> tuple[IntArray, tuple[DuplicateMarker, ...]]:
-    """Return the indices of visible markers without duplicates, and the duplicates."""
+    """Return the indices (K,) of visible markers without duplicates, and the duplicates.
+
+    `given` has the vertices of markers that are bound.
+
+    Raises
+    ------
+    InputError
+        If fewer markers are left than a registration needs.
+    """
     used = np.flatnonzero(take.visible.any(axis=0))
     copies = _copies(take, used, given)
     used = np.delete(used, sorted(copies))

@@ -22,6 +22,7 @@ from usdface.geometry.vertex_areas import vertex_areas
 from usdface.geometry.vertex_normals import triangle_normals
 from usdface.geometry.view_rotation import view_rotation
 from usdface.rigs import Mesh
+from usdface.rigs.face_mesh import largest_offsets
 
 __all__ = ["MOVING_SHARE", "FaceSurface", "face_surface"]
 
@@ -117,10 +118,7 @@ def face_surface(mesh: Mesh) -> FaceSurface:
     """
     triangles = mesh.face_indices[triangle_fans(mesh.face_counts)[0]]
     graph = surface_graph(mesh)
-    strength = np.zeros(len(mesh.points))
-    for shape in mesh.shapes:
-        size = np.linalg.norm(shape.offsets, axis=1)
-        strength[shape.indices] = np.maximum(strength[shape.indices], size)
+    strength = largest_offsets(mesh)
     torn = _torn(strength, graph)
     moving: BoolArray = (strength > MOVING_SHARE * strength[~torn].max(initial=0.0)) & ~torn
     if not moving.any():

@@ -11,11 +11,12 @@ from scipy.interpolate import RBFInterpolator
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import cKDTree
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.binding.face_surface import FaceSurface
-from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
+from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts, widest_pair
 from usdface.face.marker_name_places import LANDMARKS
 from usdface.face.regions import shape_regions
+from usdface.rigs.face_mesh import vertex_motion
 
 __all__ = ["FaceLandmarks", "find_landmarks"]
 
@@ -56,8 +57,7 @@ class FaceLandmarks:
     middle: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "average", frozen(self.average))
-        object.__setattr__(self, "points", frozen(self.points))
+        freeze(self, "average", "points")
 
     def vertices_at(self, places: FloatArray) -> IntArray:
         """Return the vertices of the surface at places (N, 2) on the average face [mm]: (N,).
@@ -113,15 +113,13 @@ def _eyes_and_mouth(surface: FaceSurface, contacts: LipLidContacts, middle: floa
     """
     points, found = surface.mesh.points, {}
     for side in (1, -1):
-        across = points[contacts.lids, 0].mean(axis=1) - middle
-        lids = contacts.lids[side * across > 0.0]
+        lids = contacts.lids_of_eye(points, side, middle)
         if not len(lids):
             return None
         found["eye inner", side] = _corner(surface, lids, -side)
         found["eye outer", side] = _corner(surface, lids, side)
         found["mouth corner", side] = _corner(surface, contacts.lips, side)
-        widest = lids[(points[lids[:, 0], 1] - points[lids[:, 1], 1]).argmax()]
-        found["lid upper", side], found["lid lower", side] = points[widest]
+        found["lid upper", side], found["lid lower", side] = points[widest_pair(points, lids)]
     return found
 
 
@@ -210,10 +208,7 @@ def _brow(
     surface: FaceSurface, shapes: tuple[str, ...], side: int, middle: float
 ) -> FloatArray | None:
     """Return the centre of a side's skin that brow shapes move; None where they move none."""
-    energy = np.zeros(len(surface.torn))
-    for shape in surface.mesh.shapes:
-        squares = (shape.offsets**2).sum(axis=1)
-        if shape.name in shapes and squares.any():
-            np.maximum.at(energy, shape.indices, squares / squares.max())
-    own = np.where(side * (surface.points[:, 0] - middle) > 0.0, energy[surface.vertices], 0.0)
+    brow = (shape for shape in surface.mesh.shapes if shape.name in shapes)
+    motion = vertex_motion(brow, len(surface.mesh.points))
+    own = np.where(side * (surface.points[:, 0] - middle) > 0.0, motion[surface.vertices], 0.0)
     return np.average(surface.points, axis=0, weights=own) if own.any() else None

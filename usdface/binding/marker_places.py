@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from usdface.arrays import BoolArray, IntArray, frozen
+from usdface.arrays import BoolArray, IntArray, freeze
 from usdface.binding.face_surface import FaceSurface, face_surface
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -56,7 +56,7 @@ class FreePlaces:
     room: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", frozen(self.vertices, np.int64))
+        freeze(self, "vertices", dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,7 +80,7 @@ class MarkerPlaces:
     undetermined: tuple[tuple[str, ...], ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", frozen(self.vertices, np.int64))
+        freeze(self, "vertices", dtype=np.int64)
 
     def binding(self, present: Binding) -> Binding:
         """Return the binding with the new markers, which are named after their places."""
@@ -164,7 +164,7 @@ def marker_places(mesh: Mesh, binding: Binding, *, count: int, noise: float) -> 
     binding : Binding
         Markers that are there already; none for a first set.
     count : int
-        How many to add.
+        New markers.
     noise : float [m]
         Standard deviation of a marker coordinate on a human face.
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.binding.landmarks import FaceLandmarks
 from usdface.face.marker_name_places import named_places
 from usdface.geometry.rigid_fit import similarity_fit
@@ -54,9 +54,8 @@ class NamePriors:
     middle: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", frozen(self.points))
-        object.__setattr__(self, "spreads", frozen(self.spreads))
-        object.__setattr__(self, "sides", frozen(self.sides, np.int64))
+        freeze(self, "points", "spreads")
+        freeze(self, "sides", dtype=np.int64)
 
     @property
     def known(self) -> BoolArray:

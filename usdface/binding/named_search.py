@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.arrays import BoolArray, FloatArray, freeze
 from usdface.binding.alignment import predicted_by_others
 from usdface.binding.face_surface import FaceSurface
 from usdface.binding.name_priors import FEWEST_NAMED, NamePriors, named_pose
@@ -47,8 +47,7 @@ class NameCheck:
     used: bool = True
 
     def __post_init__(self) -> None:
-        for name in ("contradicted", "exchanged"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.bool_))
+        freeze(self, "contradicted", "exchanged", dtype=np.bool_)
 
 
 def register_markers(

@@ -78,7 +78,10 @@ def check_frames(
 
 
 def distant_frames(stabilised: StabilisedTake, neutral: tuple[int, int]) -> IntArray:
-    """Return some frame indices far from neutral and from each other, most first."""
+    """Return frame indices (K,) far from `neutral`, first to last, and from each other.
+
+    The farthest first.
+    """
     scores, frames = stabilised.scores, stabilised.sampled
     some = scores[frames]
     mean = scores[neutral[0] : neutral[1] + 1].mean(axis=0)

@@ -28,7 +28,7 @@ from usdface.findings import Finding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
-__all__ = ["PlacedMarkers", "Registered", "place_markers"]
+__all__ = ["PlacedMarkers", "RegisteredTake", "place_markers"]
 
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
@@ -42,8 +42,8 @@ _LARGEST_ERROR = 1e6
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Registered:
-    """Markers on a face: how their names agree, the anchors that do not fit, and the frames.
+class RegisteredTake:
+    """A take whose markers have places on a face: agreement of names, doubted anchors, frames.
 
     Attributes
     ----------
@@ -75,7 +75,7 @@ class PlacedMarkers:
     ----------
     used : (M,) int64
         Their indices in the take.
-    found : Registered
+    found : RegisteredTake
     chosen : (M,) int64
         Indices into the surface's vertices, no two markers on one.
     confidence : (M,) float64
@@ -87,7 +87,7 @@ class PlacedMarkers:
     """
 
     used: IntArray
-    found: Registered
+    found: RegisteredTake
     chosen: IntArray
     confidence: FloatArray
     off: BoolArray
@@ -175,7 +175,7 @@ def _registered(
     setup: RetargetSetup,
     anchors: IntArray,
     find_neutral: bool,
-) -> Registered:
+) -> RegisteredTake:
     """Register the markers `used` (M,) of a take, with those anchors (M,) that fit the others."""
     names = tuple(take.names[i] for i in used)
     stabilised = stabilised_markers(take, used, "the vertices of markers cannot be proposed")
@@ -211,10 +211,10 @@ def _registered(
             observations = observations.again(stabilised.positions, neutral, peaks)
             registered, check = register_markers(surface, observations)
     named = observations.named is not None
-    return Registered(registered, check, named, doubted, neutral, peaks)
+    return RegisteredTake(registered, check, named, doubted, neutral, peaks)
 
 
-def _confidence(found: Registered, chosen: IntArray) -> tuple[FloatArray, list[Finding]]:
+def _confidence(found: RegisteredTake, chosen: IntArray) -> tuple[FloatArray, list[Finding]]:
     """Return the confidence (M,) of chosen vertices, 0 where names say another; NaN = unknown."""
     confidence, failed = advice(
         "confidence of the proposed vertices",

@@ -97,7 +97,10 @@ def search_pose(surface: FaceSurface, observations: Observations) -> RegisteredM
 def register_from(
     surface: FaceSurface, observations: Observations, linear: FloatArray, offset: FloatArray
 ) -> RegisteredMarkers:
-    """Register markers to a face from one pose: neutral @ linear + offset is on the face."""
+    """Register markers to a face from one pose: neutral @ linear + offset is on the face.
+
+    `linear` is (3, 3), `offset` (3,) [m].
+    """
     full = candidate_vertices(surface)
     start = replace(_initial(linear, full, observations), offset=offset - full.centre)
     return RegisteredMarkers(full, observations, (_follow(full, observations, start),))

@@ -8,6 +8,7 @@ from usdface.arrays import FloatArray, IntArray
 from usdface.binding.candidates import CandidateVertices
 from usdface.binding.name_priors import name_errors
 from usdface.binding.observations import Observations
+from usdface.geometry.rigid_fit import mean_scale
 
 __all__ = [
     "MOTION_ERROR",
@@ -16,7 +17,6 @@ __all__ = [
     "Registration",
     "expected_scale",
     "named_errors",
-    "scale_of",
     "squared_distances",
     "squared_errors",
     "total_errors",
@@ -106,7 +106,7 @@ def squared_errors(
     -------
     place, motion : (M, N) float64
     """
-    ratio = scale_of(registration.linear) / expected_scale(candidates, observations)
+    ratio = mean_scale(registration.linear) / expected_scale(candidates, observations)
     unit = candidates.size * ratio
     mapped = observations.neutral @ registration.linear + registration.offset + registration.bend
     place = squared_distances(mapped, candidates.points) / (shape_error * unit) ** 2
@@ -156,8 +156,3 @@ def squared_distances(a: FloatArray, b: FloatArray) -> FloatArray:
     """Return squared distances between (M, 3) and (N, 3): (M, N)."""
     total = (a**2).sum(axis=1)[:, None] - 2.0 * a @ b.T + (b**2).sum(axis=1)
     return np.asarray(total.clip(min=0.0))
-
-
-def scale_of(linear: FloatArray) -> float:
-    """Return the size of a similarity's linear part (3, 3)."""
-    return float(np.cbrt(abs(np.linalg.det(linear))))

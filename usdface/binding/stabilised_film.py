@@ -56,14 +56,14 @@ def stabilised_film(take: MarkerTake, points: FloatArray, offsets: FloatArray) -
     face, weights = points, np.zeros((count, len(offsets)))
     for _ in range(_ROUNDS):
         placed = face + np.tensordot(weights, offsets, 1)
-        pose, _ = fit_pose(placed, image, camera, pose)
+        pose = fit_pose(placed, image, camera, pose)
         left, slopes, turns = _seen(image, camera, pose, placed, error)
         step = _face_step(left, slopes, face - points)
         face = face + step
         left -= (slopes @ step[..., None])[..., 0]
         weights = weights + _weight_steps(left, slopes, turns, offsets, weights, error**2)
     placed = face + np.tensordot(weights, offsets, 1)
-    pose, _ = fit_pose(placed, image, camera, pose)
+    pose = fit_pose(placed, image, camera, pose)
     still = camera.at_depths(image, pose, placed[..., 2])
     still[..., 2] = points[:, 2]
     known, _ = _residual(image, camera, pose, placed, error)
@@ -91,7 +91,7 @@ def _residual(
 def _seen(
     image: FloatArray, camera: PinholeCamera, pose: Pose, placed: FloatArray, error: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the residual in the image, and how places and poses change it; 0 where occluded.
+    """Return the residual in the image and its derivatives by places and poses; 0 where occluded.
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class StabilisedTake:
 
     @property
     def sampled(self) -> IntArray:
-        """Frames that show enough markers for a pose, at most `_MOST_FRAMES`, evenly spread."""
+        """Indices (N,) of frames with enough markers for a pose, `_MOST_FRAMES` at most, evenly."""
         frames = np.flatnonzero(self.shown)
         return frames[:: sample_step(len(frames))]
 

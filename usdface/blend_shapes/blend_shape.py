@@ -6,8 +6,9 @@ from typing import Literal
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.errors import InputError
+from usdface.numerics.matching_rows import matching_rows
 from usdface.short_repr import short_repr
 
 __all__ = ["BlendShape", "Combination", "CombinationRule", "Inbetween", "offsets_at"]
@@ -28,9 +29,7 @@ class Inbetween:
     normal_offsets: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "offsets", frozen(self.offsets))
-        if self.normal_offsets is not None:
-            object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
+        freeze(self, "offsets", "normal_offsets")
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +83,8 @@ class BlendShape:
     combination: Combination | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "indices", frozen(self.indices, np.int64))
-        object.__setattr__(self, "offsets", frozen(self.offsets))
-        if self.normal_offsets is not None:
-            object.__setattr__(self, "normal_offsets", frozen(self.normal_offsets))
+        freeze(self, "indices", dtype=np.int64)
+        freeze(self, "offsets", "normal_offsets")
         count = self.indices.shape
         if len(count) != 1 or self.offsets.shape != (*count, 3):
             raise InputError(
@@ -116,8 +113,6 @@ def offsets_at(shapes: tuple[BlendShape, ...], vertices: IntArray) -> FloatArray
     """
     result = np.zeros((len(shapes), len(vertices), 3))
     for row, shape in zip(result, shapes, strict=True):
-        if len(shape.indices):
-            place = np.searchsorted(shape.indices, vertices).clip(max=len(shape.indices) - 1)
-            found = shape.indices[place] == vertices
-            row[found] = shape.offsets[place[found]]
+        where, rows = matching_rows(shape.indices, vertices)
+        row[where] = shape.offsets[rows]
     return result

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.closure.closed_eyes import CompletedClosing, close_eyes
 from usdface.closure.closed_lips import close_lips
 from usdface.closure.lid_apertures import Eye, LidApertures, lid_apertures_of
@@ -43,8 +43,7 @@ class Closure:
     findings: tuple[Finding, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("weights", "eyes", "mouth"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "weights", "eyes", "mouth")
 
 
 def close_eyes_and_lips(

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze, frozen
 from usdface.takes import frame_step
 
 __all__ = ["EvenTimes", "even_times"]
@@ -45,8 +45,7 @@ class EvenTimes:
     step: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "take", frozen(self.take))
-        object.__setattr__(self, "times", frozen(self.times))
+        freeze(self, "take", "times")
 
     @property
     def own(self) -> bool:

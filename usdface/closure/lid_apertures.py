@@ -13,7 +13,7 @@ from typing import Literal
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator, shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.closure.rims import RimPairs, rim_pairs
@@ -86,8 +86,8 @@ class LidApertures:
     movers: BoolArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "neutral", frozen(self.neutral))
-        object.__setattr__(self, "place", frozen(self.place, np.int64))
+        freeze(self, "neutral")
+        freeze(self, "place", dtype=np.int64)
 
     def at(self, weights: FloatArray) -> FloatArray:
         """Return the apertures (F, K) [m] at weights (F, T)."""

@@ -3,12 +3,12 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import BoolArray, FloatArray, IntArray
 from usdface.closure.even_times import EvenTimes
 from usdface.closure.lid_apertures import LidApertures
 from usdface.numerics.frame_blocks import by_blocks
+from usdface.numerics.hann_window import hann_envelope
 
 __all__ = [
     "close_lids",
@@ -178,14 +178,10 @@ def _lowered(
 
 def _faded(share: FloatArray, frames: int, even: EvenTimes | None) -> FloatArray:
     """Return shares (F,) that rise and fall over some frames, and are no less anywhere."""
-    # The weighted mean, over a window around each frame, of the largest within as long a window.
-    length = 2 * (frames // 2) + 1
-    if length == 1 or not share.any():
+    if frames < 2 or not share.any():
         return share
     shares = share if even is None else even.resampled(share)
-    most = maximum_filter1d(shares, length, mode="nearest")
-    window = np.hanning(length + 2)[1:-1]
-    faded = np.asarray(convolve1d(most, window / window.sum(), mode="nearest"))
+    faded = hann_envelope(shares, frames)
     faded = faded if even is None else even.of_frames(faded)
     return np.asarray(np.maximum(share, (faded - _UNSEEN) / (1.0 - _UNSEEN)))
 

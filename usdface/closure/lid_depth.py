@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.closure.eye_closing import EyeClosing
 from usdface.closure.lid_pulses import APART, lid_pulses
 from usdface.numerics.ramps import linear_ramp
@@ -90,8 +90,7 @@ class LidDepth:
     swept: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("gone", "most", "swept"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "gone", "most", "swept")
 
 
 def lid_depth(curve: FloatArray, step: float) -> LidDepth:
@@ -123,9 +122,7 @@ def pulses_that_close(
         Of the pulses of the markers, by that of the take's blinks: mean of the eyes.
     """
     most = _deeper_eye(lids.most[peaks])
-    known = most[np.isfinite(most)]
-    level = float(np.quantile(known, 0.75)) if len(known) else 0.0
-    closed = most >= max(_GONE, _GONE_OF_BLINKS * level)
+    closed = most >= max(_GONE, _GONE_OF_BLINKS * _usual(most))
     swept = _swept_by_others(lids.swept[peaks])
     closed &= swept >= _LEAST_OF_BLINKS
     if len(peaks) and _sweep_far(lids.swept[peaks], lids.most, _SWEPT):
@@ -229,11 +226,15 @@ def _as_far(swept: FloatArray, blinks: Sequence[EyeClosing]) -> BoolArray:
 
 
 def _swept_by_others(swept: FloatArray) -> FloatArray:
-    """Return how deep pulses of depth `swept` (N, 2) are by the others, in the deeper eye: (N,)."""
+    """Return depths of pulses `swept` (N, 2), in the deeper eye, by those of the others: (N,)."""
     most = _deeper_eye(swept)
-    known = most[np.isfinite(most)]
-    level = float(np.quantile(known, 0.75)) if len(known) else 0.0
-    return np.asarray(most / max(level, 1e-9))
+    return np.asarray(most / max(_usual(most), 1e-9))
+
+
+def _usual(depths: FloatArray) -> float:
+    """Return the upper quartile of the known depths (N,); 0 where none is known."""
+    known = depths[np.isfinite(depths)]
+    return float(np.quantile(known, 0.75)) if len(known) else 0.0
 
 
 def _deeper_eye(gone: FloatArray) -> FloatArray:

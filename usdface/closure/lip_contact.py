@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator, shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.closure.lip_limits import WIDENS
@@ -53,8 +53,7 @@ class LipApertures:
     evaluator: BlendShapeEvaluator
 
     def __post_init__(self) -> None:
-        for name in ("neutral", "x", "across"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "neutral", "x", "across")
 
     def opened(self, weights: FloatArray) -> FloatArray:
         """Return by how much the lips are open at weights (F, T): (F, K) [m]."""

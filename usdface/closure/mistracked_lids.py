@@ -22,7 +22,6 @@ from usdface.closure.lid_motion import LidMarker, lid_markers
 from usdface.face.bound_face import BoundFace
 from usdface.face.mirror import midline, mirrored_markers
 from usdface.findings import Finding, finding
-from usdface.geometry.rigid_fit import Pose
 from usdface.numerics.frame_ranges import frame_ranges
 from usdface.numerics.ramps import linear_ramp
 from usdface.retarget.solution import Solution
@@ -141,7 +140,7 @@ def mistracked_lids(
             continue
         name = solution.markers[lid.marker]
         shift = (shares[:, None] * moved) @ np.linalg.pinv(solution.marker_maps[lid.marker])
-        pose = Pose(solution.pose.rotations[frames], solution.pose.translations[frames])
+        pose = solution.pose.at(frames)
         head = pose.to_head(take.positions[frames, take.names.index(name)][:, None])
         positions = pose.to_take(head + shift[frames, None])[:, 0]
         away = np.linalg.norm(moved[frames], axis=1)

@@ -36,7 +36,7 @@ class RimPairs:
 
     @property
     def vertices(self) -> IntArray:
-        """The vertices that have a share in any pair."""
+        """The vertices (N,) that have a share in any pair."""
         return np.unique(self.points.indices).astype(np.int64)
 
     def apertures(self, vertices: IntArray, values: FloatArray) -> FloatArray:
@@ -49,7 +49,7 @@ class RimPairs:
         )
 
     def select(self, pairs: IntArray) -> "RimPairs":
-        """Return some of the pairs, in an order."""
+        """Return the pairs of some rows (K,), in their order."""
         return RimPairs(csr_array(self.points[pairs]), self.directions[pairs])
 
 

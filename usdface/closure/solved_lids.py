@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.closure.closing_displacements import scanned_lid_displacements
 from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.face.bound_face import BoundFace
@@ -35,8 +35,7 @@ class SolvedLids:
     by_closer: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("closed", "by_closer"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "closed", "by_closer")
 
 
 def solved_lids(

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.face.bound_face import BoundFace
 from usdface.retarget.pins import pin_nearness
 from usdface.retarget.solution import Solution
@@ -37,7 +37,7 @@ class SolvedPerformance:
     near_pins: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "near_pins", frozen(self.near_pins))
+        freeze(self, "near_pins")
 
     @classmethod
     def of(

@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator, shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
@@ -55,8 +55,7 @@ class Apertures:
     tolerance: float
 
     def __post_init__(self) -> None:
-        for name in ("neutral", "touch", "floor"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "neutral", "touch", "floor")
 
     def at(self, weights: FloatArray) -> FloatArray:
         """Return the apertures at some weights (F, T): (F, K) [m].

@@ -13,6 +13,7 @@ import numpy as np
 from usdface.arrays import BoolArray, FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import GainRegion
+from usdface.numerics.cosines import cosines
 from usdface.numerics.ramps import linear_ramp
 from usdface.options import SolveOptions
 
@@ -88,8 +89,8 @@ class Evidence:
         wanted, there = (np.where(own, w, 0.0) for w in (pose, weights))
         if not (self.determination * wanted).any():
             return np.ones(len(weights))
-        shapes = _cosine(wanted @ self._root, there @ self._root)
-        markers = _cosine(wanted @ self.motion, there @ self.motion)
+        shapes = cosines(there @ self._root, wanted @ self._root)
+        markers = cosines(there @ self.motion, wanted @ self.motion)
         return np.asarray(np.sqrt(np.maximum(shapes, 0.0) * np.maximum(shapes, markers)))
 
     def participation(
@@ -152,9 +153,3 @@ def _determined(basis: FloatArray) -> FloatArray:
     scaled = SolveOptions().spread * basis / _FACE_ERROR
     gram = scaled @ scaled.T
     return np.asarray(np.linalg.solve(gram + np.eye(len(gram)), gram))
-
-
-def _cosine(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Return the cosines between a vector (T,) and vectors (N, T), 0 where one is 0: (N,)."""
-    lengths = np.linalg.norm(a) * np.linalg.norm(b, axis=1)
-    return np.asarray(np.divide(b @ a, lengths, out=np.zeros(len(b)), where=lengths > 0))

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze, frozen
 from usdface.errors import InputError
 from usdface.face.regions import GainRegion
 from usdface.frozen_mapping import FrozenMapping
@@ -34,7 +34,7 @@ class Gains:
     regions: Mapping[GainRegion, FloatArray] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "system", frozen(self.system))
+        freeze(self, "system")
         for name in ("emotions", "regions"):
             curves = {key: frozen(curve) for key, curve in getattr(self, name).items()}
             object.__setattr__(self, name, FrozenMapping(curves))

@@ -7,9 +7,9 @@ that is nowhere below them. Frames on either side of a gap in the recording are 
 from collections.abc import Callable
 
 import numpy as np
-from scipy.ndimage import convolve1d, maximum_filter1d
 
 from usdface.arrays import FloatArray
+from usdface.numerics.hann_window import hann_average, hann_envelope
 from usdface.takes import frame_step
 
 __all__ = ["blend_frames", "blend_out", "blended"]
@@ -35,7 +35,7 @@ def blended(added: FloatArray, frames: int, times: FloatArray | None) -> FloatAr
     if frames < 2 or not moved.size:
         return added
     smooth = np.zeros(added.shape)
-    smooth[:, moved] = _by_stretch(added[:, moved], frames, times, _averaged)
+    smooth[:, moved] = _by_stretch(added[:, moved], frames, times, hann_average)
     return smooth
 
 
@@ -93,22 +93,7 @@ def _smooth_bound(values: FloatArray, frames: int) -> FloatArray:
     moved = np.flatnonzero(values.any(axis=0))
     if frames < 2 or not moved.size:
         return values
-    smooth = _averaged(values[:, moved], frames)
+    smooth = hann_average(values[:, moved], frames)
     bound = np.zeros(values.shape)
-    bound[:, moved] = smooth + _envelope(np.maximum(values[:, moved] - smooth, 0.0), frames)
+    bound[:, moved] = smooth + hann_envelope(np.maximum(values[:, moved] - smooth, 0.0), frames)
     return bound
-
-
-def _envelope(values: FloatArray, frames: int) -> FloatArray:
-    """Return the largest of each column within half of `frames`, averaged likewise."""
-    return _averaged(maximum_filter1d(values, _width(frames), axis=0, mode="nearest"), frames)
-
-
-def _averaged(values: FloatArray, frames: int) -> FloatArray:
-    """Average each column by a Hann window of half of `frames` on either side."""
-    window = np.hanning(_width(frames) + 2)[1:-1]
-    return np.asarray(convolve1d(values, window / window.sum(), axis=0, mode="nearest"))
-
-
-def _width(frames: int) -> int:
-    return 2 * (frames // 2) + 1

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze, frozen
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
@@ -53,7 +53,7 @@ class BoundFace:
     rig_shapes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", frozen(self.vertices, np.int64))
+        freeze(self, "vertices", dtype=np.int64)
         object.__setattr__(self, "roles", FrozenMapping(self.roles))
 
     @property

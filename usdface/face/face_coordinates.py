@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.face.bound_face import BoundFace
 
 __all__ = ["FaceCoordinates", "coordinates_on"]
@@ -44,8 +44,8 @@ class FaceCoordinates:
     unit: float
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "places", frozen(self.places))
-        object.__setattr__(self, "slits", frozen(self.slits, np.int64))
+        freeze(self, "places")
+        freeze(self, "slits", dtype=np.int64)
 
 
 def coordinates_on(face: BoundFace, points: FloatArray) -> FaceCoordinates | None:

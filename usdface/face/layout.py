@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.errors import InputError
 from usdface.face.antagonists import antagonists
 from usdface.face.head_size import size_by_eyes
@@ -55,8 +55,7 @@ class FaceLayout:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "regions", FrozenMapping(self.regions))
-        for name in ("lips", "lids"):
-            object.__setattr__(self, name, frozen(getattr(self, name), np.int64))
+        freeze(self, "lips", "lids", dtype=np.int64)
         _check_once("both sides", (self.left, self.right))
         _check_once("two regions", tuple(self.regions.values()))
         if self.tolerance is not None and not 0 <= self.tolerance < np.inf:

@@ -20,8 +20,9 @@ from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import BlendShape, Mesh
+from usdface.rigs.face_mesh import largest_offsets
 
-__all__ = ["LipLidContacts", "find_lip_lid_contacts"]
+__all__ = ["LipLidContacts", "find_lip_lid_contacts", "widest_pair"]
 
 # In spreads of the moving skin (54 to 74 mm). Pairs found on the faces of ICT, MakeHuman and the
 # example: resting lips are up to 0.023, 0.059 and 0.057 apart and drawn apart by at least 0.12,
@@ -55,6 +56,14 @@ class LipLidContacts(NamedTuple):
     lips: IntArray
     lids: IntArray
 
+    def lids_of_eye(self, points: FloatArray, side: int, middle: float) -> IntArray:
+        """Return the lid pairs (P, 2) of the left (1) or right (-1) eye.
+
+        `points` (V, 3) are those of the mesh, `middle` [m] is x of the midline.
+        """
+        across = points[self.lids, 0].mean(axis=1) - middle
+        return np.asarray(self.lids[side * across > 0.0])
+
 
 class _Skin(NamedTuple):
     points: FloatArray
@@ -81,12 +90,14 @@ def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
     return known
 
 
+def widest_pair(points: FloatArray, pairs: IntArray) -> IntArray:
+    """Return the pair of `pairs` (P, 2) with the greatest difference of height: (2,)."""
+    return np.asarray(pairs[(points[pairs[:, 0], 1] - points[pairs[:, 1], 1]).argmax()])
+
+
 def _find(mesh: Mesh) -> LipLidContacts:
     none = np.zeros((0, 2), dtype=np.int64)
-    reach = np.zeros(len(mesh.points))
-    for shape in mesh.shapes:
-        size = np.linalg.norm(shape.offsets, axis=1)
-        reach[shape.indices] = np.maximum(reach[shape.indices], size)
+    reach = largest_offsets(mesh)
     moving = np.flatnonzero(reach > 0)
     if len(moving) < 2:
         return LipLidContacts(none, none)

@@ -16,12 +16,12 @@ _MIDDLE = 0.06
 
 
 def place_descriptions(face: BoundFace, vertices: IntArray) -> tuple[str, ...]:
-    """Return descriptions of vertices: region, side, and the nearest bound marker."""
+    """Return descriptions of vertices (N,): region, side, and the nearest bound marker."""
     return tuple(map(str, places_of(face, vertices)))
 
 
 def places_of(face: BoundFace, vertices: IntArray) -> tuple[Place, ...]:
-    """Return the region and side of vertices, and the nearest bound marker.
+    """Return the region and side of vertices (N,), and the nearest bound marker.
 
     Left is the character's.
     """

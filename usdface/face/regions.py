@@ -14,7 +14,8 @@ import numpy as np
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.expression_poses import units_of
 from usdface.face.lip_lid_contacts import LipLidContacts
-from usdface.rigs import Mesh
+from usdface.rigs import BlendShape, Mesh
+from usdface.rigs.face_mesh import vertex_motion
 
 __all__ = [
     "GAIN_REGIONS",
@@ -147,16 +148,13 @@ def _at_height(height: float) -> GainRegion:
 
 
 def _energies(mesh: Mesh) -> dict[Region, FloatArray]:
-    """Return, for each region with named blend shapes, their motion of each vertex."""
-    energies: dict[Region, FloatArray] = {}
+    """Return, for each region with named blend shapes that move it, their motion: (V,)."""
+    shapes: dict[Region, list[BlendShape]] = {}
     rows = _rows_of(mesh.shape_names)
     for shape in mesh.shapes:
-        squares = (shape.offsets**2).sum(axis=1)
-        if shape.name not in rows or not squares.any():
-            continue
-        energy = energies.setdefault(rows[shape.name].region, np.zeros(len(mesh.points)))
-        np.maximum.at(energy, shape.indices, squares / squares.max())
-    return energies
+        if shape.name in rows and shape.offsets.any():
+            shapes.setdefault(rows[shape.name].region, []).append(shape)
+    return {region: vertex_motion(own, len(mesh.points)) for region, own in shapes.items()}
 
 
 def _centres(points: FloatArray, energy: FloatArray, paired: bool) -> list[FloatArray]:

@@ -18,12 +18,12 @@ from usdface.binding.landmarks import FaceLandmarks, find_landmarks
 from usdface.blend_shapes.evaluator import shape_places
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.errors import InputError
-from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts
+from usdface.face.lip_lid_contacts import LipLidContacts, find_lip_lid_contacts, widest_pair
 from usdface.face.marker_name_places import LANDMARKS
 from usdface.facs.loose_parts import Patches, eyeballs, loose_patches
 from usdface.facs.movements import POINTS
-from usdface.rigs import Mesh, Rig
-from usdface.rigs.face_mesh import moved_vertices
+from usdface.rigs import BlendShape, Mesh, Rig
+from usdface.rigs.face_mesh import moved_vertices, vertex_motion
 
 __all__ = ["FeaturePoints", "find_feature_points"]
 
@@ -207,21 +207,27 @@ def _with_own_brows(landmarks: FaceLandmarks) -> FaceLandmarks:
     found = dict(zip(map(tuple, landmarks.average.tolist()), landmarks.points, strict=True))
     (inner, _), (outer, _) = LANDMARKS["eye inner"], LANDMARKS["eye outer"]
     least = unit * _ABOVE_LID + np.mean([found[s * inner, 0.0][1] for s in (1, -1)])
-    energy = np.zeros(len(points))
-    for shape in surface.mesh.shapes:
-        squares = (shape.offsets**2).sum(axis=1)
-        if squares.any() and np.average(points[shape.indices, 1], weights=squares) > least:
-            np.maximum.at(energy, shape.indices, squares / squares.max())
+    motion = vertex_motion(
+        (shape for shape in surface.mesh.shapes if _height(shape, points) > least), len(points)
+    )
     average, placed = landmarks.average[~brow].tolist(), list(landmarks.points[~brow])
     for side in (1, -1):
         own = side * (surface.points[:, 0] - landmarks.middle) > 0.0
-        weight = np.where(own & (surface.points[:, 1] > least), energy[surface.vertices], 0.0)
+        weight = np.where(own & (surface.points[:, 1] > least), motion[surface.vertices], 0.0)
         if weight.any():
             y, z = np.average(surface.points, axis=0, weights=weight)[1:]
             ends = found[side * inner, 0.0][0], found[side * outer, 0.0][0]
             placed.append(np.array([ends[0] + _BROW * (ends[1] - ends[0]), y, z]))
             average.append([side * LANDMARKS["brow"][0], LANDMARKS["brow"][1]])
     return replace(landmarks, average=np.array(average), points=np.array(placed))
+
+
+def _height(shape: BlendShape, points: FloatArray) -> float:
+    """Return the height of the centre of a shape's motion [m]; -inf of one that moves nothing."""
+    squares = (shape.offsets**2).sum(axis=1)
+    return (
+        float(np.average(points[shape.indices, 1], weights=squares)) if squares.any() else -np.inf
+    )
 
 
 def _carried_over(landmarks: FaceLandmarks) -> dict[str, int]:
@@ -246,10 +252,8 @@ def _lips_and_lids(landmarks: FaceLandmarks, contacts: LipLidContacts) -> dict[s
     front = surface.vertices[surface.level]
     corner = LANDMARKS["mouth corner"]
     for half, sign in (("left", 1), ("right", -1)):
-        aside = sign * (points[contacts.lids].mean(axis=1)[:, 0] - middle)
-        lids = contacts.lids[aside > 0.0]
-        widest = lids[(points[lids[:, 0], 1] - points[lids[:, 1], 1]).argmax()]
-        found |= {f"{half} upper lid": int(widest[0]), f"{half} lower lid": int(widest[1])}
+        upper, lower = widest_pair(points, contacts.lids_of_eye(points, sign, middle))
+        found |= {f"{half} upper lid": int(upper), f"{half} lower lid": int(lower)}
         at = (landmarks.average == np.multiply(corner, (sign, 1))).all(axis=1).argmax()
         nearest = np.linalg.norm(points[front] - landmarks.points[at], axis=1).argmin()
         found[f"{half} lip corner"] = int(front[nearest])

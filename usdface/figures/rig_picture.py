@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.figures.render import View, openness, render
 from usdface.geometry.triangulation import triangle_fans
@@ -47,10 +47,9 @@ class RigTriangles:
     gloss: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", frozen(self.points))
-        object.__setattr__(self, "triangles", frozen(self.triangles, np.int64))
-        object.__setattr__(self, "colours", frozen(self.colours))
-        object.__setattr__(self, "gloss", frozen(self.gloss))
+        freeze(self, "points")
+        freeze(self, "triangles", dtype=np.int64)
+        freeze(self, "colours", "gloss")
 
 
 def rig_triangles(rig: Rig, names: Sequence[str], weights: FloatArray) -> RigTriangles:

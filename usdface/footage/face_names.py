@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.spatial.transform import Rotation
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.footage.follow import HIDDEN, nearest_distances
 from usdface.geometry.marker_spread import rms_radius
 
@@ -54,7 +54,7 @@ class BoundVertices:
     neutral: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", frozen(self.points))
+        freeze(self, "points")
 
 
 def pair_with_face(dots: FloatArray, points: FloatArray) -> IntArray:

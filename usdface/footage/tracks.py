@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.numerics.rms import rms
 
 __all__ = ["Doubt", "Tracks"]
@@ -57,8 +57,7 @@ class Tracks:
     unmatched: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for name in ("places", "deviations", "ellipses", "confidence"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "places", "deviations", "ellipses", "confidence")
 
     @property
     def deviation(self) -> float:

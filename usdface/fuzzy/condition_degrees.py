@@ -15,7 +15,10 @@ __all__ = ["ConditionDegrees", "input_memberships"]
 
 
 def input_memberships(system: FuzzySystem, inputs: FloatArray) -> dict[Proposition, FloatArray]:
-    """Return the degrees of all terms of the inputs and of all propositions of the rules."""
+    """Return the degrees (F,) of all terms of the inputs and of all propositions of the rules.
+
+    `inputs` (F, I) are in the order of the variables; NaN is to no degree anything.
+    """
     columns = {variable.name: i for i, variable in enumerate(system.inputs)}
     requested = [Proposition(v.name, term.name) for v in system.inputs for term in v.terms]
     requested += [proposition for rule in system.rules for proposition in rule.propositions]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.errors import InputError
 
 __all__ = ["COEFFICIENTS", "Camera", "project", "projection_and_jacobian", "undistort"]
@@ -53,8 +53,8 @@ class Camera:
 
     def __post_init__(self) -> None:
         shapes = {"matrix": (3, 3), "distortion": (8,), "rotation": (3, 3), "translation": (3,)}
+        freeze(self, *shapes)
         for field, shape in shapes.items():
-            object.__setattr__(self, field, frozen(getattr(self, field)))
             array = getattr(self, field)
             if array.shape != shape or not np.isfinite(array).all():
                 raise InputError(

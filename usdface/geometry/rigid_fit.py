@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.errors import SolveError
 
 __all__ = [
@@ -12,6 +12,7 @@ __all__ = [
     "IN_LINE",
     "POSE_MARKERS",
     "Pose",
+    "mean_scale",
     "rigid_fit",
     "similarity_fit",
 ]
@@ -44,8 +45,7 @@ class Pose:
     translations: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rotations", frozen(self.rotations))
-        object.__setattr__(self, "translations", frozen(self.translations))
+        freeze(self, "rotations", "translations")
 
     @classmethod
     def identity(cls, count: int) -> "Pose":
@@ -61,6 +61,10 @@ class Pose:
         moved = positions @ self.rotations.transpose(0, 2, 1)
         return np.asarray(moved + self.translations[:, None])
 
+    def at(self, frames: IntArray | slice) -> "Pose":
+        """Return the pose of some frames: a slice, or indices (N,)."""
+        return Pose(self.rotations[frames], self.translations[frames])
+
     def bridged(self, usable: BoolArray) -> "Pose":
         """Return the pose with that of the nearest `usable` frame (F,) in those that are not.
 
@@ -74,7 +78,7 @@ class Pose:
         before = known[np.maximum(place - 1, 0)]
         nearest = np.where(frames - before < known[place] - frames, before, known[place])
         nearest[usable] = known
-        return Pose(self.rotations[nearest], self.translations[nearest])
+        return self.at(nearest)
 
 
 def rigid_fit(
@@ -171,3 +175,8 @@ def similarity_fit(
     scale = float((rotation * covariance).sum()) / size
     linear = scale * rotation.T
     return linear, centre_b - centre_a @ linear
+
+
+def mean_scale(linear: FloatArray) -> float:
+    """Return the factor of a linear map (3, 3) on lengths: the cube root of that on volumes."""
+    return float(np.cbrt(abs(np.linalg.det(linear))))

@@ -6,6 +6,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.geometry.face_corners import next_corners
+from usdface.numerics.matching_rows import matching_rows
 
 __all__ = [
     "NormalsNear",
@@ -80,9 +81,8 @@ class NormalsNear:
         result = np.tile([0.0, 1.0, 0.0], (len(vertices), 1))
         if len(used):
             normals = unit_or_up(_area_vectors(counts, local, len(used))(points[used]))
-            place = np.searchsorted(used, vertices).clip(max=len(used) - 1)
-            held = used[place] == vertices
-            result[held] = normals[place[held]]
+            where, rows = matching_rows(used, vertices)
+            result[where] = normals[rows]
         return result
 
 

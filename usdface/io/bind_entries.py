@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from usdface.errors import InputError
+from usdface.errors import InputError, errors_at
 from usdface.options import (
     EXAGGERATION_PARTS,
     CleanOptions,
@@ -172,10 +172,8 @@ def read_curves(value: object, where: str) -> dict[str, dict[str, float]]:
     for curve, shapes in expect(value, dict, '"curves" as an object').items():
         expect(shapes, dict, f'the curve {curve!r} of "curves" as an object of blend shapes')
         for name, factor in shapes.items():
-            try:
+            with errors_at(where):
                 check_curve_factor(curve, name, factor)
-            except InputError as error:
-                raise InputError(f"{where}: {error}", error.code) from error
         curves[curve] = {name: float(factor) for name, factor in shapes.items()}
     return curves
 
@@ -243,10 +241,8 @@ def _options(kind: type[_Options], value: object, where: str) -> _Options:
             raise InputError(
                 f"{where}: {name!r} is {setting!r}; the default is {known[name]!r}", "SETTING_WRONG"
             )
-    try:
+    with errors_at(where):
         return kind(**value)
-    except InputError as error:
-        raise InputError(f"{where}: {error}", error.code) from error
 
 
 def read_switches(kind: type[_Switches], value: object, where: str) -> _Switches:

@@ -21,11 +21,12 @@ edited since (`usdface.io.json_fingerprint`); a reader needs none.
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.errors import InputError, did_you_mean
+from usdface.errors import InputError, did_you_mean, errors_at
 from usdface.io.json_fingerprint import FINGERPRINT, sign
 from usdface.io.json_values import checked_object, whole_number
 from usdface.io.takes.text_table import read_text
@@ -70,32 +71,30 @@ def read_calibration_file(path: Path) -> Calibration:
         _refuse_misspelt(path, name, entry)
     gains = [_number(path, name, entry, "gain", 1.0) for name, entry in shapes.items()]
     offsets = [_number(path, name, entry, "offset", 0.0) for name, entry in shapes.items()]
-    try:
+    with errors_at(path):
         face = _face(document["face"]) if document.get("face") is not None else None
         return Calibration(tuple(shapes), np.array(gains), np.array(offsets), face)
-    except InputError as error:
-        raise InputError(f"{path}: {error}", error.code) from error
 
 
-def _face(entry: object) -> PerformerFace:
+def _face(entry: Any) -> PerformerFace:
     """Return the performer's face; its arrays are checked where it is made."""
     try:
-        assert isinstance(entry, dict)
-        markers, moved = entry["markers"], entry["displacements"]
-        assert isinstance(markers, dict) and isinstance(moved, dict)
+        frames, markers, moved = (entry[key] for key in ("frames", "markers", "displacements"))
         points = [marker["point"] for marker in markers.values()]
-        assert all(type(point) is int and 0 <= point < _MOST_POINTS for point in points)
-        assert type(entry["frames"]) is int
+        if not all(type(point) is int and 0 <= point < _MOST_POINTS for point in points):
+            raise ValueError("a point is no index")
+        if type(frames) is not int or not isinstance(moved, dict):
+            raise TypeError("frames or displacements are of another type")
         return PerformerFace(
             tuple(markers),
             np.array(points, dtype=np.int64),
             _vectors([marker["shift"] for marker in markers.values()], 1),
             _vectors([marker["rest"] for marker in markers.values()], 1),
-            entry["frames"],
+            frames,
             tuple(moved),
             _vectors(list(moved.values()), 2, len(markers)),
         )
-    except (AssertionError, KeyError, TypeError, ValueError, OverflowError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError) as error:
         raise InputError(
             'the performer\'s face is not of the form {"frames": 30, "markers": {"chin": '
             '{"point": 812, "shift": [0, 0, 0], "rest": [0, 0, 0]}}, "displacements": '

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from usdface.errors import InputError, UsdFaceError
+from usdface.errors import InputError, UsdFaceError, errors_at
 from usdface.face.expression_poses import units_of
 from usdface.face.head_size import report_size
 from usdface.findings import Finding, finding
@@ -43,10 +43,8 @@ def check_file(path: Path) -> list[Finding]:
     if kind in _GLTF:
         from usdface.io.gltf.check import check_gltf
 
-        try:
+        with errors_at(path):
             return check_gltf(path) + _face_of(path)
-        except InputError as error:
-            raise InputError(f"{path}: {error}", error.code) from error
     known = ", ".join((*_USD, *_GLTF))
     raise InputError(
         f"{path} cannot be checked; expected one of {known}; `usdface rig` makes one of the folder "

@@ -17,13 +17,12 @@ def skinning_transforms(skeleton: Skeleton, take: JointsTake | None = None) -> F
     name stay there.
     """
     frames = 1 if take is None else len(take.times)
-    places = {joint: k for k, joint in enumerate(skeleton.joints)}
     world = np.tile(skeleton.rest, (frames, 1, 1, 1))
     if take is not None:
+        places = {joint: k for k, joint in enumerate(skeleton.joints)}
         own = [places[joint] for joint in take.joints]
         world[:, own] = compose(take.translations, take.rotations, take.scales)
-    for k, joint in enumerate(skeleton.joints):
-        parent = places.get(joint.rpartition("/")[0], -1)
+    for k, parent in enumerate(skeleton.parents):
         if parent >= 0:
             world[:, k] = world[:, k] @ world[:, parent]
     return np.asarray(np.linalg.pinv(skeleton.bind) @ world)

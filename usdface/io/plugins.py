@@ -12,6 +12,7 @@ from usdface.arguments import checked
 from usdface.errors import InputError, PluginError, did_you_mean
 from usdface.findings import Finding, finding
 from usdface.hooks import Hook
+from usdface.plain_text import error_line
 
 __all__ = [
     "HOOKS",
@@ -64,7 +65,7 @@ class Plugin:
         try:
             return self.entry.load()
         except _MISTAKES as error:
-            why = " ".join(f"{type(error).__name__}: {error}".split())
+            why = error_line(error)
             raise PluginError(f"{self.origin} cannot be loaded: {why}") from error
 
 
@@ -176,6 +177,6 @@ def host_plugins() -> Iterator[tuple[Plugin, Callable[[], Sequence[str]]]]:
             except PluginError as error:
                 return [str(error)]
             except _MISTAKES as error:
-                return [" ".join(f"{type(error).__name__}: {error}".split())]
+                return [error_line(error)]
 
         yield plugin, problems

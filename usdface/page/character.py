@@ -53,7 +53,7 @@ def character_data(
 
 
 def _materials(rig: Rig, meshes: tuple[Mesh, ...]) -> list[Material]:
-    used = {m.material for m in meshes} | {s.material for m in meshes for s in m.subsets}
+    used = {name for mesh in meshes for name in mesh.materials}
     return [Material(""), *(m for m in rig.materials if m.name in used)]
 
 
@@ -208,9 +208,8 @@ def _skin(skin: Skin | None) -> dict[str, Any] | None:
 def _joints(skeleton: Skeleton | None) -> dict[str, Any] | None:
     if skeleton is None:
         return None
-    number = {joint: i for i, joint in enumerate(skeleton.joints)}
     return {
-        "parents": [number.get(joint.rpartition("/")[0], -1) for joint in skeleton.joints],
+        "parents": list(skeleton.parents),
         "rest": skeleton.rest.reshape(-1).tolist(),
         "bind": skeleton.bind.reshape(-1).tolist(),
     }

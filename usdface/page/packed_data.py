@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 
 __all__ = ["PageData", "Quantized", "pack_data"]
 
@@ -37,7 +37,7 @@ class Quantized:
     bits: int = 16
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", frozen(self.values))
+        freeze(self, "values")
 
 
 @dataclass(frozen=True, slots=True)

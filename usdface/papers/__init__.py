@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.fuzzy.inference import evaluate
 from usdface.fuzzy.system import FuzzySystem
 from usdface.numerics.rms import rms
@@ -54,8 +54,7 @@ class PaperTable:
     rms_within: float = float("inf")
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "published", frozen(self.published))
-        object.__setattr__(self, "computed", frozen(self.computed))
+        freeze(self, "published", "computed")
 
     @property
     def legible(self) -> int:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.blas_threads import one_blas_thread
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
@@ -74,8 +74,7 @@ class ImagePoints:
     scores: tuple[WayScore, ...]
 
     def __post_init__(self) -> None:
-        for name in ("train_source", "test_source", "train_target"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "train_source", "test_source", "train_target")
 
     @property
     def errors(self) -> dict[str, FloatArray]:
@@ -171,8 +170,7 @@ def compare_ways(
     image = take.select(names)
     target = face.neutral[bound]
     space = fit_paper_map(source, target)
-    cleaned_take, cleaned, findings = clean(take, setup)
-    assert isinstance(cleaned_take, MarkerTake)
+    cleaned, findings = clean(take, setup)
     default = setup.map if setup.map.form != "paper" else MapOptions()
     solved = {}
     for way, options in (
@@ -180,7 +178,7 @@ def compare_ways(
         (_DEFAULT, default),
     ):
         own = replace(setup, map=options)
-        solved[way], _, found = solve(cleaned_take, face, own, cleaned=cleaned)
+        solved[way], _, found = solve(cleaned.take, face, own, cleaned=cleaned)
     points = {_PAPER: space(image)}
     points |= {way: _points(face, weights)[:, bound] for way, weights in solved.items()}
     true = None

@@ -15,12 +15,12 @@ from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.bind_file import bind_json, read_bind
 from usdface.io.inputs import check_outputs, files_read
+from usdface.io.takes.usd_take import read_usd_take
 from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.played_shot import has_setup
 from usdface.io.usd.shot import read_shot
-from usdface.io.usd.stage import default_prim, open_stage
-from usdface.io.usd.take import read_take_prim
-from usdface.options import BindOptions
+from usdface.io.usd.stage import open_stage
+from usdface.options import BindOptions, TakeOptions
 from usdface.page.bind_data import bind_data
 from usdface.page.character import character_data
 from usdface.page.document import finding_lines, page_html
@@ -166,8 +166,7 @@ def _read(
     else:
         rig, _, findings = front_facing_rig(stage)
     if take is not None:
-        take_stage = open_stage(take)
-        recorded, _ = read_take_prim(default_prim(take_stage, take))
+        recorded, _ = read_usd_take(take, TakeOptions())
     if recorded is None:
         raise InputError(f"{path} is no shot and has no take; name one: --take take.usdc")
     if not isinstance(recorded, MarkerTake):

@@ -1,7 +1,6 @@
 """Conforming takes to a cut: `usdface conform`, which writes a show file."""
 
 import json
-import tomllib
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,13 @@ from usdface.findings import Finding, finding
 from usdface.io.atomic import StrPath, write_text
 from usdface.io.cut_file import read_cut, timecode_seconds
 from usdface.io.inputs import check_outputs, files_read
-from usdface.io.usd.stage import default_prim, open_stage
-from usdface.io.usd.take import read_take_prim
+from usdface.io.takes.usd_take import read_usd_take
+from usdface.options import TakeOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
 from usdface.show.conform import TakeClock, conformed
-from usdface.show.show_file import read_show_file
+from usdface.show.show_file import read_show_file, show_document
 
 __all__ = ["conform"]
 
@@ -139,9 +138,7 @@ def _document(base: Path | None) -> dict[str, Any]:
     if base is None:
         return {}
     read_show_file(base)  # refuses unknown keys
-    text = base.read_text(encoding="utf-8-sig")
-    document = json.loads(text) if base.suffix.lower() == ".json" else tomllib.loads(text)
-    return {key: value for key, value in document.items() if key != "shots"}
+    return {key: value for key, value in show_document(base).items() if key != "shots"}
 
 
 def _check_named(document: dict[str, Any], base: Path, kind: str, names: Sequence[str]) -> None:
@@ -156,8 +153,7 @@ def _check_named(document: dict[str, Any], base: Path, kind: str, names: Sequenc
 
 def _clock(path: Path, timecode_rate: float) -> tuple[TakeClock, list[Finding]]:
     """Return the timecodes of a take; RATE_ASSUMED where video has none of as many frames."""
-    stage = open_stage(path)  # kept alive: its prims expire with it
-    take, _ = read_take_prim(default_prim(stage, path))
+    take, _ = read_usd_take(path, TakeOptions())
     if not take.start_timecode:
         raise InputError(
             f"{path} has no timecode of its first frame; name it: usdface take "

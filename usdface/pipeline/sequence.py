@@ -60,7 +60,7 @@ def process_sequence(
     index : str
         ``"N"`` or ``"N-M"``: only these shots, counted from 0 in the order of the sources.
     workers : int, optional
-        How many processes; as many as this process may use cores if left out.
+        Number of processes; as many as this process may use cores if left out.
     time_limit : float [s]
         For a shot.
     pages : bool

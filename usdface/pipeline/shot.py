@@ -19,14 +19,12 @@ from usdface.io.expressions_file import read_expressions_file
 from usdface.io.fuzzy_formats.files import read_fuzzy_file
 from usdface.io.inputs import check_outputs, files_read
 from usdface.io.overwrite_protection import check_replaced
+from usdface.io.takes.usd_take import read_usd_take
 from usdface.io.usd.save_layers import check_usd_name
 from usdface.io.usd.shared_layers import SharedLayers
 from usdface.io.usd.shot import read_character
 from usdface.io.usd.shot_write import write_shot
-from usdface.io.usd.stage import default_prim, open_stage
-from usdface.io.usd.take import read_take_prim
-from usdface.io.usd.unread_motion import report_unread_motion
-from usdface.options import BindOptions, CorrectionOptions
+from usdface.options import BindOptions, CorrectionOptions, TakeOptions
 from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress
 from usdface.result import Result
@@ -197,10 +195,8 @@ def _read(rig: Path, take: Path) -> tuple[Rig, MarkerTake | WeightsTake, list[Fi
     """Read character and take."""
     character, findings = read_character(rig)
     findings += report_size(character) + report_stray(character)
-    stage = open_stage(take)
-    prim = default_prim(stage, take)
-    recorded, _ = read_take_prim(prim)
-    return character, recorded, findings + report_unread_motion(prim)
+    recorded, unread = read_usd_take(take, TakeOptions())
+    return character, recorded, findings + unread
 
 
 def _summary(shot: Shot) -> dict[str, Any]:

@@ -110,7 +110,7 @@ def images_of(rig: Rig, meshes: tuple[Mesh, ...]) -> tuple[dict[str, str], list[
         Of each textured material of the meshes whose image can be read.
     list of Finding
     """
-    used = {m.material for m in meshes} | {s.material for m in meshes for s in m.subsets}
+    used = {name for mesh in meshes for name in mesh.materials}
     textured = {
         material.name: material.base_color_texture
         for material in rig.materials

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.face.dot_skin import DotSkin
 
@@ -28,7 +28,7 @@ class BoundPoints:
     model: BlendShapeEvaluator
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "rest", frozen(self.rest))
+        freeze(self, "rest")
 
     @classmethod
     def linear(

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import ndtri
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
@@ -44,7 +44,7 @@ from usdface.setup.performer_face import PerformerFace
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
-__all__ = ["Calibrated", "calibrate_take"]
+__all__ = ["TakeCalibration", "calibrate_take"]
 
 # Noise alone goes so many standard deviations below rest there: the normal quantile.
 _BY_NOISE = -float(ndtri(AT_REST))
@@ -58,7 +58,7 @@ _SHOWN = 5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Calibrated:
+class TakeCalibration:
     """The calibration of a performer, from a take.
 
     Attributes
@@ -68,7 +68,7 @@ class Calibrated:
     deviations : (S,) float64
         Standard deviation of each amplitude; that of the prior, 0.2, where nothing is known.
     peaks : (S,) float64
-        How far each shape went, in weights of the character.
+        Peak of each shape, in weights of the character, 1 and more where it goes beyond.
     solution : Solution
         The take as solved without calibration.
     """
@@ -79,8 +79,7 @@ class Calibrated:
     solution: Solution
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "deviations", frozen(self.deviations))
-        object.__setattr__(self, "peaks", frozen(self.peaks))
+        freeze(self, "deviations", "peaks")
 
     def summary(self) -> dict[str, dict[str, float]]:
         """Return the gains that are known and differ most from 1, under the key ``gains``."""
@@ -102,7 +101,7 @@ def calibrate_take(
     setup: RetargetSetup,
     extremes: bool = False,
     surface: MarkerSurface | None = None,
-) -> tuple[Calibrated, list[Finding]]:
+) -> tuple[TakeCalibration, list[Finding]]:
     """Find a performer's face, and their amplitudes and offsets relative to it, from a take.
 
     Parameters are those of `usdface.retarget.solve_take.solve_take`.
@@ -155,7 +154,9 @@ def calibrate_take(
     if surface is not None and seen:
         sized = replace(setup, calibration=Calibration(names, amplitudes, np.zeros(len(names))))
         face, unknown = _face(take, bound, sized, surface)
-    calibrated = Calibrated(Calibration(names, amplitudes, rest, face), spreads, peaks, solution)
+    calibrated = TakeCalibration(
+        Calibration(names, amplitudes, rest, face), spreads, peaks, solution
+    )
     findings += unknown + _findings(calibrated, deviations, take.source, extremes)
     return calibrated, findings
 
@@ -166,7 +167,7 @@ def _face(
     setup: RetargetSetup,
     surface: MarkerSurface,
 ) -> tuple[PerformerFace, list[Finding]]:
-    """Return where the markers sit and how the shapes move them, by a solve with known gains."""
+    """Return places of the markers and their displacements by shapes, solved with known gains."""
     assert setup.calibration is not None
     model, shape_names = bound.model, bound.shape_names
     solution, _ = solve_take(take, bound, setup, surface=surface)
@@ -207,7 +208,7 @@ def _weights_in_wide_bounds(
 
 
 def _findings(
-    calibrated: Calibrated, deviations: FloatArray, where: str, extremes: bool
+    calibrated: TakeCalibration, deviations: FloatArray, where: str, extremes: bool
 ) -> list[Finding]:
     names, known = calibrated.calibration.shapes, set(calibrated.known)
     still = calibrated.peaks < np.maximum(_UNLIKE * deviations, 0.1)

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.special import log_ndtr
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.geometry.rigid_modes import small_motions
 from usdface.options import NEXT_MARKERS
 from usdface.retarget.motion_model import MotionModel
@@ -67,9 +67,8 @@ class Confidence:
     places: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "deviations", frozen(self.deviations))
-        object.__setattr__(self, "places", frozen(self.places, np.int64))
-        object.__setattr__(self, "undetermined", frozen(self.undetermined, np.int64))
+        freeze(self, "deviations")
+        freeze(self, "places", "undetermined", dtype=np.int64)
 
 
 def confidence_of(
@@ -94,7 +93,7 @@ def confidence_of(
     regularisation : Regularisation
         Of the solve.
     wanted : int
-        How many places for more markers to look for.
+        Number of places for more markers to find.
     room : float [m]
         Least distance between places for more markers; fewer are found where there is no room.
     errors : (M,) float64 [1], optional

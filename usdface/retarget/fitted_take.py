@@ -153,7 +153,7 @@ class _TakeSolver:
         **settings: Any,
     ) -> PoseAndWeights:
         model, space = as_performed(fit, self.shape_names, setup)
-        pose = Pose(pose.rotations[frames], pose.translations[frames])
+        pose = pose.at(frames)
         problem = SolveProblem(
             times=self.times[frames],
             positions=self.prepared.positions[frames],

@@ -26,18 +26,13 @@ def carrying_joint(skeleton: Skeleton, skin: Skin, face: FacePoints) -> int | No
     np.add.at(shares, skin.joints[face.vertices].ravel(), held.ravel())
     if shares.sum() <= 0.0:
         return None
-    parents = _parents(skeleton)
-    for joint in range(count - 1, -1, -1):  # parents come before children
+    parents = skeleton.parents
+    for joint in reversed(range(count)):
         if parents[joint] >= 0:
             shares[parents[joint]] += shares[joint]
     whole = sum(shares[joint] for joint in range(count) if parents[joint] < 0)
     carrying = [joint for joint in range(count) if shares[joint] >= _CARRIED * whole]
     return max(carrying, key=lambda joint: skeleton.joints[joint].count("/"), default=None)
-
-
-def _parents(skeleton: Skeleton) -> list[int]:
-    place = {joint: i for i, joint in enumerate(skeleton.joints)}
-    return [place.get(joint.rpartition("/")[0], -1) for joint in skeleton.joints]
 
 
 def face_joint(skeleton: Skeleton | None, mesh: Mesh, setup: RetargetSetup) -> int | None:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_modes import motion_basis
 
@@ -33,7 +33,7 @@ class MotionModel:
     moving_head: bool
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", frozen(self.points))
+        freeze(self, "points")
 
     @classmethod
     def linear(

@@ -46,7 +46,7 @@ class NeutralCost:
         return float(self._of_windows(neutral)[0].sum())
 
     def unexplained(self, neutral: FloatArray) -> float:
-        """Return the part of the mean cost that is of displacements, not of weights."""
+        """Return the part of the mean cost at neutral weights (P,) that is not of weights."""
         left = self.moved + (neutral - self._weights(neutral)) @ self.offsets
         return 0.5 * float(self.shares @ (left**2).sum(axis=1))
 

@@ -21,7 +21,7 @@ from usdface.retarget.neutral_error import bootstrap_residual, neutral_correctio
 from usdface.retarget.pins import pin_bounds
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solve_problem import SolveProblem
-from usdface.retarget.solve_round import ObservedTake, Round, measured, next_round
+from usdface.retarget.solve_round import ObservedTake, SolveRound, measured, next_round
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.noise import independent_lags
 from usdface.retarget.solver.regularisation import Regularisation
@@ -104,7 +104,7 @@ def solve_pose_and_weights(
         0.0, 0.0, setup.solve, problem.free_names, size=rms_radius(target)
     )
     in_head, no_residual = problem.pose.to_head(take.markers), np.zeros(take.occluded.shape)
-    state = Round(0, problem.pose, in_head, problem.space, regularisation, no_residual)
+    state = SolveRound(0, problem.pose, in_head, problem.space, regularisation, no_residual)
     steps = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
     start, no_correction = problem.space.start, np.zeros((len(target), 3))
     neutral = _Neutral(target, neutral_frames, start, no_correction, steps)
@@ -164,7 +164,7 @@ class _Neutral:
     correction: FloatArray
     steps: int
 
-    def corrected(self, take: ObservedTake, state: Round) -> "_Neutral":
+    def corrected(self, take: ObservedTake, state: SolveRound) -> "_Neutral":
         """Return it with the correction by the mean residual of the take."""
         assert self.frames is not None and state.iterate is not None
         regularisation = state.regularisation
@@ -176,7 +176,7 @@ class _Neutral:
         )
         return replace(self, correction=correction, steps=self.steps - 1)
 
-    def begun(self, state: Round) -> Round:
+    def begun(self, state: SolveRound) -> SolveRound:
         """Return the state with the correction, for rounds that learn the covariance anew."""
         start = self.correction if self.start is None else self.start + self.correction
         space = replace(state.space, start=start)
@@ -185,12 +185,12 @@ class _Neutral:
 
 def _alternated(
     take: ObservedTake,
-    state: Round,
+    state: SolveRound,
     neutral: _Neutral,
     rounds: int,
     exactly: bool,
     progress: Progress | None,
-) -> Round:
+) -> SolveRound:
     """Return the state after rounds that settle, learn the covariance and correct the neutral."""
     for done in range(rounds):
         if progress:  # at most so far: the rounds end when markers have settled
@@ -209,7 +209,7 @@ def _alternated(
     return state
 
 
-def _learned(take: ObservedTake, state: Round) -> Round:
+def _learned(take: ObservedTake, state: SolveRound) -> SolveRound:
     """Return the state with the covariance of its weights; itself where there is one, or none."""
     if take.residual_space is None or state.regularisation.covariance is not None:
         return state
@@ -218,7 +218,7 @@ def _learned(take: ObservedTake, state: Round) -> Round:
 
 
 def _final_weights(
-    take: ObservedTake, solved: Round, pins: tuple[Pin, ...]
+    take: ObservedTake, solved: SolveRound, pins: tuple[Pin, ...]
 ) -> tuple[FloatArray, FloatArray]:
     """Return the free weights (F, P), with pins, and the head motion that is left (F, M * axes).
 

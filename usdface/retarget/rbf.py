@@ -18,7 +18,7 @@ from functools import cached_property
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze, frozen
 from usdface.errors import SolveError
 from usdface.geometry.rigid_fit import ALL_AT_ONE_PLACE, similarity_fit
 from usdface.numerics.frame_blocks import by_blocks, frame_blocks
@@ -82,7 +82,7 @@ class SpaceMap:
         Displacements are mapped by the derivative at the centres, not as the difference of two
         mapped places.
     start : (M, 3) float64 or None
-        How far the centres themselves count as displaced; None = not at all.
+        Displacements of the centres themselves; None = zero.
     """
 
     centres: FloatArray
@@ -95,10 +95,7 @@ class SpaceMap:
     start: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for name in ("centres", "coefficients", "linear", "offset"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        if self.start is not None:
-            object.__setattr__(self, "start", frozen(self.start))
+        freeze(self, "centres", "coefficients", "linear", "offset", "start")
 
     def __call__(self, points: FloatArray) -> FloatArray:
         """Map points (..., D) of the source to (..., 3) of the target; NaN stays NaN."""

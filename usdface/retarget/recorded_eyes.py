@@ -89,7 +89,7 @@ def _angles(take: MarkerTake | WeightsTake, setup: RetargetSetup) -> dict[Side, 
 def _shown(
     take: MarkerTake | WeightsTake, rig: Rig, setup: RetargetSetup, joints: Mapping[Side, int]
 ) -> list[Finding]:
-    """Report how a recorded gaze is shown, and the part of it that is not."""
+    """Report whether a recorded gaze is shown, and the part of it that is not."""
     if isinstance(take, MarkerTake):
         shown = joints or gaze_shapes(rig.shape_names) or setup.eye_turn == 0.0
         return [finding("GAZE_RECORDED" if shown else "GAZE_UNSHOWN", take.source)]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.geometry.rigid_fit import Pose
 from usdface.options import HeadMode
@@ -52,7 +52,7 @@ class Solution:
         False for an image's markers: then the pose is in pixels, and lies in the image, unless the
         head was `filmed`.
     covariance : (S, S) float64 or None
-        How weights move and move together, as learned from the take; None if it was not.
+        Of the weights in a frame [1], as learned from the take; None if it was not.
     shifts : (M, 3) float64 [m] or None
         From the vertices that the markers are bound to, to where they sit on the character.
     model : BlendShapeEvaluator or None
@@ -60,9 +60,9 @@ class Solution:
     marker_maps : (M, D, 3) float64 or None
         The linear maps that carry the markers' displacements over to the character.
     head : {"solve", "markers", "stabilised"}
-        How the pose was found: head markers of the shot that lie in a line determine none.
+        Source of the pose: head markers of the shot that lie in a line determine none.
     filmed : FilmedHead or None
-        How the head moved before the one camera of a 2D take: then the pose is in the space of the
+        Head motion before the one camera of a 2D take: then the pose is in the space of the
         character, in metres, and `neutral` is the face from far in front.
     neutral_weights : mapping of str to float
         Blend shape weights that the neutral frames show, which `neutral` is without.
@@ -93,11 +93,7 @@ class Solution:
     errors: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "residual", frozen(self.residual))
-        object.__setattr__(self, "distances", frozen(self.distances))
-        object.__setattr__(self, "feature_points", frozen(self.feature_points))
-        object.__setattr__(self, "rest", frozen(self.rest))
-        object.__setattr__(self, "neutral", frozen(self.neutral))
+        freeze(self, "residual", "distances", "feature_points", "rest", "neutral")
 
     @property
     def posed_in_space(self) -> bool:

@@ -21,7 +21,7 @@ from usdface.retarget.solver.residual_space import ResidualSpace
 from usdface.retarget.solver.solve import Iterate
 from usdface.retarget.take_rows import TakeRows
 
-__all__ = ["ObservedTake", "Round", "measured", "next_round"]
+__all__ = ["ObservedTake", "SolveRound", "measured", "next_round"]
 
 # First rounds, in which occluded markers are interpolated in time, until the head's pose has
 # settled. What they are filled with in a wrong pose is kept for long: a gap of 5 frames over
@@ -70,7 +70,7 @@ class ObservedTake:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Round:
+class SolveRound:
     """The joint solution after a round.
 
     Attributes
@@ -134,7 +134,7 @@ class Round:
         return displaced, np.where(occluded, predicted, observed)
 
 
-def measured(take: ObservedTake, before: Round) -> Round:
+def measured(take: ObservedTake, before: SolveRound) -> SolveRound:
     """Begin the next round: displacements of the markers, and their noise and misfit."""
     number = before.number + 1
     _, observed = before.displaced(take, before.iterate if number > _HELD else None)
@@ -153,7 +153,7 @@ def measured(take: ObservedTake, before: Round) -> Round:
     return replace(found, regularisation=regularisation, least_misfit=least_misfit)
 
 
-def next_round(take: ObservedTake, before: Round) -> Round:
+def next_round(take: ObservedTake, before: SolveRound) -> SolveRound:
     """Solve weights and head pose once more."""
     begun = measured(take, before)
     rows, observed, regularisation = take.rows, begun.observed, begun.regularisation
@@ -169,7 +169,7 @@ def next_round(take: ObservedTake, before: Round) -> Round:
     return found if take.linear is None else _posed(take, found, take.linear)
 
 
-def _posed(take: ObservedTake, found: Round, linear: FloatArray) -> Round:
+def _posed(take: ObservedTake, found: SolveRound, linear: FloatArray) -> SolveRound:
     """Return the round with the pose of the markers without their residual.
 
     Occluded markers of a frame in which others determine a pose take part where they are expected,

@@ -48,7 +48,7 @@ class TakeEstimates:
     noise, misfit : float [m]
         Of a coordinate of the typical marker, on the character.
     covariance : (S, S) float64 or None
-        How weights move together.
+        Of the weights in a frame [1].
     rounds : int
         Of head pose and occluded markers, until they settled.
     factors : (S,) float64 [1]

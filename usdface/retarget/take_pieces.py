@@ -43,7 +43,7 @@ def pieces(
     bands : (3, F) float64
         K, upper banded storage.
     iterations : int
-        How many are done at most.
+        Largest number of them.
     """
     if frames <= _PIECE:
         return [(slice(0, frames), slice(0, frames))]

@@ -118,7 +118,10 @@ class TakeRows:
         regularisation: Regularisation,
         start: Iterate | None,
     ) -> Regularisation:
-        """Learn the covariance of the free weights from this take, if that is possible."""
+        """Learn the covariance of the free weights from this take, if that is possible.
+
+        `observed` (F, M * axes) [m] are displacements without gaps, at `times` (F,) [s].
+        """
         if not self.model.linear:
             return regularisation
         return with_learned_covariance(*self.equations(observed), times, regularisation, start)

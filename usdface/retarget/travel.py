@@ -23,7 +23,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.face.bound_face import BoundFace
 from usdface.face.regions import regions_of
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_fit import Pose, similarity_fit
+from usdface.geometry.rigid_fit import similarity_fit
 from usdface.numerics.frame_blocks import by_blocks, frame_blocks
 from usdface.retarget.solution import Solution
 from usdface.takes import MarkerTake
@@ -142,7 +142,7 @@ def _displaced(
         mapped = solution.displaced(frames)
         performed = mapped
         if solution.in_space:
-            pose = Pose(solution.pose.rotations[frames], solution.pose.translations[frames])
+            pose = solution.pose.at(frames)
             still = pose.to_head(take.positions[frames][:, columns])
             performed = np.where(seen, still - solution.neutral, 0.0) @ turn
         moved = face.displacements(weights[frames])[:, places]

@@ -39,7 +39,7 @@ def weights_in_wide_bounds(
         Of D axes, with S free shapes.
     times : (F,) float64 [s]
     regularisation : Regularisation
-        How the weights move together is learned anew, without bounds.
+        The covariance of the weights is learned anew, without bounds.
     within : (float, float)
         Least and largest weight.
     errors : (M,) float64 [1], optional

@@ -6,7 +6,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.progress import Progress
 from usdface.retarget.bound_points import BoundPoints
-from usdface.retarget.calibration import Calibrated, calibrate_take
+from usdface.retarget.calibration import TakeCalibration, calibrate_take
 from usdface.retarget_take.clean import clean
 from usdface.retarget_take.filmed_face import filmed_face
 from usdface.retarget_take.solver_input import solver_input
@@ -24,7 +24,7 @@ def calibrate(
     *,
     extremes: bool = False,
     progress: Progress | None = None,
-) -> tuple[Calibrated, list[Finding]]:
+) -> tuple[TakeCalibration, list[Finding]]:
     """Clean a take and find its performer's gains and offsets.
 
     Parameters
@@ -49,9 +49,8 @@ def calibrate(
             "large a movement is",
             "TAKE_KIND_WRONG",
         )
-    _, cleaned, findings = clean(take, setup)
-    take = cleaned.take if cleaned else take
-    take, setup, surface, new_findings = solver_input(take, face, setup, cleaned, progress)
+    cleaned, findings = clean(take, setup)
+    take, setup, surface, new_findings = solver_input(cleaned.take, face, setup, cleaned, progress)
     filmed, camera_findings = filmed_face(take, face, setup, surface, progress)
     skin = filmed.skin if filmed else surface.skin
     calibrated, calibration_findings = calibrate_take(

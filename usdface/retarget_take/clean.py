@@ -4,32 +4,17 @@ from usdface.blas_threads import one_blas_thread
 from usdface.cleanup.clean import Cleaned, clean_take
 from usdface.findings import Finding
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.takes import MarkerTake, WeightsTake
+from usdface.takes import MarkerTake
 
 __all__ = ["clean", "clean_inputs"]
 
 
 @one_blas_thread()
-def clean(
-    take: MarkerTake | WeightsTake, setup: RetargetSetup
-) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
-    """Clean the markers of a take as its setup says; a take of weights is not changed.
-
-    Returns
-    -------
-    take : MarkerTake or WeightsTake
-    cleaned : Cleaned or None
-        The clean-up; None for a take of weights.
-    findings : list of Finding
-    """
-    if isinstance(take, WeightsTake):
-        return take, None, []
+def clean(take: MarkerTake, setup: RetargetSetup) -> tuple[Cleaned, list[Finding]]:
+    """Clean the markers of a take as its setup says."""
     face_markers = (*setup.binding.markers, *setup.head_markers)
     moving = setup.head != "stabilised"
-    cleaned, findings = clean_take(
-        take, face_markers, setup.clean, moving=moving, neutral=_named_neutral(setup)
-    )
-    return cleaned.take, cleaned, findings
+    return clean_take(take, face_markers, setup.clean, moving=moving, neutral=_named_neutral(setup))
 
 
 @one_blas_thread()

@@ -34,6 +34,7 @@ def clean_and_solve(
         None for a take of weights.
     findings : list of Finding
     """
-    take, cleaned, findings = clean(take, setup)
+    cleaned, findings = clean(take, setup) if isinstance(take, MarkerTake) else (None, [])
+    take = cleaned.take if cleaned else take
     weights, solution, new_findings = solve(take, face, setup, cleaned=cleaned)
     return take, weights, solution, findings + new_findings

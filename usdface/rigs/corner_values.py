@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 
 __all__ = ["CORNER_NORMALS", "CornerValues"]
 
@@ -22,4 +22,4 @@ class CornerValues:
     values: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", frozen(self.values))
+        freeze(self, "values")

@@ -1,14 +1,15 @@
 """The face mesh of a rig, among those with blend shapes, and the part of it that they move."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.errors import InputError
 from usdface.rigs.mesh import Mesh
 
-__all__ = ["face_of", "faces_like", "moved_vertices"]
+__all__ = ["face_of", "faces_like", "largest_offsets", "moved_vertices", "vertex_motion"]
 
 # Share of the shapes of the mesh that has the most: meshes with as many of them are parts of one
 # face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
@@ -64,28 +65,41 @@ def _face_rank(mesh: Mesh) -> tuple[int, int, float]:
 
 def _motion(mesh: Mesh) -> float:
     """Return how far shapes move the vertices of a mesh that they move: the upper decile [m]."""
-    reach = _reach(mesh)
-    return float(np.quantile(reach[reach > 0], 0.9)) if reach.any() else 0.0
-
-
-def _reach(mesh: Mesh) -> FloatArray:
-    """Return the longest offset of each vertex by a blend shape at weight 1: (V,) [m]."""
-    reach = np.zeros(len(mesh.points))
-    for shape in mesh.shapes:
-        size = np.linalg.norm(shape.offsets, axis=1)
-        reach[shape.indices] = np.maximum(reach[shape.indices], size)
-    return reach
+    offsets = largest_offsets(mesh)
+    return float(np.quantile(offsets[offsets > 0], 0.9)) if offsets.any() else 0.0
 
 
 def _moved_size(mesh: Mesh, least: float = 0.0) -> float:
     """Return the diagonal of the box around points that blend shapes move by over `least` [m]."""
-    moved = _reach(mesh) > least
+    moved = largest_offsets(mesh) > least
     return float(np.linalg.norm(np.ptp(mesh.points[moved], axis=0))) if moved.any() else 0.0
+
+
+def vertex_motion(shapes: Iterable[BlendShape], count: int) -> FloatArray:
+    """Return how far shapes move each of `count` vertices of their mesh, 0 to 1: (count,).
+
+    The largest squared offset of any shape, each divided by the largest of that shape.
+    """
+    motion = np.zeros(count)
+    for shape in shapes:
+        squares = (shape.offsets**2).sum(axis=1)
+        if squares.any():
+            np.maximum.at(motion, shape.indices, squares / squares.max())
+    return motion
+
+
+def largest_offsets(mesh: Mesh) -> FloatArray:
+    """Return the length of the largest offset of each vertex by a blend shape: (V,) [m]."""
+    largest = np.zeros(len(mesh.points))
+    for shape in mesh.shapes:
+        length = np.linalg.norm(shape.offsets, axis=1)
+        largest[shape.indices] = np.maximum(largest[shape.indices], length)
+    return largest
 
 
 def moved_vertices(mesh: Mesh) -> BoolArray:
     """Return the vertices that a blend shape at weight 1 moves: (V,)."""
-    return np.asarray(_reach(mesh) > 0)
+    return np.asarray(largest_offsets(mesh) > 0)
 
 
 def _moving_shapes(mesh: Mesh) -> set[str]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import IntArray, frozen
+from usdface.arrays import IntArray, freeze
 
 __all__ = ["MaterialSubset", "MaterialVariant"]
 
@@ -18,7 +18,7 @@ class MaterialSubset:
     faces: IntArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "faces", frozen(self.faces, np.int64))
+        freeze(self, "faces", dtype=np.int64)
 
 
 @dataclass(frozen=True, slots=True)

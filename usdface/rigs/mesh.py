@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.blend_shapes.blend_shape import BlendShape, offsets_at
 from usdface.errors import InputError
 from usdface.rigs.corner_values import CornerValues
@@ -86,12 +86,8 @@ class Mesh:
     content_name: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", frozen(self.points))
-        object.__setattr__(self, "face_counts", frozen(self.face_counts, np.int64))
-        object.__setattr__(self, "face_indices", frozen(self.face_indices, np.int64))
-        for name in ("normals", "uvs"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "points", "normals", "uvs")
+        freeze(self, "face_counts", "face_indices", dtype=np.int64)
         self._check()
 
     def _check(self) -> None:
@@ -142,6 +138,11 @@ class Mesh:
             raise InputError(
                 f"mesh {self.name!r} has blend shape {twice[0]!r} twice", "NAME_REPEATED"
             )
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """Names of the materials that its faces may show: its own, and those of its subsets."""
+        return (self.material, *(subset.material for subset in self.subsets))
 
     @property
     def shape_names(self) -> tuple[str, ...]:

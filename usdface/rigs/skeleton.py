@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.errors import InputError
 
 __all__ = ["Skeleton", "Skin"]
@@ -18,8 +18,8 @@ class Skin:
     weights: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "joints", frozen(self.joints, np.int64))
-        object.__setattr__(self, "weights", frozen(self.weights))
+        freeze(self, "joints", dtype=np.int64)
+        freeze(self, "weights")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,8 +47,13 @@ class Skeleton:
     skin_name: str = ""
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "bind", frozen(self.bind))
-        object.__setattr__(self, "rest", frozen(self.rest))
+        freeze(self, "bind", "rest")
         shape = (len(self.joints), 4, 4)
         if self.bind.shape != shape or self.rest.shape != shape:
             raise InputError(f"the skeleton's transforms must have shape {shape}")
+
+    @property
+    def parents(self) -> tuple[int, ...]:
+        """Index of the joint above each, which comes before it; -1 = none."""
+        places = {joint: k for k, joint in enumerate(self.joints)}
+        return tuple(places.get(joint.rpartition("/")[0], -1) for joint in self.joints)

@@ -7,6 +7,7 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.numerics.cosines import cosines
 from usdface.rule_design.movements import Movements
 
 __all__ = ["TrialFaces", "features_at", "trial_faces"]
@@ -96,9 +97,7 @@ def _similarity(moved: FloatArray, own: FloatArray, upper: BoolArray) -> FloatAr
     for half in (upper, ~upper):
         largest = float(np.abs(own[half]).max(initial=0.0))
         scale[half] = np.sqrt(max(half.sum(), 1)) * max(largest, _STILL)
-    a, b = moved / scale, own / scale
-    lengths = np.linalg.norm(a, axis=1) * np.linalg.norm(b)
-    return np.asarray(np.divide(a @ b, lengths, out=np.zeros(len(a)), where=lengths > 0))
+    return cosines(moved / scale, own / scale)
 
 
 def features_at(features: BlendShapeEvaluator, weights: FloatArray) -> FloatArray:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.findings import Finding, finding
 from usdface.rule_learning.examples import NO_EMOTION, Examples
 from usdface.rule_learning.learned_system import classify, evaluate_examples, fit_system
@@ -52,8 +52,8 @@ class Validation:
     shown: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "counts", frozen(self.counts, np.int64))
-        object.__setattr__(self, "margins", frozen(self.margins))
+        freeze(self, "counts", dtype=np.int64)
+        freeze(self, "margins")
 
     @property
     def tested(self) -> int:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.arrays import BoolArray, FloatArray, freeze
 from usdface.errors import InputError
 from usdface.expression_system import MarkerFeature
 
@@ -56,8 +56,7 @@ class Examples:
     movements: FloatArray
 
     def __post_init__(self) -> None:
-        for field in ("features", "intensities", "noise", "movements"):
-            object.__setattr__(self, field, frozen(getattr(self, field)))
+        freeze(self, "features", "intensities", "noise", "movements")
         count, width = len(self.emotions), len(self.marker_features)
         expected = {
             "features": (count, width),

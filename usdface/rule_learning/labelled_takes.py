@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.correction.feature_extraction import features
 from usdface.correction.features import measure
 from usdface.errors import InputError
@@ -59,7 +59,7 @@ class Labelled:
     shape_names: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "weights", frozen(self.weights))
+        freeze(self, "weights")
 
 
 def examples_of(

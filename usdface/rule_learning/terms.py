@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.fuzzy.variables import Term
 from usdface.rule_design.marker_roles import degree_prefixes
 from usdface.rule_learning.examples import Examples
@@ -55,9 +55,8 @@ class LinguisticTerms:
     names: tuple[str, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "feature", frozen(self.feature, np.int64))
-        object.__setattr__(self, "foot", frozen(self.foot))
-        object.__setattr__(self, "top", frozen(self.top))
+        freeze(self, "feature", dtype=np.int64)
+        freeze(self, "foot", "top")
 
     def membership(self, features: FloatArray) -> FloatArray:
         """Return the membership of each row of `features` (P, I) in each term: (P, T)."""

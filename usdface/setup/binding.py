@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.errors import InputError
 
 __all__ = ["Binding"]
@@ -33,9 +33,9 @@ class Binding:
     confidence: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", frozen(self.points, np.int64))
+        freeze(self, "points", dtype=np.int64)
         if self.confidence is not None:
-            object.__setattr__(self, "confidence", frozen(self.confidence))
+            freeze(self, "confidence")
             if self.confidence.shape != (len(self.markers),):
                 raise InputError(
                     f"the binding has {self.confidence.size} confidences "

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.errors import InputError
 from usdface.options import AMPLITUDE_RANGE, LARGEST_OFFSET
 from usdface.setup.performer_face import PerformerFace
@@ -45,8 +45,7 @@ class Calibration:
     face: PerformerFace | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "amplitudes", frozen(self.amplitudes))
-        object.__setattr__(self, "offsets", frozen(self.offsets))
+        freeze(self, "amplitudes", "offsets")
         count = len(self.shapes)
         if len(set(self.shapes)) != count:
             raise InputError("the calibration names a blend shape twice", "NAME_REPEATED")

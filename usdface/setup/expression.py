@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.errors import InputError
 
 __all__ = ["Expression"]
@@ -44,7 +44,7 @@ class Expression:
     gain: float = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "weights", frozen(self.weights))
+        freeze(self, "weights")
         if self.weights.shape != (len(self.shapes),):
             raise InputError(
                 f"expression {self.name!r} has {self.weights.size} weights "

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.errors import InputError
 
 __all__ = ["PerformerFace"]
@@ -54,7 +54,8 @@ class PerformerFace:
     displacements: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vertices", frozen(self.vertices, np.int64))
+        freeze(self, "vertices", dtype=np.int64)
+        freeze(self, "shifts", "rest", "displacements")
         count = len(self.markers)
         expected = {
             "vertices": (count,),
@@ -63,8 +64,6 @@ class PerformerFace:
             "displacements": (len(self.shapes), count, 3),
         }
         for name, shape in expected.items():
-            if name != "vertices":
-                object.__setattr__(self, name, frozen(getattr(self, name)))
             values = getattr(self, name)
             if values.shape != shape or not np.isfinite(values).all():
                 raise InputError(

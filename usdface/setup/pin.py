@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, IntArray, frozen
+from usdface.arrays import FloatArray, IntArray, freeze
 from usdface.errors import InputError
 
 __all__ = ["Pin"]
@@ -34,8 +34,8 @@ class Pin:
     weights: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "frames", frozen(self.frames, np.int64))
-        object.__setattr__(self, "weights", frozen(self.weights))
+        freeze(self, "frames", dtype=np.int64)
+        freeze(self, "weights")
         if self.frames.ndim != 1 or self.frames.shape != self.weights.shape or not self.frames.size:
             raise InputError(
                 f"the pins of {self.shape!r} are {self.weights.size} weights at {self.frames.size} "

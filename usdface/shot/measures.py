@@ -8,7 +8,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.face.head_size import size_by_eyes
 from usdface.face.lip_lid_contacts import find_lip_lid_contacts
 from usdface.geometry.marker_spread import rms_radius
-from usdface.geometry.rigid_fit import similarity_fit
+from usdface.geometry.rigid_fit import mean_scale, similarity_fit
 from usdface.numerics.frame_blocks import frame_blocks
 from usdface.retarget.shape_reach import beyond_reach
 from usdface.retarget.solution import Solution
@@ -158,7 +158,7 @@ def _of_motion(
 
 
 def _of_rest(solution: Solution, face: BoundFace, size: float) -> dict[str, Measured]:
-    """Measure how the resting markers lie on the character under the best similarity."""
+    """Measure the misfit of resting markers and character under the best similarity."""
     at = face.mesh.points[face.vertices_of(solution.markers)]
     try:
         beside, scale = _similarity_residuals(solution.neutral, at)
@@ -184,7 +184,7 @@ def _similarity_residuals(source: FloatArray, target: FloatArray) -> tuple[Float
     """Return the residual distances (M,) of the best similarity, and its scale."""
     linear, offset = similarity_fit(source, target)
     distances = np.linalg.norm(source @ linear + offset - target, axis=1)
-    return distances, float(np.cbrt(abs(np.linalg.det(linear))))
+    return distances, mean_scale(linear)
 
 
 def _unusual(size: float) -> Measured:

@@ -69,7 +69,7 @@ class PieceCuts:
         return max(0, first - reach), min(self.frames, end + reach)
 
     def sample(self, neutral: tuple[int, int] | None) -> IntArray:
-        """Return the frames that estimates come from: stretches, and the neutral frames."""
+        """Return the frame indices (N,) that estimates come from: stretches, and neutral ones."""
         wanted = np.zeros(self.frames, dtype=bool)
         if self.frames <= _STRETCHES * _STRETCH:
             wanted[:] = True

@@ -25,7 +25,6 @@ from usdface.closure.mistracked_lids import (
 from usdface.errors import InputError
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
-from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_piece import overlap_frames, settled, solve_piece
@@ -255,8 +254,7 @@ def _cleaned(
     if setup.neutral is not None:  # the labels of neutral frames are right, where it has any
         first, last = max(low, setup.neutral[0]), min(high - 1, setup.neutral[1])
         setup = replace(setup, neutral=(first - low, last - low) if first <= last else None)
-    _, cleaned, _ = clean(take, setup)
-    assert cleaned is not None
+    cleaned, _ = clean(take, setup)
     own = slice(start - low, stop - low)
     repairs = tuple(
         replace(repair, first=max(start, repair.first + low), last=min(stop - 1, repair.last + low))
@@ -271,7 +269,7 @@ def _cut(solution: Solution, inside: slice) -> Solution:
     return replace(
         solution,
         weights=replace(weights, times=weights.times[inside], weights=weights.weights[inside]),
-        pose=Pose(solution.pose.rotations[inside], solution.pose.translations[inside]),
+        pose=solution.pose.at(inside),
         residual=solution.residual[inside],
         feature_points=solution.feature_points[inside],
         distances=solution.distances[inside],

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.cleanup.repairs import Repair
 from usdface.closure.closure_layer import Closure
 from usdface.closure.lid_apertures import Eye, LidApertures
@@ -244,8 +244,7 @@ class ShotResult:
     solve: SolvedShot | None = None
 
     def __post_init__(self) -> None:
-        if self.corrected is not None:
-            object.__setattr__(self, "corrected", frozen(self.corrected))
+        freeze(self, "corrected")
         make_read_only((self.solution, self.trace, self.region_residuals))
 
     @property

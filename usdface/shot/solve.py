@@ -118,11 +118,8 @@ def _clean(
     """Clean the markers of a shot, or take them from an earlier run, of any character."""
     take, setup = shot.take, shot.setup
     if isinstance(take, WeightsTake):
-        return clean(take, setup)
-
-    def compute() -> tuple[Cleaned | None, list[Finding]]:
-        _, cleaned, findings = clean(take, setup)
-        return cleaned, findings
-
-    cleaned, findings = stages.stage("clean", clean_inputs(take, setup), {"take": take}, compute)
-    return cleaned.take if cleaned else take, cleaned, findings
+        return take, None, []
+    cleaned, findings = stages.stage(
+        "clean", clean_inputs(take, setup), {"take": take}, lambda: clean(take, setup)
+    )
+    return cleaned.take, cleaned, findings

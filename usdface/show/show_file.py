@@ -37,7 +37,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from usdface.errors import InputError, did_you_mean
+from usdface.errors import InputError, did_you_mean, errors_at
 from usdface.options import CorrectionOptions, DeliverOptions, ProcessOptions
 from usdface.show.plan import FILES, LAYERS, Making, ShotPlan, check_shared_layers
 from usdface.show.show_values import (
@@ -49,7 +49,7 @@ from usdface.show.show_values import (
     check_number,
 )
 
-__all__ = ["read_show_file"]
+__all__ = ["read_show_file", "show_document"]
 
 _LARGEST = 64_000_000  # bytes
 _CORRECTION = tuple(part.name for part in fields(CorrectionOptions))
@@ -79,7 +79,7 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
     InputError
         If it cannot be read, or names an unknown key, character or performer.
     """
-    document = _document(path)
+    document = show_document(path)
     check_keys(document, _TOP, str(path))
     base = root or path.parent
     folder = base / as_text(document.get("folder", "."), f"{path}: folder")
@@ -102,7 +102,14 @@ def read_show_file(path: Path, root: Path | None = None) -> list[ShotPlan]:
     return plans
 
 
-def _document(path: Path) -> dict[str, Any]:
+def show_document(path: Path) -> dict[str, Any]:
+    """Return the contents of a show file, .json or .toml, unchecked.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read.
+    """
     try:
         if path.stat().st_size > _LARGEST:
             raise InputError(f"{path} is larger than any show file", "TOO_LARGE")
@@ -234,10 +241,8 @@ def _check_correction(correction: dict[str, Any], where: str) -> None:
     for name, value in correction.items():
         if name != "mode":
             check_number(value, f"{where}: {name}")
-    try:
+    with errors_at(where):
         CorrectionOptions(**correction)
-    except InputError as error:
-        raise InputError(f"{where}: {error}", error.code) from error
 
 
 def _check_options(options: dict[str, Any], where: str) -> None:
@@ -264,10 +269,8 @@ def _delivery(value: object, where: str) -> dict[str, Any] | None:
         good = type(number) is int or (key == "rate" and isinstance(number, float))
         if not good:
             raise InputError(f"{where}: {key} is {number!r}; expected a number", "SETTING_WRONG")
-    try:
+    with errors_at(where):
         DeliverOptions(**table)
-    except InputError as error:
-        raise InputError(f"{where}: {error}", error.code) from error
     return table
 
 

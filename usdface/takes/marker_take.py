@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 from usdface.errors import InputError
 from usdface.short_repr import short_repr
 from usdface.takes.take_axes import check_names, check_rate, check_times
@@ -93,8 +93,7 @@ class MarkerTake:
     gaze: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for field in ("times", "positions"):
-            object.__setattr__(self, field, frozen(getattr(self, field)))
+        freeze(self, "times", "positions")
         shape = self.positions.shape
         if len(shape) != 3 or shape[1] != len(self.names) or shape[2] not in (2, 3):
             raise InputError(
@@ -130,7 +129,7 @@ class MarkerTake:
                 "VALUES_WRONG",
             )
         if self.diameters is not None:
-            object.__setattr__(self, "diameters", frozen(self.diameters))
+            freeze(self, "diameters")
             _check_diameters(self.diameters, len(self.names))
         if not 0.0 <= self.deviation <= FARTHEST:
             raise InputError(
@@ -139,10 +138,10 @@ class MarkerTake:
                 "VALUES_WRONG",
             )
         if self.blink is not None:
-            object.__setattr__(self, "blink", frozen(self.blink))
+            freeze(self, "blink")
             _check_blink(self.blink, len(self.times))
         if self.gaze is not None:
-            object.__setattr__(self, "gaze", frozen(self.gaze))
+            freeze(self, "gaze")
             _check_gaze(self.gaze, len(self.times))
         if self.up_axis not in ("Y", "Z"):
             raise InputError(f"up axis is {self.up_axis!r}; expected 'Y' or 'Z'", "AXIS_UNKNOWN")

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from usdface.arguments import checked
-from usdface.arrays import FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.errors import InputError, did_you_mean
 from usdface.short_repr import short_repr
 from usdface.takes.take_axes import check_names, check_rate, check_times
@@ -50,8 +50,7 @@ class WeightsTake:
     head: FloatArray | None = None
 
     def __post_init__(self) -> None:
-        for field in ("times", "weights"):
-            object.__setattr__(self, field, frozen(getattr(self, field)))
+        freeze(self, "times", "weights")
         shape = self.weights.shape
         if len(shape) != 2 or shape[1] != len(self.names):
             raise InputError(
@@ -64,7 +63,7 @@ class WeightsTake:
         if not np.isfinite(self.weights).all():
             raise InputError("blend shape weights must be finite", "VALUES_WRONG")
         if self.head is not None:
-            object.__setattr__(self, "head", frozen(self.head))
+            freeze(self, "head")
             if self.head.shape != (shape[0], 3) or not np.isfinite(self.head).all():
                 raise InputError(
                     f"the head's rotation vectors have shape {self.head.shape}, or are not finite; "

@@ -26,7 +26,7 @@ class Criterion:
     subject : str
         The defect, in a line; ``{value}`` and ``{where}`` are filled in.
     remedy : str
-        How to fix it.
+        Advice that mends it.
     unit : str
         Of the measure: "" for a share of 1.
     """

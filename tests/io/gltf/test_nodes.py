@@ -25,6 +25,14 @@ def test_children_stand_in_their_parents() -> None:
     np.testing.assert_allclose([0, 0, 0, 1] @ tree.worlds[0], [5 - 4, 6 + 2, 7 + 6, 1])
 
 
+def test_the_nearest_of_some_nodes_is_looked_for_upwards() -> None:
+    chain = [pygltflib.Node(), pygltflib.Node(children=[0]), pygltflib.Node(children=[1])]
+    tree = node_tree(document(chain))
+    assert tree.nearest(0, {0, 2}) == 0
+    assert tree.nearest(0, {2}) == 2
+    assert tree.nearest(1, {0}) == tree.nearest(-1, {0}) == -1
+
+
 def test_only_the_default_scene_counts_as_seen() -> None:
     tree = node_tree(
         document([pygltflib.Node(), pygltflib.Node(children=[2]), pygltflib.Node()], [1])

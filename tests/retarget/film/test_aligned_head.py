@@ -40,7 +40,7 @@ def test_other_proportions_do_not_tilt_a_head_that_turns() -> None:
     long = replace(take, times=times, positions=positions, focal_length=FOCAL)
     head, _ = found(long, solve=true_weights_again)
     neutral = take.positions[:1]
-    by_image, _ = fit_pose(FACE, neutral, CAMERA, start_pose(FACE, neutral, CAMERA))
+    by_image = fit_pose(FACE, neutral, CAMERA, start_pose(FACE, neutral, CAMERA))
     linear, _ = similarity_fit(FACE, own)
     expected = linear.T / np.cbrt(np.linalg.det(linear))
 

@@ -10,6 +10,7 @@ import numpy as np
 from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.geometry.vertex_normals import unit_or_up
 from usdface.io.gltf.vertex_split import split_vertices
+from usdface.numerics.matching_rows import matching_rows
 from usdface.rigs import CORNER_NORMALS, Mesh, Skin
 
 __all__ = ["split_hard_edges"]
@@ -47,9 +48,7 @@ def _spread(shape: BlendShape, source: np.ndarray) -> BlendShape:
     """Return a shape of points as one of the vertices, each of point `source` (N,)."""
     if not len(shape.indices):
         return shape
-    place = np.searchsorted(shape.indices, source).clip(max=len(shape.indices) - 1)
-    moved = np.flatnonzero(shape.indices[place] == source)
-    rows = place[moved]
+    moved, rows = matching_rows(shape.indices, source)
     between = tuple(
         replace(step, offsets=step.offsets[rows], normal_offsets=None) for step in shape.inbetweens
     )

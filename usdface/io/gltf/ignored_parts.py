@@ -136,16 +136,10 @@ def report_pivots(document: GLTF2, tree: NodeTree, joints: Container[int]) -> li
         nodes[n].name or f"node {n}"
         for n in tree.order
         if n in tree.scene and nodes[n].mesh is not None and nodes[n].skin is None
-        if not np.allclose(tree.below(n, _joint_above(n, tree, joints)), np.eye(4))
+        if not np.allclose(tree.below(n, tree.nearest(n, joints)), np.eye(4))
     ]
     message = "transforms are applied to the points of {meshes}; their pivots are not kept"
     return [finding("PIVOTS_DROPPED", "nodes", message, moved)] if moved else []
-
-
-def _joint_above(node: int, tree: NodeTree, joints: Container[int]) -> int:
-    while node >= 0 and node not in joints:
-        node = tree.parents[node]
-    return node
 
 
 def report_unplaced(document: GLTF2) -> list[Finding]:

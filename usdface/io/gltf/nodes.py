@@ -4,6 +4,7 @@ glTF stores column-vector matrices column by column, which is the same sixteen n
 USD's row-vector matrices row by row; here, as in `usdface.rigs`, a point is a row: p @ M.
 """
 
+from collections.abc import Container
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -40,6 +41,12 @@ class NodeTree:
     parents: tuple[int, ...]
     locals: FloatArray = field(repr=False)
     worlds: FloatArray = field(repr=False)
+
+    def nearest(self, node: int, among: Container[int]) -> int:
+        """Return the first of the nodes `among` from `node` itself upwards; -1 if there is none."""
+        while node >= 0 and node not in among:
+            node = self.parents[node]
+        return node
 
     def below(self, node: int, above: int) -> FloatArray:
         """Return the transform (4, 4) from `node` to a node `above` it, -1 for the scene."""

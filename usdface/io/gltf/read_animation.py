@@ -24,6 +24,7 @@ from usdface.io.gltf.nodes import NodeTree
 from usdface.io.gltf.read_skin import Armature
 from usdface.io.gltf.read_weights import PlacedMesh, WeightsMotion, shared_weights
 from usdface.io.gltf.samplers import Curve, curve_of
+from usdface.io.gltf.target_names import legal_text
 from usdface.io.transforms import compose, decompose, followed_by
 from usdface.rigs import Mesh
 
@@ -141,7 +142,7 @@ def _motion(
     reader: AccessorReader,
     tolerance: CurveTolerance,
 ) -> tuple[_Motion, list[Finding]]:
-    name = _text(animation.name or f"animation {number}")
+    name = legal_text(animation.name or f"animation {number}")
     channels, unknown = channels_of(file.document, file.node_weights, animation)
     place_of = {m.node: place for place, m in enumerate(meshes) if m.mesh.shapes}
     found: list[Finding] = []
@@ -258,7 +259,3 @@ def _joints(
     keys = np.unique(np.concatenate([curve.keys for curve in curves]))
     rate = chosen_rate(frame_rate(keys), motion.rate)
     return JointsTake(joints, times, moves, turns, sizes, rate), found
-
-
-def _text(name: str) -> str:
-    return name.encode("utf-8", "replace").decode()

@@ -138,7 +138,7 @@ def _skeleton(
     document: GLTF2, tree: NodeTree, order: list[int], bind: dict[int, FloatArray]
 ) -> Skeleton:
     names = [document.nodes[node].name or f"joint_{node}" for node in order]
-    parents = [_parent_joint(tree, node, bind) for node in order]
+    parents = [tree.nearest(tree.parents[node], bind) for node in order]
     paths: dict[int, str] = {}
     rest = []
     legal: dict[int, str] = {}
@@ -158,13 +158,6 @@ def _skeleton(
     )
 
 
-def _parent_joint(tree: NodeTree, node: int, joints: Collection[int]) -> int:
-    parent = tree.parents[node]
-    while parent >= 0 and parent not in joints:
-        parent = tree.parents[parent]
-    return parent
-
-
 def _to_parent(tree: NodeTree, node: int, joints: Collection[int]) -> FloatArray:
     above = tree.parents[node]
-    return np.eye(4) if above < 0 else tree.below(above, _parent_joint(tree, node, joints))
+    return np.eye(4) if above < 0 else tree.below(above, tree.nearest(above, joints))

@@ -14,6 +14,7 @@ from pygltflib import GLTF2, Node
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.findings import Finding, finding
+from usdface.geometry.rigid_fit import mean_scale
 from usdface.io.gltf.document import item
 from usdface.io.gltf.extras import extras_with_metadata, read_extras
 from usdface.io.gltf.nodes import NodeTree
@@ -94,7 +95,7 @@ def _above(index: int, tree: NodeTree) -> set[int]:
 def _camera(
     source: pygltflib.Camera, name: str, matrix: FloatArray, extras: dict[str, Any]
 ) -> Camera:
-    scale = float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
+    scale = mean_scale(matrix[:3, :3])
     flat, deep = source.orthographic, source.perspective
     if source.type == "perspective" and deep is not None:
         far = np.inf if deep.zfar is None else _positive(deep.zfar, name)
@@ -126,7 +127,7 @@ def _light(given: dict[str, Any], name: str, matrix: FloatArray, extras: dict[st
     if values.shape != (7,) or not np.isfinite(values).all() or (values < 0).any():
         raise InputError(f"light {name!r} has numbers that make no sense")
     red, green, blue, intensity, inner, outer, reach = values.tolist()
-    scale = float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
+    scale = mean_scale(matrix[:3, :3])
     reach = reach * scale if given.get("range") is not None else np.inf
     return Light(
         name, kind, rigid(matrix), (red, green, blue), intensity, inner, outer, reach, extras

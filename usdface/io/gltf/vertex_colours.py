@@ -77,7 +77,7 @@ def white_base_colors(rig: Rig) -> tuple[Material, ...]:
         (name, colours.shape[1] == 4)
         for mesh in rig.meshes
         if (colours := mesh.corners(COLOURS)) is not None
-        for name in (mesh.material, *(s.material for s in mesh.subsets))
+        for name in mesh.materials
     }
 
     def white(material: Material) -> Material:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
+from usdface.numerics.matching_rows import matching_rows
 
 __all__ = ["Rows", "rows_at", "weld_vertices"]
 
@@ -59,8 +60,6 @@ def _groups(values: FloatArray) -> tuple[IntArray, NDArray[np.bool_]]:
 def rows_at(vertices: IntArray, indices: IntArray, offsets: FloatArray) -> FloatArray:
     """Return the sparse `offsets` of `indices` at some vertices: (len(vertices), 3)."""
     result = np.zeros((len(vertices), 3))
-    if len(indices):
-        place = np.searchsorted(indices, vertices).clip(max=len(indices) - 1)
-        hit = indices[place] == vertices
-        result[hit] = offsets[place[hit]]
+    where, rows = matching_rows(indices, vertices)
+    result[where] = offsets[rows]
     return result

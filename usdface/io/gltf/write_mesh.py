@@ -25,6 +25,7 @@ from usdface.io.gltf.vertex_split import (
     write_vertex_colours,
 )
 from usdface.io.gltf.write_skin import write_influences
+from usdface.numerics.matching_rows import matching_rows
 from usdface.rigs import BlendShape, Mesh
 
 __all__ = ["write_mesh"]
@@ -84,7 +85,7 @@ def write_mesh(
         mesh = replace(mesh, corner_values=others)
     mesh, inbetweens, new_findings = flat_mesh(mesh)
     found += new_findings
-    shows = {*(s.material for s in mesh.subsets), mesh.material} & set(coloured)
+    shows = set(mesh.materials) & set(coloured)
     if mesh.corners(COLOURS) is not None and not shows:
         message = "displayColor is left out: its material does not show it"
         found.append(finding("CHANNEL_IGNORED", mesh.name, message))
@@ -247,8 +248,5 @@ def _normals(mesh: Mesh) -> tuple[FloatArray, list[tuple[IntArray, FloatArray]]]
 
 def _target(indices: IntArray, values: FloatArray, source: IntArray, builder: BufferBuilder) -> int:
     """Append a morph target: values at points `indices` go to every vertex of those points."""
-    if not len(indices):
-        return builder.offsets(indices, values, len(source))
-    place = np.searchsorted(indices, source).clip(max=len(indices) - 1)
-    moved = np.flatnonzero(indices[place] == source)
-    return builder.offsets(moved, values[place[moved]], len(source))
+    moved, rows = matching_rows(indices, source)
+    return builder.offsets(moved, values[rows], len(source))

@@ -10,7 +10,7 @@ from usdface.errors import InputError
 from usdface.footage.fixes import Fix
 from usdface.footage.labels import NamedPlace
 from usdface.io.asset_folder import read_file
-from usdface.io.takes.wide_tracks import read_table
+from usdface.io.takes.text_table import read_table
 
 __all__ = ["read_confidence", "read_fixes", "read_named_places"]
 

@@ -14,9 +14,8 @@ from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, needed_image_size, normalised
 from usdface.io.takes.raw_take import DEFAULTS
-from usdface.io.takes.text_table import Row
+from usdface.io.takes.text_table import Row, read_table
 from usdface.io.takes.track_text import Block, read_blocks
-from usdface.io.takes.wide_tracks import read_table
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.errors import InputError
+from usdface.errors import InputError, errors_at
 from usdface.geometry.camera import COEFFICIENTS, Camera
 from usdface.io.takes.block_yaml import parse_block_yaml
 from usdface.io.takes.json_text import number, read_json
@@ -187,7 +187,7 @@ def _camera(path: Path, name: str, entry: Mapping[str, Any]) -> Camera:
     coefficients[: min(len(distortion), len(COEFFICIENTS))] = distortion[: len(COEFFICIENTS)]
     matrix, rotation, translation = (given[f] for f in ("matrix", "rotation", "translation"))
     assert matrix is not None and rotation is not None and translation is not None
-    try:
+    with errors_at(path):
         return Camera(
             matrix=matrix.reshape(3, 3),
             distortion=coefficients,
@@ -196,8 +196,6 @@ def _camera(path: Path, name: str, entry: Mapping[str, Any]) -> Camera:
             image_size=_image_size(entry),
             name=name,
         )
-    except InputError as error:
-        raise InputError(f"{path}: {error}", error.code) from error
 
 
 _OTHER_LENSES = ("equidistant", "fisheye", "omnidirectional")

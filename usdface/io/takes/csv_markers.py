@@ -19,12 +19,9 @@ from usdface.io.takes.raw_take import DEFAULTS, RawTake, check_size, finish_take
 from usdface.io.takes.repeated_samples import first_repeat
 from usdface.io.takes.text_table import (
     Row,
-    delimiter_of,
     nameless_columns,
     read_numbers,
-    read_rows,
-    read_text,
-    refuse_cut_table,
+    read_table,
 )
 from usdface.options import TakeOptions
 from usdface.plain_text import listed
@@ -60,9 +57,7 @@ def read_csv_markers(
         If the file is missing, cut off or no such table, a cell is not a number, a marker lacks an
         axis or has two positions in a frame.
     """
-    text = read_text(path)
-    rows = read_rows(path, text, delimiter_of(text))
-    refuse_cut_table(path, rows)
+    rows = read_table(path)
     header = [
         _MILLISECONDS_SUFFIX.sub("_ms", _UNIT_SUFFIX.sub("", cell.lower())) for cell in rows[0][1]
     ]

@@ -12,7 +12,8 @@ from usdface.errors import InputError
 from usdface.findings import Finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
 from usdface.io.takes.raw_take import DEFAULTS
-from usdface.io.takes.wide_tracks import read_table, samples_of_columns
+from usdface.io.takes.text_table import read_table
+from usdface.io.takes.wide_tracks import samples_of_columns
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

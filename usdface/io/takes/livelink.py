@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.errors import InputError
+from usdface.errors import InputError, errors_at
 from usdface.findings import Finding, finding
 from usdface.io.drop_frame import dropped_labels
 from usdface.io.takes.missing_weights import WRITTEN, bridge_weights
@@ -97,12 +97,10 @@ def read_livelink(path: Path, options: TakeOptions = DEFAULTS) -> tuple[WeightsT
     lines = [line for line, _ in kept]
     message = "no weight in line {lines}; bridged from the rows around it"
     findings += bridge_weights(path, names, times, weights, lines, message)
-    try:
+    with errors_at(path):
         head = None if angles is None else _head(times, angles)
         take = WeightsTake(names, times, weights, rate, kept[0][1][0], path.name, head)
         check_range(take)
-    except InputError as error:
-        raise InputError(f"{path}: {error}", error.code) from error
     return take, findings + base_findings + time_findings
 
 

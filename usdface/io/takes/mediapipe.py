@@ -31,9 +31,9 @@ from usdface.io.takes.mediapipe_faces import LANDMARKS, faces_of, main_faces, pl
 from usdface.io.takes.mediapipe_shapes import SHAPES, read_scores, score_faces, scores_take
 from usdface.io.takes.raw_take import DEFAULTS, check_size
 from usdface.io.takes.several_faces import rows_of_face
-from usdface.io.takes.text_table import Row, read_numbers
+from usdface.io.takes.text_table import Row, read_numbers, read_table
 from usdface.io.takes.track_text import TrackTable
-from usdface.io.takes.wide_tracks import read_table, samples_of_columns
+from usdface.io.takes.wide_tracks import samples_of_columns
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake, WeightsTake
 

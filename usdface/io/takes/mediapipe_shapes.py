@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.errors import InputError
+from usdface.errors import InputError, errors_at
 from usdface.findings import Finding, finding
 from usdface.io.takes.json_text import number
 from usdface.io.takes.missing_weights import WRITTEN, bridge_weights
@@ -119,11 +119,9 @@ def scores_take(
     )
     message = "no score in frame {frames}; bridged from the frames around it"
     findings += bridge_weights(path, names, times, weights, kept, message)
-    try:
+    with errors_at(path):
         take = WeightsTake(names, times, weights, rate, source=path.name)
         check_range(take)
-    except InputError as error:
-        raise InputError(f"{path}: {error}", error.code) from error
     return take, findings + time_findings
 
 

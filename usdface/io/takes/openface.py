@@ -20,7 +20,8 @@ from usdface.findings import Finding
 from usdface.io.takes.image_tracks import ImageTracks, finish_tracks, image_size
 from usdface.io.takes.raw_take import DEFAULTS
 from usdface.io.takes.several_faces import rows_of_face
-from usdface.io.takes.wide_tracks import read_table, samples_of_columns
+from usdface.io.takes.text_table import read_table
+from usdface.io.takes.wide_tracks import samples_of_columns
 from usdface.options import TakeOptions
 from usdface.takes import MarkerTake
 

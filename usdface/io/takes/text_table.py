@@ -20,6 +20,7 @@ __all__ = [
     "positive",
     "read_numbers",
     "read_rows",
+    "read_table",
     "read_text",
     "refuse_cut_end",
     "refuse_cut_table",
@@ -92,6 +93,20 @@ def read_rows(path: Path, text: str, delimiter: str) -> list[Row]:
     if not written:
         raise InputError(f"{path}: all cells are empty; expected a table", "ROW_WRONG")
     return written
+
+
+def read_table(path: Path) -> list[Row]:
+    """Return the rows of a table with commas, semicolons or tabs.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, unreadable, no table, or cut off.
+    """
+    text = read_text(path)
+    rows = read_rows(path, text, delimiter_of(text))
+    refuse_cut_table(path, rows)
+    return rows
 
 
 def read_numbers(path: Path, rows: Sequence[Row], columns: Sequence[int]) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from usdface.errors import InputError
+from usdface.errors import errors_at
 from usdface.findings import Finding
 from usdface.formats import TakeReader
 from usdface.io.format_table import Registered
@@ -36,10 +36,8 @@ def verified_take(
         raise reader.wrong(f"{type(take).__name__}; expected a MarkerTake or a WeightsTake")
     if not all(name.strip() for name in take.names):
         raise reader.wrong("an empty name; expected a name for each column")
-    try:
+    with errors_at(path):
         check_range(take)
-    except InputError as error:
-        raise InputError(f"{path}: {error}", error.code) from error
     if isinstance(take, WeightsTake):
         return take, findings
     if path.is_file():

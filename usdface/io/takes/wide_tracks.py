@@ -12,31 +12,10 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
 from usdface.io.takes.raw_take import check_size
-from usdface.io.takes.text_table import (
-    Row,
-    delimiter_of,
-    read_numbers,
-    read_rows,
-    read_text,
-    refuse_cut_table,
-)
+from usdface.io.takes.text_table import Row, read_numbers
 from usdface.io.takes.track_text import TrackTable
 
-__all__ = ["read_table", "samples_of_columns"]
-
-
-def read_table(path: Path) -> list[Row]:
-    """Return the rows of a table with commas, semicolons or tabs.
-
-    Raises
-    ------
-    InputError
-        If the file is missing, unreadable, no table, or cut off.
-    """
-    text = read_text(path)
-    rows = read_rows(path, text, delimiter_of(text))
-    refuse_cut_table(path, rows)
-    return rows
+__all__ = ["samples_of_columns"]
 
 
 def samples_of_columns(

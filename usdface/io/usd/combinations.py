@@ -17,6 +17,7 @@ from typing import get_args
 from pxr import Sdf, Usd, Vt
 
 from usdface.findings import Finding, finding
+from usdface.io.usd.attributes import value_or
 from usdface.rigs import Combination, CombinationRule
 
 __all__ = ["read_combination", "write_combination"]
@@ -27,7 +28,7 @@ _RULE = "usdface:combination:rule"
 
 def read_combination(prim: Usd.Prim) -> tuple[Combination | None, list[Finding]]:
     """Return the combination of a BlendShape prim; None where it is none."""
-    of = prim.GetAttribute(_OF).Get() if prim.HasAttribute(_OF) else None
+    of = value_or(prim, _OF, None)
     if not of:
         return None, []
     rule = str(prim.GetAttribute(_RULE).Get() if prim.HasAttribute(_RULE) else "product")

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from pxr import Sdf, Usd, Vt
 
-from usdface.errors import InputError
+from usdface.errors import errors_at
 from usdface.io.usd.attributes import author, strings_of, value_or
 from usdface.schemas import tokens
 from usdface.setup.expression import Expression
@@ -39,7 +39,7 @@ def read_expressions(prims: Sequence[Usd.Prim]) -> tuple[Expression, ...]:
     """
     result = []
     for prim in prims:
-        try:
+        with errors_at(f"prim <{prim.GetPath()}>"):
             result.append(
                 Expression(
                     prim.GetName(),
@@ -48,6 +48,4 @@ def read_expressions(prims: Sequence[Usd.Prim]) -> tuple[Expression, ...]:
                     float(value_or(prim, tokens.GAIN, 1.0)),
                 )
             )
-        except InputError as error:
-            raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
     return tuple(result)

@@ -7,7 +7,7 @@ from pxr import Sdf, Usd, Vt
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.correction.gains import Gains
-from usdface.errors import InputError
+from usdface.errors import InputError, errors_at
 from usdface.face.layout import FaceLayout
 from usdface.face.regions import GainRegion
 from usdface.io.usd.attributes import author, value_of
@@ -58,7 +58,7 @@ def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
     InputError
         If a value cannot be used; the message names the prim.
     """
-    try:
+    with errors_at(f"prim <{prim.GetPath()}>"):
         opposed = _names(prim, tokens.ANTAGONISTS)
         if len(opposed) % 2:
             raise InputError(f"{tokens.ANTAGONISTS} has {len(opposed)} entries; expected pairs")
@@ -72,8 +72,6 @@ def read_layout(prim: Usd.Prim, meters_per_unit: float) -> FaceLayout:
             _pairs(prim, tokens.CONTACT_LIDS),
             None if tolerance is None else tolerance * meters_per_unit,
         )
-    except InputError as error:
-        raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
 
 
 def read_gains(
@@ -104,10 +102,8 @@ def read_exaggeration(prim: Usd.Prim, codes: FloatArray) -> Exaggeration:
         If a factor is not a number, or out of its range; the message names the prim.
     """
     curves = {part: _curve(prim, token, codes) for part, token in EXAGGERATION.items()}
-    try:
+    with errors_at(f"prim <{prim.GetPath()}>"):
         return Exaggeration(curves)
-    except InputError as error:
-        raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
 
 
 def _curve(prim: Usd.Prim, name: str, codes: FloatArray) -> FloatArray:

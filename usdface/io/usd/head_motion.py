@@ -8,7 +8,7 @@ import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray
-from usdface.geometry.rigid_fit import Pose
+from usdface.geometry.rigid_fit import Pose, mean_scale
 from usdface.io.usd.layer_samples import write_samples, write_value
 from usdface.io.usd.value_arrays import matrices
 from usdface.retarget.head_joint import face_joint
@@ -206,7 +206,7 @@ def _local(carrier: HeadCarrier, moved: JointMotion) -> FloatArray:
     """Return a joint's transforms to its parent in the skeleton's units: (F, 4, 4)."""
     assert carrier.skeleton is not None
     track = joint_track(carrier.skeleton, moved)
-    scale = np.cbrt(abs(np.linalg.det(carrier.to_rig[:3, :3]))) or 1.0
+    scale = mean_scale(carrier.to_rig[:3, :3]) or 1.0
     shrink, grow = np.diag([1 / scale] * 3 + [1.0]), np.diag([scale] * 3 + [1.0])
     is_root = "/" not in carrier.skeleton.joints[moved.joint]
     below = np.linalg.inv(carrier.to_rig) if is_root else shrink

@@ -54,10 +54,10 @@ def _measured(
     skeleton: Skeleton, clips: Sequence[Clip], scales: FloatArray
 ) -> tuple[Skeleton, list[Clip]]:
     place = {joint: k for k, joint in enumerate(skeleton.joints)}
-    parents = [place.get(joint.rpartition("/")[0], -1) for joint in skeleton.joints]
+    parents = skeleton.parents
     units = np.ones((len(parents), 3))  # of each joint's frame, in units of the frame before
     above = np.ones(len(parents))
-    for k, parent in enumerate(parents):  # parents come first
+    for k, parent in enumerate(parents):
         above[k] = units[parent, 0] if parent >= 0 else 1.0
         own = np.abs(scales[k]) * above[k]
         if not own.all():

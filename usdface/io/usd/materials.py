@@ -79,8 +79,8 @@ def _named(variant: MaterialVariant, names: Mapping[str, str]) -> MaterialVarian
 
 
 def _bound(mesh: Mesh) -> tuple[str, ...]:
-    shown = (mesh.material, *(subset.material for subset in mesh.subsets))
-    return (*shown, *(other for variant in mesh.variants for other in variant.materials.values()))
+    others = (other for variant in mesh.variants for other in variant.materials.values())
+    return (*mesh.materials, *others)
 
 
 def _is_double_sided(stage: Usd.Stage, mesh: Mesh) -> bool:

@@ -5,7 +5,7 @@ from pxr import Sdf, Usd, Vt
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError
-from usdface.io.usd.attributes import author
+from usdface.io.usd.attributes import author, value_or
 from usdface.schemas import tokens
 from usdface.setup.performer_face import PerformerFace
 
@@ -38,7 +38,7 @@ def read_performer_face(prim: Usd.Prim) -> PerformerFace | None:
     """
 
     def value(name: str) -> object:
-        return prim.GetAttribute(name).Get() if prim.HasAttribute(name) else None
+        return value_or(prim, name, None)
 
     def names(name: str) -> tuple[str, ...]:
         return tuple(str(entry) for entry in np.atleast_1d(np.array(value(name) or (), object)))

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from pxr import Gf, Sdf, Usd, Vt
 
-from usdface.errors import InputError
+from usdface.errors import InputError, errors_at
 from usdface.io.usd.attributes import author, strings_of, value_of, value_or
 from usdface.io.usd.face_layout import EXAGGERATION
 from usdface.io.usd.performer_face import author_performer_face, read_performer_face
@@ -194,7 +194,7 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
     sure = np.array(value_or(prim, tokens.BIND_CONFIDENCE, ()), dtype=np.float64)
     head = _choice(prim, tokens.HEAD_MODE, ("solve", "markers", "stabilised"))
     neutral = _choice(prim, tokens.NEUTRAL_MODE, ("frames", "rig"))
-    try:
+    with errors_at(f"prim <{prim.GetPath()}>"):
         binding = Binding(
             markers, points, str(mesh[0]) if mesh else "", sure if sure.size else None
         )
@@ -221,8 +221,6 @@ def read_setup(prim: Usd.Prim) -> RetargetSetup:
             unsure=read_unsure(prim, binding),
             origin=_read_origin(prim),
         )
-    except InputError as error:
-        raise InputError(f"prim <{prim.GetPath()}>: {error}", error.code) from error
 
 
 def check_neutral(

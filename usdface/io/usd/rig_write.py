@@ -177,7 +177,7 @@ def _write_sides(
     prim: UsdGeom.Mesh, mesh: Mesh, materials: dict[str, UsdShade.Material], double_sided: set[str]
 ) -> list[Finding]:
     """Show both sides of a mesh if one of its materials does: USD knows it of meshes alone."""
-    bound = {mesh.material, *(s.material for s in mesh.subsets)}
+    bound = set(mesh.materials)
     if not double_sided & bound:
         return []
     prim.CreateDoubleSidedAttr(True)

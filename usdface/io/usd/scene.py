@@ -18,6 +18,7 @@ from pxr import Gf, Sdf, Usd, UsdGeom, UsdLux
 
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
+from usdface.geometry.rigid_fit import mean_scale
 from usdface.io.prim_names import prim_names
 from usdface.io.transforms import rigid
 from usdface.io.usd.conversion_metadata import CONTENT_NAME, read_metadata, write_metadata
@@ -102,13 +103,9 @@ def _name(prim: Usd.Prim) -> str:
     return str(prim.GetDisplayName() or prim.GetName())
 
 
-def _unit(matrix: FloatArray) -> float:
-    return float(np.cbrt(abs(np.linalg.det(matrix[:3, :3]))))
-
-
 def _camera(prim: Usd.Prim, matrix: FloatArray, si: FloatArray) -> Camera:
     seen = UsdGeom.Camera(prim).GetCamera(_START)
-    clip, notes, unit = seen.clippingRange, read_metadata(prim), _unit(si)
+    clip, notes, unit = seen.clippingRange, read_metadata(prim), mean_scale(si[:3, :3])
     far = math.inf if notes.get("endless") else clip.max * unit
     aspect = 0.0 if notes.get("anyAspect") else seen.aspectRatio
     aspect = aspect if 0 < aspect < 1e6 else 0.0  # of an aperture without height
@@ -146,7 +143,7 @@ def _light(prim: Usd.Prim, matrix: FloatArray, found: list[Finding]) -> Light | 
             finding("FEATURE_DROPPED", where, message, str(prim.GetTypeName()), feature="light")
         )
         return None
-    radius = UsdLux.SphereLight(prim).GetRadiusAttr().Get(_START) * _unit(matrix)
+    radius = UsdLux.SphereLight(prim).GetRadiusAttr().Get(_START) * mean_scale(matrix[:3, :3])
     candela = strength / 4 if normal else strength * math.pi * radius**2
     reach = float(read_metadata(prim).get("range", math.inf))
     shaping = UsdLux.ShapingAPI(prim)

@@ -136,7 +136,7 @@ def shot_frames(stage: Usd.Stage, where: str) -> int:
         If there is no `UsdFaceRetarget` prim or more than one, or it has no take.
     """
     with usd_errors(where):
-        return count_frames(_target(stage, _retarget_prim(stage, where), tokens.TAKE, where))
+        return count_frames(_take_prim(stage, _retarget_prim(stage, where), where))
 
 
 def _read(
@@ -145,7 +145,7 @@ def _read(
     check_clocks(stage)  # also of one that a host has opened
     prim = _retarget_prim(stage, where)
     setup = read_setup(prim)
-    take_prim = _target(stage, prim, tokens.TAKE, where)
+    take_prim = _take_prim(stage, prim, where)
     take, codes = read_take_prim(take_prim, frames)
     count = len(codes) if frames is None else count_frames(take_prim)
     check_neutral(prim, setup, take, count)
@@ -241,13 +241,13 @@ def base_weights(
     return WeightsTake(prims.tokens, take.times, weights, take.rate)
 
 
-def _target(stage: Usd.Stage, prim: Usd.Prim, name: str, where: str) -> Usd.Prim:
-    targets = prim.GetRelationship(name).GetTargets()
+def _take_prim(stage: Usd.Stage, prim: Usd.Prim, where: str) -> Usd.Prim:
+    targets = prim.GetRelationship(tokens.TAKE).GetTargets()
     if not targets:
         raise InputError(
-            f"{where}, prim <{prim.GetPath()}>: {name} has no target", "SHOT_INCOMPLETE"
+            f"{where}, prim <{prim.GetPath()}>: {tokens.TAKE} has no target", "SHOT_INCOMPLETE"
         )
-    return _existing_prim(stage, targets[0], name, where)
+    return _existing_prim(stage, targets[0], tokens.TAKE, where)
 
 
 def _existing_prim(stage: Usd.Stage, path: Sdf.Path, name: str, where: str) -> Usd.Prim:

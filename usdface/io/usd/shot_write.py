@@ -36,9 +36,9 @@ def write_shot(
     rig: Path,
     take: Path,
     shot: Shot,
-    shared: SharedLayers | None = None,
+    shared: SharedLayers | None,
     *,
-    rules: str = "",
+    rules: str,
 ) -> tuple[list[Path], list[Finding]]:
     """Write a shot that references the files `rig` and `take` and holds the setup of `shot`.
 

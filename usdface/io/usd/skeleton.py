@@ -6,6 +6,7 @@ from pxr import Usd, UsdSkel
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
+from usdface.geometry.rigid_fit import mean_scale
 from usdface.io.usd.conversion_metadata import SKIN_NAME, read_metadata
 from usdface.rigs import Skeleton, Skin
 
@@ -67,7 +68,7 @@ def parent_frames(joints: tuple[str, ...], to_rig: FloatArray) -> tuple[float, F
     A joint's transform in the rig is its transform on the stage, followed by that, and divided
     by the unit, so that a unit of each joint's own frame is a metre.
     """
-    scale = float(np.cbrt(abs(np.linalg.det(to_rig[:3, :3])))) or 1.0
+    scale = mean_scale(to_rig[:3, :3]) or 1.0
     topology = UsdSkel.Topology(joints)
     below = np.array([topology.GetParent(joint) >= 0 for joint in range(len(joints))])
     return scale, np.where(below[:, None, None], np.diag([scale] * 3 + [1.0]), to_rig)

@@ -4,7 +4,7 @@ import { Group } from "three";
 import { axis, curve } from "usdface/chart";
 import { Character } from "usdface/character";
 import { readData } from "usdface/data";
-import { element, fitted, isForControl, mouseKeepsNoFocus } from "usdface/dom";
+import { button, element, findingLines, fitted, isForControl, mouseKeepsNoFocus } from "usdface/dom";
 import { Markers } from "usdface/markers";
 import { Places, SURE, bindDocument } from "usdface/places";
 import { Player, timecodeAt } from "usdface/player";
@@ -147,7 +147,6 @@ class Bind {
   // -- the panel -----------------------------------------------------------------------------
 
   panel() {
-    const button = (text, title, press) => element("button", { type: "button", text, title, on: { click: press } });
     this.count = element("p", { class: "note" });
     this.rows = this.page.markers.map(({ name }, index) => {
       const dot = element("i"), state = element("span", { class: "state" }), nose = element("span", { class: "state" });
@@ -179,8 +178,7 @@ class Bind {
       element("h2", { text: "markers" }),
       confidenceKey(),
       list,
-      ...(this.page.findings.length ? [element("h2", { text: "findings" })] : []),
-      ...this.page.findings.map(({ code, severity, message, where }) => element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [where, message].filter(Boolean).join(": ") })])),
+      ...findingLines(this.page.findings),
       element("p", { class: "note", text: "Drag a marker along the skin, or click where the selected one belongs. n and p: next and previous marker, unsure ones first. Drag beside the face to turn it, f looks from the front, g from three quarters." }),
     ]);
     document.getElementById("panel").append(body);
@@ -258,7 +256,6 @@ class Bind {
 
   transport() {
     const { player } = this;
-    const button = (text, title, press) => element("button", { type: "button", text, title, on: { click: press } });
     this.playButton = button("play", "space", () => player.toggle());
     this.playButton.className = "play";
     this.clock = element("span", { class: "clock" });

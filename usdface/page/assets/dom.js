@@ -36,10 +36,23 @@ export function mouseKeepsNoFocus() {
   document.addEventListener("change", (event) => event.target.matches("input[type=range], select") && event.target.blur());
 }
 
+/** A button that does something at once. */
+export function button(text, title, press) {
+  return element("button", { type: "button", text, title, on: { click: press } });
+}
+
+/** The findings of a page under a heading; nothing where there are none. */
+export function findingLines(findings) {
+  if (!findings?.length) return [];
+  const lines = findings.map(({ code, severity, message, where }) =>
+    element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [where, message].filter(Boolean).join(": ") })]));
+  return [element("h2", { text: "findings" }), ...lines];
+}
+
 /** A button that stays pressed while `isOn()`; call its `refresh` after a change. */
 export function toggle(text, title, isOn, press) {
-  const button = element("button", { text, title, type: "button", on: { click: press } });
-  button.refresh = () => button.setAttribute("aria-pressed", isOn());
-  button.refresh();
-  return button;
+  const made = button(text, title, press);
+  made.refresh = () => made.setAttribute("aria-pressed", isOn());
+  made.refresh();
+  return made;
 }

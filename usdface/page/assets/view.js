@@ -4,7 +4,7 @@ import { Group, Matrix4 } from "three";
 import { Character } from "usdface/character";
 import { Curves, Gaps } from "usdface/curves";
 import { readData, row } from "usdface/data";
-import { element, isForControl, mouseKeepsNoFocus, toggle } from "usdface/dom";
+import { button, element, findingLines, isForControl, mouseKeepsNoFocus, toggle } from "usdface/dom";
 import { Footage } from "usdface/footage";
 import { Heat, RAMPS, css } from "usdface/heat";
 import { Markers } from "usdface/markers";
@@ -213,7 +213,6 @@ class View {
 
   transport() {
     const place = document.getElementById("transport"), { player } = this;
-    const button = (text, title, press) => element("button", { type: "button", text, title, on: { click: press } });
     this.buttons = [];
     const switched = (text, title, isOn, press) => {
       const made = toggle(text, title, isOn, press);
@@ -389,9 +388,7 @@ function notes(place, page) {
   const facts = Object.entries(page.facts ?? {});
   place.append(
     element("dl", {}, facts.flatMap(([name, value]) => [element("dt", { text: name.replaceAll("_", " ") }), element("dd", { text: String(value) })])),
-    ...(page.findings?.length ? [element("h2", { text: "findings" })] : []),
-    ...(page.findings ?? []).map(({ code, severity, message, where }) =>
-      element("p", { class: `finding ${severity}` }, [element("b", { text: code }), element("span", { text: [where, message].filter(Boolean).join(": ") })])),
+    ...findingLines(page.findings),
     element("h2", { text: "keys" }),
     element("dl", { class: "keys" }, KEYS.flatMap(([key, text]) => [element("dt", { text: key }), element("dd", { text })])),
     element("p", { class: "note", text: "Timeline: click or drag to go there, wheel to zoom, double click for all, shift and drag to loop a part." }),

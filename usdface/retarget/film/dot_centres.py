@@ -78,8 +78,7 @@ def _owners(skin: DotSkin) -> csr_array:
 def _placed(skin: DotSkin, weights: FloatArray, pose: Pose, block: slice) -> FloatArray:
     """Return the vertices of some frames in camera space: (F, V, 3) [m]."""
     moved = skin.evaluator.displacements(weights)
-    own = Pose(pose.rotations[block], pose.translations[block])
-    return np.asarray(own.to_take(skin.points + moved.reshape(len(moved), -1, 3)))
+    return np.asarray(pose.at(block).to_take(skin.points + moved.reshape(len(moved), -1, 3)))
 
 
 def _image_areas(corners: FloatArray, camera: PinholeCamera) -> FloatArray:

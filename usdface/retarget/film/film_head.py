@@ -72,7 +72,7 @@ def film_head(
     weighted: bool = True,
     shown: FloatArray | float = 0.0,
 ) -> tuple[FilmedFace | None, list[Finding]]:
-    """Find how a head moved before the camera that filmed it.
+    """Find the motion of a head before the camera that filmed it.
 
     Parameters
     ----------

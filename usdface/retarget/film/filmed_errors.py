@@ -18,7 +18,7 @@ def filmed_marker_errors(solved: SolvedFilm) -> FloatArray:
     """Return the errors of the markers of a solved film, by those around them: (M,) [1]."""
     film, head = solved.film, solved.head
     take, views = head.projected(film.take)
-    # What the image shows beside the solved place, in head space.
+    # Residual of the image, in head space.
     left = take.positions - head.rest[:, :2] - (views.slopes @ head.moved[..., None])[..., 0]
     left = _without_depths(left, views.slopes)
     displaced = head.moved + (left[:, :, None] @ views.slopes)[:, :, 0]

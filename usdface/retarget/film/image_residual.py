@@ -175,7 +175,7 @@ def image_residual(
     rest : (M, 3) float64 [m]
         The markers where they rest.
     moved : (F, M, 3) float64 [m]
-        How far weights move them.
+        Their displacements by the weights.
     sure : (F, M) float64
         As of `usdface.retarget.film.filmed_head.certainty`.
     least : float [m]

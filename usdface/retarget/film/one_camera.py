@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from usdface.arrays import BoolArray, FloatArray, frozen
+from usdface.arrays import FloatArray, freeze
 from usdface.errors import SolveError
 from usdface.geometry.marker_spread import fit_scale_and_translation
 from usdface.geometry.rigid_fit import Pose
@@ -49,7 +49,7 @@ class PinholeCamera:
     centre: FloatArray
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "centre", frozen(self.centre))
+        freeze(self, "centre")
 
     def image(self, points: FloatArray) -> FloatArray:
         """Return the image (..., 2) [px] of points (..., 3) [m] in camera space."""
@@ -110,7 +110,7 @@ def fit_pose(
     camera: PinholeCamera,
     start: Pose,
     certainty: FloatArray | None = None,
-) -> tuple[Pose, BoolArray]:
+) -> Pose:
     """Fit the pose of a head in every frame, by least squares on the image.
 
     Parameters
@@ -127,11 +127,9 @@ def fit_pose(
 
     Returns
     -------
-    pose : Pose
+    Pose
         Of the head in camera space. Frames with fewer than four markers keep that of the nearest
         frame that has them.
-    usable : (F,) bool
-        True where at least four markers were visible.
 
     Raises
     ------
@@ -164,7 +162,7 @@ def fit_pose(
         translations[:, 2] = np.minimum(translations[:, 2], near)
         if np.abs(step).max(initial=0.0) < _SETTLED:
             break
-    return Pose(rotations, translations).bridged(usable), usable
+    return Pose(rotations, translations).bridged(usable)
 
 
 def pose_columns(points: FloatArray, pose: Pose, camera: PinholeCamera) -> FloatArray:

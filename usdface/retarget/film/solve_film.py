@@ -93,7 +93,7 @@ def solve_film(
     errors = np.ones(len(film.face)) if errors is None else errors
     if start is None:
         look = start_pose(film.face, film.rest[None], camera)
-        look, _ = fit_pose(film.face, film.rest[None], camera, look)
+        look = fit_pose(film.face, film.rest[None], camera, look)
         deep, weights = film.face[:, 2], np.zeros((count, len(skin.evaluator.offsets)))
     else:
         look, deep = start.head.rest_pose, start.depths
@@ -107,15 +107,15 @@ def solve_film(
         sure = certainty(facing, visible(film.image), errors)
         film = filmed.without(beside)
         if start is None and done == 0:
-            look, _ = fit_pose(film.face, film.rest[None], camera, look)
+            look = fit_pose(film.face, film.rest[None], camera, look)
         rest = camera.at_depths(film.rest[None], look, deep)[0]
-        pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
+        pose = fit_pose(rest + moved, film.image, camera, pose, sure)
         if refined and (done > 0 or start is not None):
             deep, deviation = refined_depths(film, camera, look, pose, rest, weights, sure)
             rest = camera.at_depths(film.rest[None], look, deep)[0]
             look, pose, rest = aligned_head(look, pose, rest, film.face, deviation)
             deep = rest[:, 2]
-            pose, _ = fit_pose(rest + moved, film.image, camera, pose, sure)
+            pose = fit_pose(rest + moved, film.image, camera, pose, sure)
         head = FilmedHead(
             markers=film.take.names,
             camera=camera,

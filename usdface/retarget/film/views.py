@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray, frozen
+from usdface.arrays import BoolArray, FloatArray, IntArray, freeze
 
 __all__ = ["Views"]
 
@@ -32,8 +32,7 @@ class Views:
     mapped: bool = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "slopes", frozen(self.slopes))
-        object.__setattr__(self, "certainty", frozen(self.certainty))
+        freeze(self, "slopes", "certainty")
 
     @property
     def errors(self) -> FloatArray:

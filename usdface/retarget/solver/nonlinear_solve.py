@@ -65,7 +65,7 @@ def solve_nonlinear(
         Where to start; also the answer if no step lowers the sum.
     bounds : Bounds
     steps : int
-        How many at most.
+        Largest number of them.
     """
     straight = model.offsets[model.free]
     straight = straight - (straight @ rigid) @ rigid.T

@@ -94,7 +94,7 @@ def solve_temporal(
     tolerance : float [1]
         No iteration is done after one that changes no weight by more.
     covariance : (S, S) float64, optional
-        M, symmetric positive definite: how weights move together; the unit matrix, if left out.
+        M, of the weights in a frame, positive definite; the unit matrix, if left out.
     """
     system = shared_system(normal, bands, bounds.rows, covariance)
     frames, size = right.shape
