@@ -85,6 +85,36 @@ def test_the_seam_of_a_mouth_that_rests_open_is_none_of_lids(weight):
     np.testing.assert_array_equal(lids, SEAMS.lids)
 
 
+def dense(name: str) -> np.ndarray:
+    shape = next(s for s in FACE.shapes if s.name == name)
+    offsets = np.zeros(FACE.points.shape)
+    offsets[shape.indices] = shape.offsets
+    return offsets
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_a_shape_that_closes_an_open_mouth_and_the_eyes_takes_no_lids(kept):
+    face = opened_mouth(0.4)
+    lids = dense("eyeBlinkLeft") + dense("eyeBlinkRight")
+    asleep = BlendShape.from_dense("asleep", lids - 0.4 * dense("jawOpen"))
+    shapes = tuple(s for s in face.shapes if kept or s.name != "mouthClose")
+    found = find_lip_lid_contacts(replace(face, shapes=(*shapes, asleep)))
+    np.testing.assert_array_equal(found.lids, SEAMS.lids)
+
+
+def test_a_blink_that_lowers_most_of_the_skin_but_not_the_lips_closes_an_eye():
+    still = np.abs(FACE.points[:, 1]) < 0.02
+    shapes = []
+    for shape in FACE.shapes:
+        if shape.name.startswith("eyeBlink"):
+            offsets = dense(shape.name)
+            offsets[~still & ~offsets.any(axis=1)] = (0, -0.001, 0)
+            shape = BlendShape.from_dense(shape.name, offsets)
+        shapes.append(shape)
+    found = find_lip_lid_contacts(replace(FACE, shapes=tuple(shapes)))
+    np.testing.assert_array_equal(found.lids, SEAMS.lids)
+
+
 def test_shapes_that_all_move_the_whole_face_a_little_still_close_its_eyes():
     drift = 0.002 * np.random.default_rng(0).normal(size=(len(FACE.shapes), 3))
     offsets = FACE.offsets_at(np.arange(len(FACE.points))) + drift[:, None]

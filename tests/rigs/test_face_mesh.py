@@ -58,6 +58,30 @@ def test_a_larger_neck_that_all_shapes_carry_along_a_little_is_not_the_face() ->
     assert Rig("x", (neck, head)).mesh().name == "head"  # one face, not two
 
 
+def test_lashes_that_reach_as_far_as_the_lids_are_not_the_face() -> None:
+    """Of a rig whose shapes close the eyes only: the skin around the lids moves less than they."""
+    lid = BlendShape("blink", [0, 1, 2, 3], [[0, -0.01, 0]] * 2 + [[0, -0.0005, 0]] * 2)
+    points = POINTS.copy()
+    points[:4] = [[-0.05, 0, 0], [0.05, 0, 0], [-0.07, 0, 0], [0.07, 0, 0]]
+    head = replace(face(name="head", shapes=(lid,)), points=points)
+    lash = BlendShape("blink", [0, 1], [[0, -0.012, 0]] * 2)
+    lashes = replace(face(name="lashes", shapes=(lash,)), points=1.2 * points)
+    assert Rig("x", (lashes, head)).face().name == "head"
+
+
+def test_a_face_in_a_body_that_its_shapes_hardly_move_is_the_face() -> None:
+    head, teeth = parts()[0], parts()[1]
+    count = len(head.points)
+    shapes = []
+    for s in head.shapes:
+        offsets = np.full((40 * count, 3), 1e-6)
+        offsets[s.indices] = s.offsets
+        shapes.append(BlendShape(s.name, np.arange(len(offsets)), offsets))
+    body = np.concatenate([head.points, np.tile(head.points, (39, 1))])
+    whole = replace(head, name="body", points=body, shapes=tuple(shapes))
+    assert Rig("x", (teeth, whole)).face().name == "body"
+
+
 def test_motion_of_a_vertex_is_the_largest_share_of_any_shape() -> None:
     wide = BlendShape("wide", [0, 2], [[0, 0, 2.0], [0, 1.0, 0]])
     small = BlendShape("small", [2, 3], [[0.1, 0, 0], [0, 0, 0.05]])

@@ -6,6 +6,8 @@ than skin stretches. Lids are pairs with a gap that some blend shape closes whic
 lips.
 """
 
+from collections.abc import Iterable
+from functools import cache
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -43,6 +45,8 @@ _NEIGHBOURS = 24
 # A seam of an open mouth has a pair so near to the middle of the face, in spreads; no eye has: the
 # innermost lids of ICT, MakeHuman and the example are 0.29, 0.36 and 0.24 away.
 _MIDDLE = 0.1
+# Pairs of that mouth are so near to the next one; those of another gap, as of an eye, are not.
+_APART = 0.2
 # Fewer pairs are a fold of the skin.
 _LEAST_LIDS = 4
 # A piece of the mesh with fewer vertices, as a share of the largest that moves, is no skin: lashes,
@@ -103,10 +107,10 @@ def _find(mesh: Mesh) -> LipLidContacts:
         return LipLidContacts(none, none)
     skin = _skin(mesh, moving)
     lips = _lips(mesh, skin, np.flatnonzero((reach > _STILL * skin.spread) & skin.large))
-    mouth = lips if len(lips) else _open_mouth(mesh, skin, moving)
-    apart = ~_moves_any(mesh, mouth, moving, _STILL * skin.spread)
-    closing = [mesh.shapes[k] for k in np.flatnonzero(apart)]
-    lids = [pairs for s in closing if len(pairs := _closed_by(s, skin)) >= _LEAST_LIDS]
+    closed = cache(lambda k: _closed_by(mesh.shapes[k], skin))
+    mouth = lips if len(lips) else _open_mouth(map(closed, range(len(mesh.shapes))), skin, moving)
+    apart = np.flatnonzero(~_moves_any(mesh, mouth, moving, _STILL * skin.spread)).tolist()
+    lids = [pairs for k in apart if len(pairs := closed(k)) >= _LEAST_LIDS]
     # If several blend shapes close an eye, the first one decides on the partner of a vertex.
     all_lids = np.concatenate([none, *lids])
     first = np.unique(all_lids[:, 0], return_index=True)[1]
@@ -127,24 +131,34 @@ def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     return _Skin(mesh.points, normals, piece, large, spread)
 
 
-def _open_mouth(mesh: Mesh, skin: _Skin, moving: IntArray) -> IntArray:
-    """Return the pairs of all gaps that a shape closes across the middle of the face: (P, 2)."""
+def _open_mouth(closed: Iterable[IntArray], skin: _Skin, moving: IntArray) -> IntArray:
+    """Return the pairs (P, 2) of gaps across the middle of the face, of those that shapes close."""
     middle = float(np.median(skin.points[moving, 0]))
-    closed = [_closed_by(shape, skin) for shape in mesh.shapes]
-    away = [np.abs(skin.points[pairs, 0].mean(axis=1) - middle) for pairs in closed]
-    across = [
-        pairs
-        for pairs, x in zip(closed, away, strict=True)
-        if x.min(initial=np.inf) < _MIDDLE * skin.spread
-    ]
-    return np.concatenate([np.zeros((0, 2), dtype=np.int64), *across])
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for pairs in closed:
+        at = skin.points[pairs].mean(axis=1)
+        near = np.abs(at[:, 0] - middle) < _MIDDLE * skin.spread
+        if near.any():  # a shape may close the eyes, too
+            gap = _gaps(at, _APART * skin.spread)
+            found.append(pairs[np.isin(gap, gap[near])])
+    return np.concatenate(found)
+
+
+def _gaps(at: FloatArray, reach: float) -> IntArray:
+    """Return the gap of each place (P, 3): places within `reach` of one another are of one."""
+    a, b = cKDTree(at).query_pairs(reach, output_type="ndarray").T
+    near = coo_matrix((np.ones(len(a)), (a, b)), shape=(len(at), len(at)))
+    return np.asarray(connected_components(near, directed=False)[1], dtype=np.int64)
 
 
 def _moves_any(mesh: Mesh, pairs: IntArray, moving: IntArray, least: float) -> BoolArray:
-    """Return which shapes move any vertex of some pairs, less their drift, by `least`: (S,)."""
-    drift = np.array([_drift(shape, len(mesh.points), moving) for shape in mesh.shapes])
-    own = mesh.offsets_at(np.unique(pairs)) - drift[:, None]
-    return np.asarray((np.linalg.norm(own, axis=2) > least).any(axis=1))
+    """Return which shapes move any vertex of some pairs by `least`, also less their drift: (S,)."""
+    own = mesh.offsets_at(np.unique(pairs))
+    moves = (np.linalg.norm(own, axis=2) > least).any(axis=1)
+    for k in np.flatnonzero(moves):
+        left = own[k] - _drift(mesh.shapes[k], len(mesh.points), moving)
+        moves[k] = (np.linalg.norm(left, axis=1) > least).any()
+    return np.asarray(moves)
 
 
 def _drift(shape: BlendShape, count: int, moving: IntArray) -> FloatArray:

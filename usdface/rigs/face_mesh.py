@@ -1,10 +1,11 @@
 """The face mesh of a rig, among those with blend shapes, and the part of it that they move."""
 
 from collections.abc import Iterable, Sequence
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray
+from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.errors import InputError
 from usdface.rigs.mesh import Mesh
@@ -15,11 +16,14 @@ __all__ = ["face_of", "faces_like", "largest_offsets", "moved_vertices", "vertex
 # face. Set by hand: a tongue with a dozen shapes beside all 51 of a head shares 0.81 of its shapes
 # with it, a beard that only those of jaw, cheeks and mouth move 0.6 of the head's.
 _SHARED = 0.75
-# A vertex is part of a face if shapes move it by this share of the motion of the parts (the upper
-# decile of the part that moves most): a neck is carried along a little by all shapes of its head.
-# Set by hand: of a scanned head (ICT) the neck by 0.03 in its upper decile.
+# What shapes move by less of the motion of the parts (the upper decile of the part that moves most)
+# is carried along: a neck, by all shapes of its head. Set by hand: that of a scanned head (ICT) by
+# 0.03 in its upper decile.
 _CARRIED = 0.1
 _ALIKE = 0.9  # of the size of a face's moving part, at least, has another face
+
+# Asked for by most steps of a job, and slow on dense meshes. A mesh never changes.
+_largest: WeakKeyDictionary[Mesh, FloatArray] = WeakKeyDictionary()
 
 
 def face_of(meshes: Sequence[Mesh], rig: str) -> Mesh:
@@ -43,7 +47,9 @@ def face_of(meshes: Sequence[Mesh], rig: str) -> Mesh:
     if len(parts) < 2 or not shared:
         return first
     least = _CARRIED * max(_motion(mesh) for mesh in parts)
-    return max(parts, key=lambda mesh: _moved_size(mesh, least))
+    # The face of a whole body moves on average as little as a neck.
+    main = max(parts, key=lambda mesh: _moved_size(mesh, least))
+    return max((m for m in parts if m is main or _motion(m) >= least), key=_moved_size)
 
 
 def faces_like(face: Mesh, meshes: Sequence[Mesh]) -> list[Mesh]:
@@ -51,11 +57,12 @@ def faces_like(face: Mesh, meshes: Sequence[Mesh]) -> list[Mesh]:
     shapes, least = _moving_shapes(face), _CARRIED * _motion(face)
     if not shapes:
         return [face]
-    size = _ALIKE * _moved_size(face, least)
+    size = _ALIKE * _moved_size(face)
     return [
         mesh
         for mesh in meshes
-        if mesh is face or (shapes == _moving_shapes(mesh) and _moved_size(mesh, least) >= size)
+        if mesh is face
+        or (shapes == _moving_shapes(mesh) and _motion(mesh) >= least and _moved_size(mesh) >= size)
     ]
 
 
@@ -89,12 +96,18 @@ def vertex_motion(shapes: Iterable[BlendShape], count: int) -> FloatArray:
 
 
 def largest_offsets(mesh: Mesh) -> FloatArray:
-    """Return the length of the largest offset of each vertex by a blend shape: (V,) [m]."""
-    largest = np.zeros(len(mesh.points))
-    for shape in mesh.shapes:
-        length = np.linalg.norm(shape.offsets, axis=1)
-        largest[shape.indices] = np.maximum(largest[shape.indices], length)
-    return largest
+    """Return the length of the largest offset of each vertex by a blend shape: (V,) [m].
+
+    It is computed once for a mesh.
+    """
+    known = _largest.get(mesh)
+    if known is None:
+        largest = np.zeros(len(mesh.points))
+        for shape in mesh.shapes:
+            length = np.linalg.norm(shape.offsets, axis=1)
+            largest[shape.indices] = np.maximum(largest[shape.indices], length)
+        known = _largest[mesh] = frozen(largest)
+    return known
 
 
 def moved_vertices(mesh: Mesh) -> BoolArray:

@@ -87,11 +87,21 @@ def test_what_fits_nothing_is_said_and_left_out(samples: dict[str, object], mess
     assert len(pins) == len(samples) - 1
 
 
-def test_a_pin_of_text_is_no_number() -> None:
+@pytest.mark.parametrize(
+    ("kind", "value", "said"),
+    [
+        (Sdf.ValueTypeNames.String, "0.2", "'0.2'"),
+        (Sdf.ValueTypeNames.FloatArray, [0.25, 0.5], "[0.25, 0.5]"),
+        (Sdf.ValueTypeNames.TimeCode, 2.0, "2"),
+    ],
+)
+def test_a_pin_of_another_type_is_no_number(
+    kind: Sdf.ValueTypeName, value: object, said: str
+) -> None:
     prim = prim_with({})
-    prim.CreateAttribute("usdface:pin:jawOpen", Sdf.ValueTypeNames.String).Set("0.2")
+    prim.CreateAttribute("usdface:pin:jawOpen", kind).Set(value)
     pins, (found,) = read_pins(prim, NAMES, CODES)
-    assert pins == () and found.message == "the weight '0.2' throughout is no number"
+    assert pins == () and found.message == f"the weight {said} throughout is no number"
 
 
 def test_the_time_codes_of_all_samples_that_are_left_out_are_said() -> None:

@@ -57,11 +57,9 @@ def read_pins(
         where = str(attribute.GetPath())
         if name is None:
             unknown = display_name or suffix
-            message, hint = (
-                "the rig has no blend shape {shape!r}{hint}",
-                did_you_mean(unknown, names),
-            )
-            findings.append(finding("PIN_IGNORED", where, message, unknown, Prose(hint)))
+            message = "the rig has no blend shape {shape!r}{hint}"
+            hint = Prose(did_you_mean(unknown, names))
+            findings.append(finding("PIN_IGNORED", where, message, unknown, hint))
         elif name in pins:
             message = "{shape!r} is pinned by another attribute too"
             findings.append(finding("PIN_IGNORED", where, message, name))
@@ -112,7 +110,8 @@ def _problems(
         (value, code), *others = outside
         moment = "throughout" if code is None else f"at time code {code:g}"
         wrong = "outside 0 to 1" if isinstance(value, (int, float)) else "no number"
-        message = f"the weight {{weight!r}} {moment} is {wrong}"
+        weight = "{weight!r}" if isinstance(value, str) else "{weight}"  # no name of a type of USD
+        message = f"the weight {weight} {moment} is {wrong}"
         if others:
             codes = [_number(other) for _, other in others if other is not None]
             yield f"{message}, as those at {{time_codes}}", value, codes
