@@ -45,7 +45,8 @@ _NEIGHBOURS = 24
 # A seam of an open mouth has a pair so near to the middle of the face, in spreads; no eye has: the
 # innermost lids of ICT, MakeHuman and the example are 0.29, 0.36 and 0.24 away.
 _MIDDLE = 0.1
-# Pairs of that mouth are so near to the next one; those of another gap, as of an eye, are not.
+# Pairs of one gap are so near to the next one, in spreads; an eye is farther from the mouth. Set by
+# hand.
 _APART = 0.2
 # Fewer pairs are a fold of the skin.
 _LEAST_LIDS = 4

@@ -71,7 +71,7 @@ def _face_rank(mesh: Mesh) -> tuple[int, int, float]:
 
 
 def _motion(mesh: Mesh) -> float:
-    """Return how far shapes move the vertices of a mesh that they move: the upper decile [m]."""
+    """Return the largest offset of the moving vertices of a mesh, their upper decile [m]."""
     offsets = largest_offsets(mesh)
     return float(np.quantile(offsets[offsets > 0], 0.9)) if offsets.any() else 0.0
 
@@ -83,7 +83,7 @@ def _moved_size(mesh: Mesh, least: float = 0.0) -> float:
 
 
 def vertex_motion(shapes: Iterable[BlendShape], count: int) -> FloatArray:
-    """Return how far shapes move each of `count` vertices of their mesh, 0 to 1: (count,).
+    """Return the motion of each of `count` vertices of a mesh by its shapes, 0 to 1: (count,).
 
     The largest squared offset of any shape, each divided by the largest of that shape.
     """
