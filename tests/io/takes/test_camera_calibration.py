@@ -108,12 +108,8 @@ def test_a_camera_of_a_list_without_a_matrix_gives_its_take_to_no_other(tmp_path
         ("a.json", edited(fisheye=True), "is a fisheye camera"),
         ("a.xml", "<a/>", "calibrations of kind '.xml' are not read"),
         ("a.toml", "=", "is no TOML"),
-        ("a.yml", "just words", "line 1: 'just words'; expected lines of YAML"),
-        ("a.yml", "K: [1, 2", "a bracket does not close"),
-        ("a.yml", "K: 1]", "expected lines of YAML"),
-        ("a.yml", "a: 1\na: 2\n", "'a' occurs twice"),
-        ("a.yml", "".join(" " * n + "a:\n" for n in range(40)), "more than 16 levels"),
-        ("a.yml", "a: " + "[" * 40 + "]" * 40, "more than 16 levels"),
+        ("a.yml", "just words", "expected cameras with their matrices"),
+        ("a.yml", "a: 1\na: 2\n", "line 2: 'a' occurs twice"),
     ],
 )  # fmt: skip
 def test_bad_calibrations_are_one_clear_line(tmp_path, file, text, words):

@@ -23,13 +23,13 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.errors import InputError, errors_at
 from usdface.geometry.camera import COEFFICIENTS, Camera
-from usdface.io.takes.block_yaml import parse_block_yaml
 from usdface.io.takes.json_text import number, read_json
 from usdface.io.takes.text_table import read_text
+from usdface.io.takes.yaml_text import read_yaml
 
 __all__ = ["read_calibration"]
 
-_LARGEST = 16_000_000  # bytes
+_LARGEST = 4_000_000  # bytes; read in 20 s at most
 _MOST_CAMERAS = 100
 _NAMES = {
     "matrix": ("k", "cameramatrix", "matrix", "m", "intrinsicmatrix", "intrinsic", "mtx"),
@@ -93,16 +93,15 @@ def read_calibration(path: Path) -> tuple[Camera, ...]:
 def _document(path: Path) -> Any:
     if path.suffix.lower() == ".json":
         return read_json(path)
-    text = read_text(path)
+    if path.suffix.lower() in (".yml", ".yaml"):
+        return read_yaml(path)
     if path.suffix.lower() == ".toml":
         try:
-            return tomllib.loads(text)
+            return tomllib.loads(read_text(path))
         except (ValueError, RecursionError) as error:
             raise InputError(
                 f"{path} is no TOML: {error}; is it cut off, or in another format?", "SCHEMA_BROKEN"
             ) from error
-    if path.suffix.lower() in (".yml", ".yaml"):
-        return parse_block_yaml(path, text)
     raise InputError(
         f"{path}: calibrations of kind {path.suffix!r} are not read; expected .yml, .json or .toml",
         "FILE_KIND_UNKNOWN",
