@@ -55,6 +55,19 @@ def test_rates_that_are_close_are_told_apart(named, own, digits):
     assert (rate, findings) == (named, [])
 
 
+def test_the_rounded_rate_of_film_is_the_exact_one():
+    """Else a take is ahead of its sound by a frame after four minutes."""
+    exact = 24 / 1.001
+    seconds = np.round(np.arange(7000) / exact, 3)
+    for given in ({}, {"seconds": seconds}, {"frames": np.arange(7000.0)}):
+        times, rate, findings = take_times(FILE, 7000, rate=23.98, **given)
+        assert (rate, findings) == (exact, [])
+        np.testing.assert_allclose(times, np.arange(7000) / exact)
+    times, rate, _ = take_times(FILE, 7000, rate=30.0, override=23.98)
+    assert rate == exact
+    np.testing.assert_allclose(times, np.arange(7000) / exact)
+
+
 @pytest.mark.parametrize("rate", [30.0, 60.0, 120.0])
 def test_times_in_milliseconds_are_told_by_the_rate_of_the_file(rate):
     times, found, findings = take_times(

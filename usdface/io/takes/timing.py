@@ -19,6 +19,7 @@ _WHOLE_RATE_TOLERANCE = 5e-4  # half of the way from 30 to 29.97 Hz
 # A rate that the file names and that of its times agree within this share, unless the steps of the
 # times are irregular: no more than nine in ten are alike. Set by hand.
 _RATE_TOLERANCE, _REGULAR = 0.1, 0.9
+_ROUNDED = {23.98: 24 / 1.001}  # film at NTSC's rate, as headers write it; 0.6 s in an hour
 
 
 def nominal_rate(seconds: FloatArray) -> float:
@@ -82,7 +83,8 @@ def take_times(
     count : int
         F, the number of frames.
     rate : float [Hz]
-        Rate that the file names; 0 = none. Regular times of another rate count, not it.
+        Rate that the file names; 0 = none. Regular times of another rate count, not it. 23.98 is
+        24000/1001, here and as `override`.
     seconds : (F,) float [s], optional
         The file's time column, from any origin. Times that lie on the grid of the rate
         within a tenth of a frame are the grid's.
@@ -105,7 +107,8 @@ def take_times(
             f"{path}: a rate of {override} Hz is requested; expected 0.001 to 1000000",
             "SETTING_WRONG",
         )
-    rate = rate if _SLOWEST <= rate <= _FASTEST else 0.0
+    rate = _ROUNDED.get(rate, rate) if _SLOWEST <= rate <= _FASTEST else 0.0
+    override = None if override is None else _ROUNDED.get(override, override)
     if seconds is not None:
         seconds, rate, findings = _of_times(path, seconds, rate, override)
     else:
