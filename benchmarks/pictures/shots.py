@@ -7,7 +7,7 @@ from pathlib import Path
 import usdface
 from usdface.shot.shot import ShotResult
 
-__all__ = ["HEADS", "TAKES", "played"]
+__all__ = ["HEADS", "TAKES", "bind_file", "head_file", "played"]
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT.parent / "shared" / "data"
@@ -35,11 +35,11 @@ def played(
     for head in heads:
         rig = None
         for take in takes:
-            known, bind = (True, None) if proposed else _bind_file(take, head)
-            if not known:
+            bind = None if proposed else bind_file(take, head)
+            if bind and not bind.is_file():
                 print(f"{take} on {head}, left out: no bind file")
                 continue
-            rig = rig or _rig(head, folder)
+            rig = rig or head_file(head, folder)
             place = folder / f"{take}_{head}"
             recorded, shot = place.with_suffix(".usdc"), place.with_suffix(".usda")
             usdface.make_take(TAKES[take], recorded)
@@ -51,17 +51,17 @@ def played(
             yield take, head, usdface.process(shot).value
 
 
-def _bind_file(take: str, head: str) -> tuple[bool, Path | None]:
-    """Return whether a take can be shown on a head, and the bind file it needs."""
+def bind_file(take: str, head: str) -> Path | None:
+    """Return the places that were set by hand, a file that may be missing; weights need none."""
     if take == "live":
-        return True, None
+        return None
     if take == "example":
-        return head == "example", EXAMPLES / "bind.json"
-    path = ROOT / "tests" / "data" / f"animface_{head}_bind.json"
-    return path.is_file(), path
+        return EXAMPLES / ("bind.json" if head == "example" else f"{head}_bind.json")
+    return ROOT / "tests" / "data" / f"animface_{head}_bind.json"
 
 
-def _rig(head: str, folder: Path) -> Path:
+def head_file(head: str, folder: Path) -> Path:
+    """Write the rig of a head to a folder."""
     rig = folder / f"{head}.usdc"
     if head == "ict":
         meshes = folder / "ict"
