@@ -21,7 +21,7 @@ __all__ = ["checked"]
 
 TargetT = TypeVar("TargetT", bound=Callable[..., Any])
 
-# What makes a value of each type, for the message.
+# Makers of values by type, for the message.
 _MAKERS = {
     "Binding": "usdface.Binding(markers, points)",
     "Calibration": "usdface.calibrate(shot, output).value",
@@ -55,7 +55,7 @@ def checked(target: TargetT) -> TargetT:
     Parameters
     ----------
     target : function or class
-        With annotations, which are values and not text. What has none is not checked.
+        With annotations, which are values and not text. Parameters without one are not checked.
 
     Examples
     --------
@@ -223,7 +223,7 @@ def _fitted_array(value: Any, kind: Any, inner: tuple[Any, ...]) -> Any:
 
 
 def _complaint(misfit: _Misfit) -> str:
-    """Return the end of a message: what was found, what is expected, what to do."""
+    """Return the end of a message: the value found, the expected one, the remedy."""
     value, kind = misfit.value, misfit.kind
     remedy = _remedy(value, kind)
     return f"{misfit.place} is {_described(value)}; expected {_worded(kind)}{remedy}"
@@ -267,7 +267,7 @@ def _worded(kind: Any) -> str:
 
 
 def _remedy(value: Any, kind: Any) -> str:
-    """Return what to do where a usual step was left out."""
+    """Return the remedy where a usual step was left out."""
     ours = type(value).__module__.startswith("usdface.")
     if ours and _fits(getattr(value, "value", None), kind):
         return "; give the value of this result: result.value"

@@ -138,7 +138,7 @@ def _say(error: Exception, *, as_json: bool) -> None:
 
 
 def _apart_from_others(parsed: argparse.Namespace) -> AbstractContextManager[object]:
-    """Keep standard output for what a program reads, JSON or a binding, in UTF-8 (RFC 8259, 8.1).
+    """Keep standard output for the input of programs, JSON or a binding, in UTF-8 (RFC 8259, 8.1).
 
     Hooks and readers of other packages that print do so on standard error meanwhile.
     """

@@ -1,4 +1,4 @@
-"""Options of a run: steps that are left out or done otherwise, factors on what is played."""
+"""Options of a run: steps that are left out or done otherwise, factors on the performance."""
 
 import argparse
 

@@ -128,7 +128,7 @@ def _lines(findings: tuple[Finding, ...]) -> Iterator[tuple[str, str]]:
         kinds: dict[str, list[Finding]] = {}
         messages: Counter[tuple[str, str]] = Counter()
         for finding in dict.fromkeys(group):
-            # Infos are grouped by place, and by what they are about where they list it; a second
+            # Infos are grouped by place, and by subject where they list it; a second
             # one about a place has a line of its own: among "others" it would not be printed.
             wording = _wording(finding)
             if finding.severity == "info":

@@ -34,7 +34,7 @@ _PEAK = (0.8, 0.9)
 # frame is compared with all cores of a stretch that lasts. Emotions that come and go in less than
 # half a minute do not depend on it.
 _FADE = (30.0, 60.0)
-# Frames of a core within this time [s] count as one, with their mean, for what is averaged over a
+# Frames of a core within this time [s] count as one, with their mean, in averages over a
 # peak: a faster take than of 120 Hz would take time by the square of its rate.
 _LEAST_STEP = 1.0 / 120.0
 # Places and frames of cores at a time; limits of memory (1 MB) that no result depends on.
@@ -217,7 +217,7 @@ class _Stretch:
         k, after = np.arange(cores.start, cores.stop), after[:, None]
         dips = np.concatenate([[np.inf], self._dips, [np.inf]])
         left, right = self._left[places, None], self._right[places, None]
-        # What each core adds to the way from the place to it: the dip before it.
+        # Added by each core to the way from the place to it: the dip before it.
         rightward = np.where(k > after, dips[k], np.where(k == after, right, np.inf))
         leftward = np.where(k < after - 1, dips[k + 1], np.where(k == after - 1, left, np.inf))
         rightward = np.minimum.accumulate(rightward, axis=1)

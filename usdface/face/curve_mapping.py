@@ -53,7 +53,7 @@ def rename_weights(
         CHANNEL_IGNORED for curves without a blend shape (but those of gaze, which
         `usdface.retarget.recorded_eyes` reports), CURVE_UNKNOWN for those of `curves` that
         the take lacks. WEIGHTS_CLIPPED or WEIGHTS_OVERSHOT, but not below 0 where a factor is
-        negative: such a curve takes back what others drive.
+        negative: such a curve takes back the motion of others.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Names of ARKit's blend shapes in other programs, and what exporters put before a name.
+"""Names of ARKit's blend shapes in other programs, and prefixes by exporters.
 
 Of names that mean the same movement; those that only come near are naming conventions
 (`usdface.face.facs_names`). Sources: the morph lists of Character Creator 4 (ExPlus, and the ARKit
@@ -11,7 +11,7 @@ import re
 
 __all__ = ["arkit_key", "bare_name", "is_counted", "sided"]
 
-# What exporters put before a blend shape's name: the figure and the kind of the control.
+# Prefixes by exporters: the figure and the kind of the control.
 _BEFORE = re.compile(
     r".*?(?:(?<![A-Za-z])eCTRL|(?<![A-Za-z])facs_(?:bs|ctrl|jnt)_|CTRL_expressions_|(?=Fcl_))"
     r"|\w*?[Bb]lend_?[Ss]hapes?\d*_"  # a node, where the dot behind it is not allowed: USD's prims
@@ -81,7 +81,7 @@ _SIDES = {"l": "left", "r": "right"}
 
 
 def bare_name(name: str) -> str:
-    """Return a blend shape's name without what an exporter put before and behind it.
+    """Return a blend shape's name without an exporter's prefix and suffix.
 
     >>> bare_name("blendShape1.smile_L"), bare_name("smile.L")
     ('smile_L', 'smile.L')

@@ -40,7 +40,7 @@ def shape_key(name: str) -> tuple[str, str]:
     >>> shape_key("L_browDown"), shape_key("eyebrows-left-down")
     (('browdown', 'left'), ('eyebrowsdown', 'left'))
 
-    What exporters put before it does not count, and names of other programs for ARKit's are these:
+    Prefixes by exporters do not count, and names of other programs for ARKit's are these:
 
     >>> shape_key("blendShape1.jawOpen"), shape_key("CTRL_expressions_mouthCornerPullL")
     (('jawopen', ''), ('mouthsmile', 'left'))

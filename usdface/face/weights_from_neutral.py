@@ -1,4 +1,4 @@
-"""A take of weights, counted from what it shows in the neutral frames."""
+"""A take of weights, counted from its weights in the neutral frames."""
 
 from dataclasses import replace
 
@@ -26,7 +26,7 @@ _ROUNDING = 1e-9  # of times [s]
 def weights_from_neutral(
     take: WeightsTake, setup: RetargetSetup
 ) -> tuple[WeightsTake, list[Finding]]:
-    """Return the take without what it shows in the neutral frames, where the setup says so.
+    """Return the take without its weights in the neutral frames, where the setup says so.
 
     A face tracker takes an open mouth or raised brows for a little of its shapes also where the
     face rests. A weight w becomes (w - r) / (1 - r), not below 0, with r its mean in the neutral

@@ -19,7 +19,7 @@ _FONT, _DOT = 5.5, 5.0  # of the names, and diameter of a dot that they do not c
 _POINTS = 72.0  # in an inch
 _DRAWN = 0.88  # of the width of an image: the bar of the colours and margins take the rest
 _MOST = 14  # occluded markers that are named
-_CAPTION = 7.0  # font size of what stands below an image [points]
+_CAPTION = 7.0  # font size of captions below an image [points]
 _ROOM = 0.12  # around the dots, as a share of their extent
 _COLOURS = "RdYlGn"  # confidence 0 to 1
 

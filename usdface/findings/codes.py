@@ -725,7 +725,7 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
     "NEUTRAL_AT_LIMIT": (
         "warning",
         "name_neutral",
-        "the neutral frames show an expression that is larger than what is subtracted",
+        "the neutral frames show an expression that is larger than the part that is subtracted",
     ),
     "NOSE_TIP_ASSUMED": (
         "warning",

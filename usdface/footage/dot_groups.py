@@ -12,7 +12,7 @@ _LEAST_DOTS = 5
 # Least gap between two faces, by the extent of the larger one. Set by hand: dots of one face that
 # are only on its brows and mouth lie nearer than the brows are wide.
 _APART = 1.0
-_MOST_GROUPS = 5  # that the dots are parted into: two faces, and what lies beside them
+_MOST_GROUPS = 5  # that the dots are parted into: two faces, and dots beside them
 
 
 def dots_far_apart(places: FloatArray) -> tuple[IntArray, IntArray, float] | None:

@@ -145,7 +145,7 @@ def _canonical(condition: Condition) -> object:
 
 
 def _without_rule(system: FuzzySystem) -> list[Finding]:
-    """Compare outputs with what rules conclude, also those that are switched off."""
+    """Compare outputs with the conclusions of rules, also of those that are switched off."""
     concluded = {output for rule in system.rules for output, _ in rule.consequents}
     message = "no rule concludes {names}; an output without a rule keeps its default"
     names = [each.name for each in system.outputs if each.name not in concluded]

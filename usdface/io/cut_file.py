@@ -129,7 +129,7 @@ def _ignored(clip: Any, nested: bool) -> Iterator[str]:
     if any(part.effects for part in (clip, *above)):
         yield "speed changes and effects of the cut are left out: the range is of the take"
     if nested and any(part.source_range is not None for part in above):
-        yield "it is trimmed by what it is nested in; its whole range is taken"
+        yield "an enclosing item trims it; its whole range is taken"
     if not all(part.enabled for part in (clip, *above)):
         yield "it is switched off in the cut; it has a shot nevertheless"
     beside = getattr(clip.parent(), "neighbors_of", lambda _: ())(clip)  # of a track

@@ -105,7 +105,7 @@ class FormatTable(Generic[F]):
     built_in : tuple of FileFormat
         Of usdface itself; at most one fits any file.
     remedies : mapping of str to str
-        What to do with files that are none of these, by their suffix, for messages.
+        Remedies for files that are none of these, by their suffix, for messages.
     """
 
     kind: type[F]
@@ -168,7 +168,7 @@ class FormatTable(Generic[F]):
         raise InputError(message, "FILE_KIND_UNKNOWN")
 
     def _remedy(self, path: Path) -> str:
-        """Return what to do with a file or folder that no format fits; "" if nothing is known."""
+        """Return the remedy for a file or folder that no format fits; "" if none is known."""
         if not path.is_dir():
             return self.remedies.get(path.suffix.lower(), "")
         suffixes = suffixes_of(self.built_in)
@@ -211,7 +211,7 @@ class FormatTable(Generic[F]):
 
 
 def _files(folder: Path) -> list[Path] | None:
-    """Return what a folder holds; None if it cannot be looked into."""
+    """Return the contents of a folder; None if it cannot be looked into."""
     try:
         return list(folder.iterdir())
     except OSError:

@@ -166,5 +166,5 @@ def _is_calibration(document: Any) -> bool:
     )
 
 
-# Kinds of JSON with a fingerprint: how each is told, and what a person may have set in one without.
+# Kinds of JSON with a fingerprint: how each is told, and a person's entries in one without.
 _SIGNED = {"binding": (_is_binding, "places"), "calibration": (_is_calibration, "values")}

@@ -79,7 +79,7 @@ class Step:
     ----------
     kind : str
         ``move``; ``link``, after which the staged file is still there; or ``remove``, which
-        removes what is at `place`.
+        removes the file or folder at `place`.
     staging : Path
         The staging folder.
     name : str

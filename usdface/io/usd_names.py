@@ -14,7 +14,7 @@ _FAULTS = (
     (re.compile(r"\\"), "a backslash"),
     # As `Sdf.AssetPath` refuses them.
     (re.compile(r"[\x00-\x1f\x7f-\x9f]"), "a control character"),
-    # What follows are arguments of the file format.
+    # Arguments of the file format follow.
     (re.compile(r":SDF_FORMAT_ARGS:"), "':SDF_FORMAT_ARGS:'"),
 )
 

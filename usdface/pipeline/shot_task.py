@@ -39,7 +39,7 @@ FileRole = Literal["shot", "over result", "other"]
 def file_role(path: Path) -> FileRole:
     """Return whether a USD file has the setup of a shot; "shot" also where it cannot be opened.
 
-    A layer over a result, as an animator's, is none: another result would hide what it edits. A
+    A layer over a result, as an animator's, is none: another result would hide its edits. A
     shot may have layers of a result in itself (`process --in-place`), its own, or those of the
     version that it was copied from.
 

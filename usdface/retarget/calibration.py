@@ -126,7 +126,7 @@ def calibrate_take(
             "TAKE_SHORT",
         )
     model, shape_names = bound.model, bound.shape_names
-    # What the neutral frames show is the file's offsets.
+    # The file's offsets are the neutral frames' expression.
     own = replace(setup.solve, gains="given", shrinkage="kept", neutral="given", errors="alike")
     setup = replace(setup, solve=own)
     uncalibrated = replace(setup, calibration=None)

@@ -155,7 +155,7 @@ def _most_probable_variances(
     variances = np.full(seen.shape[1], start)
     for _ in range(_ITERATIONS):
         errors, spread = _expected_errors(flat, loadings, np.repeat(variances, axes))
-        # What lasts for the whole take is noise or an expression of the neutral frames.
+        # An error of the whole take is noise or an expression of the neutral frames.
         errors -= np.where(known, errors, 0.0).mean(axis=0) / np.repeat(share, axes)
         squares = np.where(known, errors, 0.0).reshape(moved.shape) ** 2
         own = squares.mean(axis=(0, 2)) / share + spread.reshape(-1, axes).mean(axis=1)

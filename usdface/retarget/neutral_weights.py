@@ -193,7 +193,7 @@ def neutral_weight_findings(
     if not cut:
         return [found]
     message = (
-        "the neutral frames show an expression ({shapes}) that is larger than what is "
+        "the neutral frames show an expression ({shapes}) that is larger than the part that is "
         "subtracted; name frames in which the face rests"
     )
     return [found, finding("NEUTRAL_AT_LIMIT", source, message, [*cut[:_NAMED]])]

@@ -159,7 +159,7 @@ def next_round(take: ObservedTake, before: SolveRound) -> SolveRound:
     rows, observed, regularisation = take.rows, begun.observed, begun.regularisation
     iterate = rows.solve(observed, take.times, regularisation, before.iterate)
     residual = observed - rows.displacements(iterate.weights)
-    # Over all coordinates, as the error is: what fills few markers changes few.
+    # Over all coordinates, as the error is: fills of few markers change few.
     moved = rms(np.where(take.occluded, residual - before.occluded_residual, 0.0))
     found = replace(begun, iterate=iterate, residual=residual, moved=moved)
     if take.occluded.any():

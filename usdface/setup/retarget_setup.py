@@ -64,7 +64,7 @@ class RetargetSetup:
     neutral_assumed : bool
         `neutral` is a default: the frames were neither named nor searched for.
     neutral_removed : bool or None
-        A take of weights counts from what it shows in the neutral frames; None = where they are
+        A take of weights counts from its weights in the neutral frames; None = where they are
         named.
     neutral_weights : mapping of str to float
         Blend shape weights of the character that the performer shows in the neutral frames, a

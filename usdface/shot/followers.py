@@ -59,7 +59,7 @@ def followers(
 def with_followers(
     pairs: Mapping[str, str], names: Sequence[str], before: FloatArray, after: FloatArray
 ) -> FloatArray:
-    """Return corrected weights of which followers changed by as much as what they follow.
+    """Return corrected weights of which followers changed by as much as their leaders.
 
     Those that the correction itself changed do not follow: their expression poses name them.
 

@@ -34,7 +34,7 @@ _SURE, _FLATTEST = 0.5, 0.01
 # Values of a block of frames, markers and shapes: 64 MB.
 _VALUES = 2**23
 # Farthest that a face is taken to move its skin beyond the character's blend shapes [m], in human
-# size; what is farther away is no motion of a face but of its head, or of a lost marker. Set by
+# size; anything farther away is no motion of a face but of its head, or of a lost marker. Set by
 # hand: above the forehead of AnimFace's Eyebrows (8 to 10.5 mm; its brows move by 8 to 16.5, of
 # which a rig makes a part), below the motion of a head that is left in the take (18 mm).
 _FARTHEST = 0.012

@@ -25,7 +25,7 @@ _NAMED = 4  # curves that a reason names
 _STILL_WEIGHT = 1e-3
 # Angles of head and eyes beside the weights, as Live Link and others name them.
 _ROTATION = re.compile(r"(head|(left|right)?eyes?)(rotation|rot)?(yaw|pitch|roll)(left|right)?")
-# Of the usual peak of curves, and of 1: what goes beyond is no weight, as degrees. Set by hand.
+# Of the usual peak of curves, and of 1: values beyond are no weights, as degrees. Set by hand.
 _FAR = 3.0
 
 

@@ -169,7 +169,7 @@ def plan_of(plain: Mapping[str, Any]) -> ShotPlan:
 
 
 def check_shared_layers(plans: Sequence[ShotPlan], show: Path) -> None:
-    """Refuse a layer that shots share although what it holds differs between them.
+    """Refuse a layer that shots share although its contents differ between them.
 
     The first shot would write it, and the others be solved with the binding or calibration of that.
 

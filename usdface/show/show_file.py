@@ -152,7 +152,7 @@ def _shots(
 
 
 def _of(document: dict[str, Any], kind: str, name: str, other: str, where: str) -> dict[str, Any]:
-    """Return the table of a character or a performer, what is by the `other` of the two for that.
+    """Return the table of a character or a performer, with entries by the `other` for that.
 
     A binding, a performer's file and its layer are of one performer on one character.
     """

@@ -168,7 +168,7 @@ CRITERIA: tuple[Criterion, ...] = (
         0.01,
         0.5,
         "the face does not move: {value} of the least motion of a performance are missing",
-        "check the take, its frames and its labels: usdface view shows what moves",
+        "check the take, its frames and its labels: usdface view shows the motion",
     ),
     Criterion(
         "PERFORMANCE_SHORT",

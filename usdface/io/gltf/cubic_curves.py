@@ -12,7 +12,7 @@ from usdface.numerics.frame_blocks import by_blocks
 
 __all__ = ["sampled_hermite"]
 
-_MOST_PARTS = 1024  # lines for one cubic segment: what tangents ask for has no bound
+_MOST_PARTS = 1024  # lines for one cubic segment; tangents may ask for any number
 _BLOCK = 256  # steps at once: with 500 values each 1 MB
 
 

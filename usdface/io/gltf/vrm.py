@@ -132,7 +132,7 @@ def _unread_of_humanoid(humanoid: Any) -> set[str]:
 def _expressions(
     source: Mapping[str, Any], meshes: Iterable[int], document: GLTF2
 ) -> Iterator[tuple[str, dict[str, Any], list[tuple[int, int, float]], set[str]]]:
-    """Yield name, settings, (node, target, weight) of each expression, and what else it holds."""
+    """Yield name, settings, (node, target, weight) of each expression, and its other contents."""
     for kind, group in (source.get("expressions") or {}).items():
         for name, expression in group.items() if isinstance(group, Mapping) else ():
             kept = {key: expression[key] for key in _SETTINGS if key in expression}

@@ -15,7 +15,7 @@ from usdface.errors import InputError
 
 __all__ = ["ObjMesh", "read_obj"]
 
-# What lines hold that are passed over, by their first words (appendix B1).
+# Contents of lines that are passed over, by their first words (appendix B1).
 _KINDS = {
     "normals": {"vn"},
     "smoothing groups": {"s"},

@@ -139,7 +139,7 @@ def _long(path: Path, rows: list[Row], columns: dict[str, int]) -> tuple[RawTake
 
 
 def _of_weights(header: Sequence[str]) -> str:
-    """Return what to do with a table of blend shape weights; "" for any other."""
+    """Return the remedy for a table of blend shape weights; "" for any other."""
     known = {name.lower() for name in ("jawOpen", "eyeBlinkLeft", "eyeBlink_L", "mouthSmileLeft")}
     if known.isdisjoint(name.lower() for name in header):
         return ""

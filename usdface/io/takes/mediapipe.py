@@ -108,7 +108,7 @@ def _of_scores(
     scores: Sequence[Mapping[str, float]],
     options: TakeOptions,
 ) -> tuple[WeightsTake, list[Finding]]:
-    """Return the take of the blend shapes, and what else frames have."""
+    """Return the take of the blend shapes, and the other contents of frames."""
     seconds = np.array([_time(frame) for frame in frames])
     numbers = np.array([_frame_number(frame, index) for index, frame in enumerate(frames)])
     take, findings = scores_take(path, scores, seconds, numbers, _rate(document), options.rate)

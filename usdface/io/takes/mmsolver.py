@@ -64,7 +64,7 @@ def read_mmsolver(path: Path, options: TakeOptions = DEFAULTS) -> tuple[MarkerTa
 
 
 def _unread(document: dict[str, Any]) -> list[str]:
-    """Return what points, their samples and the document have beside what is read."""
+    """Return the contents of points, samples and document that are not read."""
     points = document["points"]
     samples = [each for point in points for each in point.get("per_frame") or ()]
     placed = any(isinstance(sample.get("pos"), list) for sample in samples)

@@ -65,7 +65,7 @@ def read_text(path: Path) -> str:
 
 
 def delimiter_of(text: str) -> str:
-    """Return what separates the cells of a table's first line: comma, semicolon or tab.
+    """Return the separator of cells in a table's first line: comma, semicolon or tab.
 
     Spreadsheets write back a table of commas with semicolons where the comma is a decimal sign.
     """

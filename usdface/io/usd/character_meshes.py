@@ -63,7 +63,7 @@ def near_face(prims: Sequence[Usd.Prim], staged: StagedShot) -> list[str]:
 
 
 def report_left_out(staged: StagedShot) -> list[Finding]:
-    """Return findings on what of a stage a glTF of the shot lacks.
+    """Return findings on parts of a stage that a glTF of the shot lacks.
 
     Of meshes, on those near the face; else as `usdface export`, and on cameras, lights and
     assetInfo, which that writes.

@@ -203,7 +203,7 @@ def _texture_reader(prim: UsdShade.Material, node: _Node, asset: str) -> UsdShad
 
 
 def _noted(texture: Texture) -> dict[str, int | str]:
-    """Return what of a texture only glTF has, by the keys that `usdface.io.usd.textures` reads."""
+    """Return settings of a texture that only glTF has, by the keys of `usdface.io.usd.textures`."""
     placed = texture.placed
     filters = dict(zip(("magFilter", "minFilter"), placed.filters, strict=True))
     return filters | {"textureName": placed.texture_name, "imageName": texture.image_name}

@@ -49,7 +49,7 @@ def report_mixed_metrics(stage: Usd.Stage, meshes: Iterable[Usd.Prim]) -> list[F
 def report_mixed_sublayer(stage: Usd.Stage, prim: Usd.Prim) -> list[Finding]:
     """Return METRICS_MIXED where a layer over the one that defines a prim has other metrics.
 
-    No prim between sublayers can scale or turn what the lower one has.
+    No prim between sublayers can scale or turn the contents of the lower one.
     """
     root = stage.GetRootLayer()
     local = stage.GetLayerStack(includeSessionLayers=False)

@@ -82,7 +82,7 @@ def write_shot(
         prim.specifier = Sdf.SpecifierDef
         prim.referenceList.prependedItems = [Sdf.Reference(relative_asset(asset, path), root)]
     for place in _instances(rig_stage, mesh) if mesh else ():
-        # No layer can animate what instances share.
+        # No layer can animate prims that instances share.
         Sdf.CreatePrimInLayer(layer, _referenced(place, character, rig)).instanceable = False
     write_fallback_types(layer)
     new, findings = share(layer, path, shared or SharedLayers(), rules)

@@ -127,7 +127,7 @@ def film_head(
     found = filmed_marker_errors(placed.solved) if weighted else errors
     if (found > LARGE_ERROR).any():
         placed = on_skin(found)
-        # A part of the errors was hidden by what these markers did to the places of all.
+        # A part of the errors was hidden by the effect of these markers on the places of all.
         errors = filmed_marker_errors(placed.solved)
         placed = _solved_last(placed, placed.solved.film, solve, errors)
     if len(placed.solved.weights) < len(film.image):

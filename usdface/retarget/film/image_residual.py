@@ -1,6 +1,6 @@
 """The residual of filmed markers in the image, and the part that poses and weights do not explain.
 
-Estimates of what stays the same over a take (depths, places) come from one least-squares step: the
+Estimates of constants of a take (depths, places) come from one least-squares step: the
 residual by their columns, with all poses free and the weights under a ridge, since motion that an
 expression explains is no evidence of them.
 
