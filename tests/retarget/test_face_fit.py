@@ -151,7 +151,6 @@ def kept() -> Solution:
 def test_a_take_of_another_person_finds_its_places_and_better_weights(
     found: Solution, kept: Solution
 ) -> None:
-    assert found.shifts is not None
     assert rms(found.shifts - SHIFTS) < 0.6 * rms(SHIFTS)
     assert error(found) < 0.7 * error(kept)
     assert found.misfit < 0.7 * kept.misfit
@@ -178,7 +177,6 @@ def test_motion_finds_places_that_rest_puts_elsewhere() -> None:
     moved = HEAD.performed(SHIFTS) - HEAD.performed(SHIFTS)[0]
     elsewhere = HEAD.beside(0.003, seed=8)
     solution = solved(HEAD.surface.at(elsewhere).points + moved)
-    assert solution.shifts is not None
     assert rms(solution.shifts - SHIFTS) < 0.85 * rms(SHIFTS)
     assert rms(solution.shifts - SHIFTS) < 0.65 * rms(elsewhere - SHIFTS)
 
@@ -227,7 +225,6 @@ def test_millimetres_give_the_weights_of_metres(found: Solution, case: str) -> N
         world = scaled(1000.0)
     solution = solved(positions, world=world, surface=world.surface)
     np.testing.assert_allclose(solution.weights.weights, found.weights.weights, atol=2e-3)
-    assert solution.shifts is not None and found.shifts is not None
     unit = 1000.0 if world is not HEAD else 1.0
     np.testing.assert_allclose(solution.shifts / unit, found.shifts, atol=2e-5)
 

@@ -43,7 +43,6 @@ def face_of_solution(
     frames: int,
     *,
     amplitudes: FloatArray,
-    moving_head: bool,
 ) -> tuple[PerformerFace, PerformedDirections]:
     """Return the performer's face, learned from a solved take.
 
@@ -57,20 +56,15 @@ def face_of_solution(
         Neutral frames; 0 = the neutral is known exactly.
     amplitudes : (S,) float64
         That the take was solved with: the face has them at 1.
-    moving_head : bool
-        The head's pose was solved with the weights.
     """
-    assert solution.model is not None and solution.marker_maps is not None
-    assert solution.shifts is not None
     back = np.linalg.pinv(solution.marker_maps)
     offsets = solution.model.offsets.reshape(len(amplitudes), -1, 3) / amplitudes[:, None, None]
     weights = solution.weights.weights
-    predicted = solution.model.displacements(weights).reshape(solution.displacements.shape)
-    left = np.einsum("fmi,mij->fmj", solution.displacements - predicted, back)
+    left = np.einsum("fmi,mij->fmj", solution.leftover(slice(None)), back)
     left[np.isnan(solution.distances)] = np.nan
     rest = solution.neutral
     size = rms_radius(rest) / rms_radius(solution.rest)
-    rigid = motion_basis(rest, 3) if moving_head else np.zeros((rest.size, 0))
+    rigid = motion_basis(rest, 3) if solution.head == "solve" else np.zeros((rest.size, 0))
     found = learn_directions(
         np.einsum("smi,mij->smj", offsets, back),
         rest,

@@ -112,12 +112,9 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
         farthest = 1000.0 * _FARTHEST / human_mm
         found |= _of_motion(solution, face, motion, noise, farthest)
         found["NEUTRAL_EXPRESSIVE"] = neutral_expressive(result.shot, solution, motion)
-    if solution.shifts is not None:
-        beside = human_mm * np.linalg.norm(solution.shifts, axis=1)
-        found["PLACES_BESIDE"] = Measured(
-            float(np.median(beside)), "markers", _most(markers, beside)
-        )
-    if solution.in_space:
+    beside = human_mm * np.linalg.norm(solution.shifts, axis=1)
+    found["PLACES_BESIDE"] = Measured(float(np.median(beside)), "markers", _most(markers, beside))
+    if solution.dimension == 3:
         found |= _of_rest(solution, face, size)
     return found
 

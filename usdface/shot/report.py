@@ -149,7 +149,7 @@ def _solution_summary(solution: Solution) -> dict[str, Any]:
 
 
 def _place_summary(solution: Solution) -> dict[str, Any]:
-    if solution.shifts is None or not solution.shifts.any():
+    if not solution.shifts.any():
         return {}
     away = 1000.0 * np.linalg.norm(solution.shifts, axis=1)
     return {
