@@ -74,7 +74,8 @@ def filmed_weights(take: MarkerTake, mesh: Mesh, bound: Binding, truth: Face) ->
     for binding, places in ((bound, "bound"), (bound, "found"), (right, "found")):
         options = SolveOptions(places=places)
         setup = RetargetSetup(binding, neutral=(0, REST - 1), solve=options)
-        weights, _, _ = solve(take, bound_face(mesh, setup), setup, cleaned=None)
+        solution, _ = solve(take, bound_face(mesh, setup), setup, cleaned=None)
+        weights = solution.weights
         yield off(truth, weights.weights)
 
 

@@ -170,7 +170,8 @@ def unnamed(face: Face, part: Part) -> None:
             errors = []
             for neutral in ((0, 0), found, (middle, middle + REST - 1)):
                 setup = replace(setup_of(face), neutral=neutral)
-                weights, _, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+                solution, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+                weights = solution.weights
                 errors.append(
                     float(np.sqrt(np.mean((weights.weights - played(face, middle)) ** 2)))
                 )
@@ -210,7 +211,8 @@ def print_by_setting(row: str, face: Face, take: MarkerTake, name: str, plain: s
     for value in (plain, "found"):
         setup = setup_of(face)
         setup = replace(setup, solve=replace(setup.solve, **{name: value}))
-        weights, _, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+        solution, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+        weights = solution.weights
         errors.append(off(face, weights.weights))
     print(f"| {row} | {errors[0]:.3f} | {errors[1]:.3f} |")
 
@@ -295,7 +297,8 @@ def error(
 ) -> tuple[float, float]:
     """Return the RMS errors of the weights and of the head's turn [degrees]."""
     setup = setup_of(face, places)
-    weights, solution, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+    solution, _ = solve(take, bound_face(face.mesh, setup), setup, cleaned=None)
+    weights = solution.weights
     assert solution is not None
     away = solution.pose.rotations @ motion.rotations.transpose(0, 2, 1)
     turned = np.degrees(Rotation.from_matrix(away).magnitude())

@@ -55,7 +55,7 @@ def row(face: Face, world: World) -> list[str]:
     regions = shape_regions(face.mesh, find_lip_lid_contacts(face.mesh))
     brows, mouth = (np.isin(kept.solved.names, regions[name]) for name in ("brows", "mouth"))
     solution = kept.solution
-    assert solution is not None and solution.model is not None
+    assert solution is not None
     motion = MotionModel(solution.rest, solution.model, 3, world.head_moves)
     factor = brow_factor(solution.weights.weights, solution.displacements, motion, brows)
     weights = [result.solved.weights[REST:] for result in (kept, restored)]

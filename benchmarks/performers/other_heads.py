@@ -51,7 +51,7 @@ def neutrals_on(
         take = MarkerTake(names, np.arange(count) / face.rate, performed.positions, face.rate)
         binding = Binding(names, points, mesh.name)
         setup = RetargetSetup(binding, neutral=(0, performed.neutral_frames - 1))
-        _, solution, _ = solve(take, bound_face(mesh, setup), setup, cleaned=None)
+        solution, _ = solve(take, bound_face(mesh, setup), setup, cleaned=None)
         assert solution is not None
         found.append(dict(solution.neutral_weights))
     return found

@@ -155,7 +155,7 @@ def difference(shot: Path, folder: Path, count: int) -> float:
     for number in range(count):
         first, last = cuts.piece(number)
         part = pieces.piece(number, known)
-        apart = part.weights.weights - whole.weights.weights[first:last]
+        apart = part.solution.weights.weights - whole.solution.weights.weights[first:last]
         away = max(away, float(np.abs(apart).max()))
     return away
 

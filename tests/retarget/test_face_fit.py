@@ -15,6 +15,7 @@ from usdface.retarget.bound_points import BoundPoints
 from usdface.retarget.face_fit import (
     TRANSFER,
     FaceFit,
+    PlacedFit,
     fit_face,
     fit_in_head_space,
     fit_places,
@@ -56,7 +57,7 @@ def bend(positions: np.ndarray) -> np.ndarray:
 
 def on_its_vertices(fit: FaceFit) -> bool:
     same = np.array_equal(fit.evaluator.offsets, bound().offsets)
-    return fit.placed is None and not fit.shifts.any() and same
+    return not isinstance(fit, PlacedFit) and not fit.shifts.any() and same
 
 
 def test_markers_of_an_equal_face_sit_on_their_vertices_to_the_last_bit() -> None:
@@ -81,7 +82,7 @@ def test_images_the_papers_map_and_bound_markers_have_no_places(case: str) -> No
 def test_places_that_rest_shows_and_motion_confirms_are_taken_at_once() -> None:
     fit = fitted(HEAD.performed(SHIFTS), HEAD.surface)
     assert rms(fit.shifts - SHIFTS) < 0.5 * rms(SHIFTS)
-    assert fit.placed is not None and fit.guess is not None
+    assert isinstance(fit, PlacedFit)
     np.testing.assert_array_equal(fit.points, fit.placed.points)
 
 
@@ -89,7 +90,7 @@ def test_places_that_motion_contradicts_are_not_taken() -> None:
     """At rest the face looks like one with markers 3 mm beside; it moves like one without."""
     moved = HEAD.performed(np.zeros_like(SHIFTS)) - HEAD.points
     fit = fitted(HEAD.surface.at(SHIFTS).points + moved, HEAD.surface)
-    assert not fit.shifts.any() and fit.guess is not None
+    assert isinstance(fit, PlacedFit) and not fit.shifts.any()
     assert not fit.guess.mean.any() and fit.guess.spread == pytest.approx(0.0017, rel=0.4)
 
 
@@ -151,7 +152,6 @@ def kept() -> Solution:
 def test_a_take_of_another_person_finds_its_places_and_better_weights(
     found: Solution, kept: Solution
 ) -> None:
-    assert found.shifts is not None
     assert rms(found.shifts - SHIFTS) < 0.6 * rms(SHIFTS)
     assert error(found) < 0.7 * error(kept)
     assert found.misfit < 0.7 * kept.misfit
@@ -178,7 +178,6 @@ def test_motion_finds_places_that_rest_puts_elsewhere() -> None:
     moved = HEAD.performed(SHIFTS) - HEAD.performed(SHIFTS)[0]
     elsewhere = HEAD.beside(0.003, seed=8)
     solution = solved(HEAD.surface.at(elsewhere).points + moved)
-    assert solution.shifts is not None
     assert rms(solution.shifts - SHIFTS) < 0.85 * rms(SHIFTS)
     assert rms(solution.shifts - SHIFTS) < 0.65 * rms(elsewhere - SHIFTS)
 
@@ -227,7 +226,6 @@ def test_millimetres_give_the_weights_of_metres(found: Solution, case: str) -> N
         world = scaled(1000.0)
     solution = solved(positions, world=world, surface=world.surface)
     np.testing.assert_allclose(solution.weights.weights, found.weights.weights, atol=2e-3)
-    assert solution.shifts is not None and found.shifts is not None
     unit = 1000.0 if world is not HEAD else 1.0
     np.testing.assert_allclose(solution.shifts / unit, found.shifts, atol=2e-5)
 
@@ -302,7 +300,8 @@ def other_face(positions: np.ndarray) -> np.ndarray:
 def test_a_face_that_moves_by_its_own_proportions_is_found_to() -> None:
     positions = other_face(2e-5 * np.random.default_rng(7).normal(size=(120, MARKERS, 3)))
     fit = fitted(positions, HEAD.surface)
-    assert fit.transferred is not None and fit.choice.name == TRANSFER
+    assert isinstance(fit, PlacedFit) and fit.transferred is not None
+    assert fit.choice.name == TRANSFER
     shares = fit.choice.unexplained
     assert shares[TRANSFER] < 0.8 * min(v for name, v in shares.items() if name != TRANSFER)
     own, fixed = solved(positions), solved(positions, map=MapOptions(choice="fixed"))

@@ -49,7 +49,6 @@ def shrunk(result: ShotResult, share: float, shapes: FloatArray = BROWS) -> Solu
 
 
 def factor_of(solution: Solution, moving_head: bool = True) -> float:
-    assert solution.model is not None
     displaced = np.where(np.isnan(solution.distances)[..., None], np.nan, solution.displacements)
     motion = MotionModel(solution.rest, solution.model, 3, moving_head)
     return brow_factor(solution.weights.weights, displaced, motion, BROWS)
@@ -76,7 +75,6 @@ def test_it_is_between_1_and_2(exact: ShotResult) -> None:
 def test_motion_that_the_brows_cannot_make_changes_nothing(exact: ShotResult) -> None:
     """At right angles to all that they do at each marker, and as large."""
     solution = shrunk(exact, 0.7)
-    assert solution.model is not None
     motion = solution.model.displacements(np.where(BROWS, solution.weights.weights, 0.0))
     motion = motion.reshape(solution.feature_points.shape)
     sideways = moved(solution, np.cross(motion, [0.6, 0.0, 0.8]))
@@ -160,7 +158,6 @@ def test_no_peak_is_cut_off_and_pins_stay() -> None:
 def test_residual_and_weights_are_of_one_face() -> None:
     result = retargeted(sideways_world(1.5), head="stabilised", solve={"places": "bound"})
     solution = solution_of(result)
-    assert solution.model is not None
     shown = solution.model.displacements(result.solved.weights).reshape(
         solution.displacements.shape
     )

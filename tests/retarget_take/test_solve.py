@@ -43,9 +43,8 @@ def solved(
     setup = replace(world.setup(neutral=(0, NEUTRAL - 1)), **changes)
     take = film(world) if take is None else take
     face = bound_face(world.rig.meshes[0], setup)
-    weights, solution, findings = solve(take, face, setup, cleaned=None)
-    assert solution is not None
-    error = float(np.sqrt(np.mean((weights.weights - world.weights) ** 2)))
+    solution, findings = solve(take, face, setup, cleaned=None)
+    error = float(np.sqrt(np.mean((solution.weights.weights - world.weights) ** 2)))
     return solution, [each.code for each in findings], error
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.rule_design.face_motions import FaceMotions
 from usdface.rule_design.feature_errors import feature_errors
 from usdface.rule_design.feature_selection import SelectedFeatures, select_features
 from usdface.rule_design.movements import Movements
 from usdface.rule_design.selection_cost import group_firing
-from usdface.rule_design.trial_faces import features_at
 
 NOISE = 0.0001
 
@@ -32,17 +32,12 @@ def selected(
         twin[[a, b]] = b, a
     evaluator, poses = BlendShapeEvaluator(basis), np.asarray(poses, dtype=float)
     jitter = np.full(count, noise) if np.isscalar(noise) else noise
-    own = features_at(evaluator, poses[index : index + 1])[0]
-    return select_features(
-        index,
-        poses,
-        Movements(rows["whole"], rows["whole"], rows["mixed"]),
-        evaluator,
-        feature_errors(own, jitter, np.zeros(count)),
-        np.isin(np.arange(count) // 3, list(upper)),
-        twin,
-        apart,
-    )
+    movements = Movements(rows["whole"], rows["whole"], rows["mixed"])
+    above = np.isin(np.arange(count) // 3, list(upper))
+    motions = FaceMotions(evaluator, above, twin, poses, movements)
+    own = motions.features(poses[index : index + 1])[0]
+    errors = feature_errors(own, jitter, np.zeros(count))
+    return select_features(index, motions, errors, apart=apart)
 
 
 def test_a_feature_comes_with_that_of_the_other_side():

@@ -20,8 +20,8 @@ from usdface.shot import piece_cuts
 from usdface.shot.join_pieces import join
 from usdface.shot.piece_cuts import PieceCuts
 from usdface.shot.retarget import retarget
-from usdface.shot.retarget_pieces import EstimatedTake, estimate_shot, solve_cut
-from usdface.shot.shot import Shot, SolvedShot
+from usdface.shot.retarget_pieces import EstimatedTake, SolvedPiece, estimate_shot, solve_cut
+from usdface.shot.shot import Shot
 from usdface.takes import MarkerTake, WeightsTake
 
 FRAMES, NEUTRAL = 900, 12
@@ -33,7 +33,7 @@ class Solved:
     shot: Shot
     cuts: PieceCuts
     known: EstimatedTake
-    whole: SolvedShot
+    whole: SolvedPiece
 
     def read(self, frames: np.ndarray) -> Shot:
         return part(self.shot, frames)
@@ -97,8 +97,10 @@ def test_pieces_have_the_weights_of_the_whole(solved: Solved, tmp_path: Path) ->
         np.testing.assert_allclose(
             getattr(joined.solution, field), getattr(whole.solution, field), atol=1e-9, rtol=0
         )
-    np.testing.assert_allclose(joined.weights.weights, whole.weights.weights, atol=1e-9, rtol=0)
-    assert isinstance(joined.take, MarkerTake) and isinstance(whole.take, MarkerTake)
+    np.testing.assert_allclose(
+        joined.weights.weights, whole.solution.weights.weights, atol=1e-9, rtol=0
+    )
+    assert isinstance(joined.take, MarkerTake)
     np.testing.assert_array_equal(joined.take.positions, whole.take.positions)
     np.testing.assert_array_equal(joined.weights.times, solved.shot.take.times)
     np.testing.assert_array_equal(joined.take.blink, solved.shot.take.blink)
@@ -112,7 +114,9 @@ def test_pieces_have_the_weights_of_the_whole(solved: Solved, tmp_path: Path) ->
 def test_without_overlap_they_have_not(solved: Solved) -> None:
     first, end = solved.cuts.piece(1)
     alone = solve_cut(solved.read, solved.cuts, first, end, replace(solved.known, overlap=0))
-    away = np.abs(alone.weights.weights - solved.whole.weights.weights[first:end]).max(axis=1)
+    away = np.abs(
+        alone.solution.weights.weights - solved.whole.solution.weights.weights[first:end]
+    ).max(axis=1)
     assert away[0] > 1e-6 and away[-1] > 1e-6
     reach = solved.known.overlap
     assert away[reach:-reach].max(initial=0.0) < 1e-9
@@ -214,7 +218,7 @@ def test_the_weights_are_nearly_as_near_the_true_ones_as_without_pieces(solved: 
     usual = retarget(solved.shot).solved
     errors = [
         np.sqrt(((weights.weights - truth) ** 2).mean())
-        for weights in (solved.whole.weights, usual)
+        for weights in (solved.whole.solution.weights, usual)
     ]
     assert errors[0] < 1.3 * errors[1], errors  # of a sixth of the frames
 

@@ -17,7 +17,7 @@ from usdface.expression_system import ExpressionSystem
 from usdface.findings import Finding
 from usdface.options import ProcessOptions
 from usdface.pipeline import make_shot, process
-from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.retarget_pieces import EstimatedTake, SolvedPiece
 from usdface.shot.shot import Shot, ShotResult, SolvedShot
 from usdface.show import stage_cache
 
@@ -81,7 +81,7 @@ def parts_of(kind: object, seen: set[type]) -> set[type]:
 
 def test_every_part_of_a_stage_can_be_read_again() -> None:
     """Else a stage would be written and computed in every run, as takes of one camera were."""
-    roots = Cleaned | SolvedShot | ShotResult | EstimatedTake
+    roots = Cleaned | SolvedShot | ShotResult | EstimatedTake | SolvedPiece
     assert parts_of(roots, {Finding}) == set(stage_cache._CLASSES)
 
 

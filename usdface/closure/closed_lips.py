@@ -43,17 +43,17 @@ def close_lips(performance: SolvedPerformance, weights: FloatArray) -> ClosedLip
     Parameters
     ----------
     performance : SolvedPerformance
-        Of markers.
     weights : (F, T) float64
         The weights to close, corrected or not.
 
     Returns
     -------
     ClosedLips or None
-        None of a face without lips.
+        None of a face without lips, and of a take of weights.
     """
     face, solved, solution = performance.face, performance.solved, performance.solution
-    assert solution is not None
+    if solution is None:
+        return None
     apertures = lip_apertures_of(face, solved.names)
     if apertures is None:
         return None

@@ -75,9 +75,8 @@ def close_eyes_and_lips(
         None where nothing is to close, or the face has neither lids nor lips.
     """
     performance = replace(performance, face=performance.face.with_contacts())
-    lips, eyes = None, None
-    if options.lips and performance.solution is not None:
-        lips = close_lips(performance, weights)
+    lips = close_lips(performance, weights) if options.lips else None
+    eyes = None
     if options.lids:
         # Last: a jaw that closes the lips may move the lower lids a little.
         lower = weights if lips is None else lips.weights

@@ -98,8 +98,7 @@ def lip_distances(
     def apart(frames: slice) -> FloatArray:
         posed, as_solved = (face.displacements(each[frames])[:, order] for each in weights)
         # On the character's own lips: the residual of the solve is the same on both faces.
-        left = solution.leftover(frames) if solution.model else None
-        performed = solution.displaced(frames) if left is None else as_solved + left
+        performed = as_solved + solution.leftover(frames)
         both = [m[:, pairs[:, 0]] - m[:, pairs[:, 1]] for m in (performed, posed)]
         return np.stack([moved @ across for moved in both], axis=1)
 

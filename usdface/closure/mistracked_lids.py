@@ -96,7 +96,7 @@ def lid_pairs(
     face: BoundFace, solution: Solution, apertures: Mapping[Eye, LidApertures]
 ) -> list[tuple[LidMarker, LidMarker]]:
     """Return each lid marker that has one on the other lid, with that; none in an image."""
-    if not solution.in_space or len(apertures) < 2:
+    if solution.dimension != 3 or len(apertures) < 2:
         return []
     names = solution.weights.names
     lids = {
@@ -131,8 +131,6 @@ def mistracked_lids(
         take is judged as the whole is.
     """
     found: list[MistrackedLid] = []
-    if solution.marker_maps is None:
-        return ()
     for lid, other in lid_pairs(face, solution, apertures):
         shares, moved = _replacement(lid, other, face, apertures, solution, reach)
         frames = np.flatnonzero(shares)

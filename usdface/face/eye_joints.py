@@ -1,5 +1,7 @@
 """The joints of a skeleton that turn the eyes."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from usdface.arrays import FloatArray
@@ -34,7 +36,7 @@ def eye_joints(rig: Rig) -> dict[Side, int]:
     """
     if rig.skeleton is None:
         return {}
-    skins = _skin_of_joints(rig)
+    skins = _skin_of_joints(rig.meshes, len(rig.skeleton.joints))
     found: dict[Side, int] = {}
     for joint, name in enumerate(rig.skeleton.names):
         side = _eye_side(name)
@@ -64,11 +66,10 @@ def _moves(mesh: Mesh, joint: int) -> bool:
     return False
 
 
-def _skin_of_joints(rig: Rig) -> FloatArray:
-    """Return the skin weight of each joint, over all meshes: (J,)."""
-    assert rig.skeleton is not None
-    skins = np.zeros(len(rig.skeleton.joints))
-    for mesh in rig.meshes:
+def _skin_of_joints(meshes: Iterable[Mesh], count: int) -> FloatArray:
+    """Return the skin weight of each of `count` joints, over all meshes: (count,)."""
+    skins = np.zeros(count)
+    for mesh in meshes:
         if mesh.skin is not None:
             np.add.at(skins, mesh.skin.joints.ravel(), mesh.skin.weights.ravel())
     return skins

@@ -9,7 +9,6 @@ lips.
 from collections.abc import Iterable
 from functools import cache
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -23,6 +22,7 @@ from usdface.geometry.stray_points import stray_points
 from usdface.geometry.vertex_normals import vertex_normals
 from usdface.rigs import BlendShape, Mesh
 from usdface.rigs.face_mesh import largest_offsets
+from usdface.rigs.once_per_mesh import once_per_mesh
 
 __all__ = ["LipLidContacts", "find_lip_lid_contacts", "widest_pair"]
 
@@ -78,21 +78,14 @@ class _Skin(NamedTuple):
     spread: float
 
 
-# Asked for by most steps of a job, and slow on dense meshes. A mesh never changes.
-_found: WeakKeyDictionary[Mesh, LipLidContacts] = WeakKeyDictionary()
-
-
+@once_per_mesh
 def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
     """Find the pairs of vertices that touch where the mouth or an eye is closed.
 
-    Without lips if the neutral mouth is open, without lids if no blend shape closes the eyes. They
-    are searched once for a mesh.
+    Without lips if the neutral mouth is open, without lids if no blend shape closes the eyes.
     """
-    known = _found.get(mesh)
-    if known is None:
-        lips, lids = _find(mesh)
-        known = _found[mesh] = LipLidContacts(frozen(lips, np.int64), frozen(lids, np.int64))
-    return known
+    lips, lids = _find(mesh)
+    return LipLidContacts(frozen(lips, np.int64), frozen(lids, np.int64))
 
 
 def widest_pair(points: FloatArray, pairs: IntArray) -> IntArray:

@@ -134,15 +134,23 @@ def all_or_none() -> Iterator[None]:
     If the process is killed between two of the moves, the next reader or writer there completes
     them (`usdface.io.staging`). Within another `all_or_none` it is part of that.
     """
-    if _WRITING.get() is not None:
+    with _all_or_none():
         yield
+
+
+@contextmanager
+def _all_or_none() -> Iterator[_Writing]:
+    """Yield the files of the `all_or_none` around, or of one that begins here."""
+    writing = _WRITING.get()
+    if writing is not None:
+        yield writing
         return
     undo = ExitStack()
     writing = _Writing(undo)
     try:
         token = _WRITING.set(writing)
         try:
-            yield
+            yield writing
         finally:
             _WRITING.reset(token)
         writing.commit()
@@ -162,9 +170,8 @@ def when_written(action: Callable[[], object]) -> None:
 
 def remove_when_written(path: Path) -> None:
     """Remove a file of an earlier result as part of the `all_or_none` around, if it is there."""
-    writing = _WRITING.get()
-    assert writing is not None
-    writing.removed.append(path)
+    with _all_or_none() as writing:
+        writing.removed.append(path)
 
 
 @contextmanager
@@ -180,9 +187,7 @@ def atomic_path(path: Path) -> Iterator[Path]:
     OutputError
         If the folder or the file cannot be written.
     """
-    with all_or_none():
-        writing = _WRITING.get()
-        assert writing is not None
+    with _all_or_none() as writing:
         try:
             if path.is_dir():
                 raise IsADirectoryError(f"{path} is a folder")

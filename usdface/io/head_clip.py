@@ -17,7 +17,7 @@ __all__ = ["head_clip"]
 
 def head_clip(
     rig: Rig,
-    joint: int,
+    joint: int | None,
     motion: Pose | None,
     times: FloatArray,
     eyes: Sequence[JointMotion],
@@ -27,22 +27,22 @@ def head_clip(
     Parameters
     ----------
     rig : Rig
-    joint : int
-        The joint that carries the face; -1 = none does, and all meshes hang on one of their own.
+    joint : int or None
+        The joint that carries the face; None = none does, and all meshes hang on one of their own.
     motion : Pose or None
         Of the head, in rig space, F frames.
     times : (F,) float64 [s]
     eyes : sequence of JointMotion
         Only of a rig with a joint that carries the face.
     """
-    if joint < 0 or rig.skeleton is None:
+    skeleton = rig.skeleton
+    if joint is None or skeleton is None:
         joint, rest = 0, np.eye(4)[None]
         skeleton = Skeleton(("head",), ("head",), rest, rest)
         rig = replace(rig, meshes=tuple(map(_moved_by_head, rig.meshes)), skeleton=skeleton)
-    assert rig.skeleton is not None
     head = () if motion is None else (JointMotion(joint, motion),)
-    tracks = [joint_track(rig.skeleton, each) for each in (*head, *eyes)]
-    names = tuple(rig.skeleton.joints[each.joint] for each in (*head, *eyes))
+    tracks = [joint_track(skeleton, each) for each in (*head, *eyes)]
+    names = tuple(skeleton.joints[each.joint] for each in (*head, *eyes))
     return rig, JointsTake(names, times, *decompose(np.stack(tracks, axis=1)))
 
 

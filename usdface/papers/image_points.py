@@ -178,7 +178,8 @@ def compare_ways(
         (_DEFAULT, default),
     ):
         own = replace(setup, map=options)
-        solved[way], _, found = solve(cleaned.take, face, own, cleaned=cleaned)
+        solution, found = solve(cleaned.take, face, own, cleaned=cleaned)
+        solved[way] = solution.weights
     points = {_PAPER: space(image)}
     points |= {way: _points(face, weights)[:, bound] for way, weights in solved.items()}
     true = None

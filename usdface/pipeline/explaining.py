@@ -9,6 +9,7 @@ from usdface.arrays import FloatArray
 from usdface.blas_threads import one_blas_thread
 from usdface.correction.neutral_check import NeutralResponse, neutral_responses
 from usdface.errors import InputError
+from usdface.expression_system import ExpressionSystem
 from usdface.figures.picture import check_picture
 from usdface.findings import Finding
 from usdface.io.atomic import StrPath
@@ -83,7 +84,7 @@ def explain(
     with progress.step("read"):
         check_outputs([picture], files_read(path))
         hooks, skipped = installed_hooks(skip_hooks)
-        read, findings = _read(path)
+        read, _, findings = _read(path)
         _check_frame(read.take.times, frame, time)
     if not options.express:
         raise InputError("express is False: then there is no correction to explain")
@@ -139,10 +140,9 @@ def check_neutral(
     """
     progress = Progress.of(on_progress)
     with progress.step("read"):
-        read, findings = _read(Path(shot))
-    assert read.system is not None
+        read, system, findings = _read(Path(shot))
     with progress.step("evaluate"):
-        responses = neutral_responses(read.rig, read.setup, read.system)
+        responses = neutral_responses(read.rig, read.setup, system)
     details = {"responses": [response.as_dict() for response in responses]}
     return Result(responses, (), tuple(findings), details=details, seconds=progress.seconds)
 
@@ -155,13 +155,14 @@ def _check_frame(times: FloatArray, frame: int | None, time: float | None) -> No
         frame_at(times, time)
 
 
-def _read(path: Path) -> tuple[Shot, list[Finding]]:
+def _read(path: Path) -> tuple[Shot, ExpressionSystem, list[Finding]]:
     register_schemas()
     stage = open_shot(path)
     staged, findings = read_shot(stage, str(path))
-    if staged.shot.system is None:
+    system = staged.shot.system
+    if system is None:
         raise InputError(
             f"{path} has no fuzzy system; `usdface shot` designs one where markers are bound (for "
             "a take of weights: --bind with the places of `usdface markers`)"
         )
-    return staged.shot, findings
+    return staged.shot, system, findings

@@ -15,8 +15,8 @@ from usdface.rigs import Rig
 from usdface.shot.correct import check_gains
 from usdface.shot.piece_cuts import PieceCuts
 from usdface.shot.retarget import with_overrides
-from usdface.shot.retarget_pieces import EstimatedTake, estimate_shot, solve_cut
-from usdface.shot.shot import Shot, SolvedShot
+from usdface.shot.retarget_pieces import EstimatedTake, SolvedPiece, estimate_shot, solve_cut
+from usdface.shot.shot import Shot
 from usdface.shot.stage_inputs import solve_inputs
 from usdface.show.stage_cache import StageCache
 
@@ -72,7 +72,7 @@ class KeptPieces:
             "estimates", (inputs, self.cuts.blocks), {}, lambda: estimate_shot(blocks, self.cuts)
         )
 
-    def piece(self, number: int, known: EstimatedTake) -> SolvedShot:
+    def piece(self, number: int, known: EstimatedTake) -> SolvedPiece:
         """Return a piece, from the folder or solved."""
         first, end = self.cuts.piece(number)
         blocks = list(self.cuts.blocks_over(*self.cuts.reached(first, end, known.reach)))

@@ -22,7 +22,7 @@ from usdface.pipeline.schemas import register_schemas
 from usdface.progress import OnProgress, Progress, Step
 from usdface.result import Result
 from usdface.shot.join_pieces import join
-from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.retarget_pieces import EstimatedTake, SolvedPiece
 from usdface.shot.shot import SolvedShot
 from usdface.show.places import places
 from usdface.show.stage_cache import StageCache
@@ -247,7 +247,7 @@ class PiecedStages:
         self.used |= self._others.used
         return value
 
-    def _joined(self, pieces: Iterable[SolvedShot], known: EstimatedTake) -> SolvedShot:
+    def _joined(self, pieces: Iterable[SolvedPiece], known: EstimatedTake) -> SolvedShot:
         arrays = MappedArrays(self._folder)
         try:
             return join(pieces, known, arrays)

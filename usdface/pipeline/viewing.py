@@ -200,7 +200,7 @@ def _read(path: Path, options: ViewOptions) -> tuple[Rig, dict[str, Any], list[F
     facts = {"take": played.shot.take.source or "", "rig": played.rig.name}
     facts["rate"] = f"{played.shot.take.rate:g} Hz"
     if options.footage is not None:
-        data["footage"] = _footage(played.shot.take, options)
+        data["footage"] = _footage(played.shot.take, Path(options.footage), options)
     return played.rig, data | {"facts": facts}, findings
 
 
@@ -209,11 +209,10 @@ def _refuse_footage(path: Path, options: ViewOptions) -> None:
         raise InputError(f"{path} has no take; leave out --footage", "SETTING_WRONG")
 
 
-def _footage(take: MarkerTake | WeightsTake, options: ViewOptions) -> dict[str, Any]:
+def _footage(take: MarkerTake | WeightsTake, footage: Path, options: ViewOptions) -> dict[str, Any]:
     """Return the images that a take was made of, with its dots."""
     from usdface.io.images.page_frames import read_page_frames  # loads OpenImageIO
 
-    assert options.footage is not None
     if not isinstance(take, MarkerTake) or take.dimension != 2:
         raise InputError(
             f"{take.source} is no take of images; leave out --footage", "SETTING_WRONG"
@@ -221,7 +220,7 @@ def _footage(take: MarkerTake | WeightsTake, options: ViewOptions) -> dict[str, 
     box = face_box(take)
     shown = shown_frames(take)
     numbers = images_of_frames(take)[shown].tolist()
-    found = read_page_frames(Path(options.footage), numbers, box, take.image_size)
+    found = read_page_frames(footage, numbers, box, take.image_size)
     images = {k: found[n] for k, n in zip(shown, numbers, strict=True) if n in found}
     confidence = {}
     if options.tracks is not None:

@@ -27,7 +27,6 @@ from usdface.options import (
 )
 from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.bound_points import BoundPoints
-from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -150,10 +149,10 @@ def calibrate_take(
         peaks, deviations, EXTREME_REACHED if extremes else 0.0
     )
     face, unknown = None, list[Finding]()
-    seen = setup.solve.places == "found" and setup.map.form != "paper" and solution.in_space
+    seen = setup.solve.places == "found" and setup.map.form != "paper" and solution.dimension == 3
     if surface is not None and seen:
-        sized = replace(setup, calibration=Calibration(names, amplitudes, np.zeros(len(names))))
-        face, unknown = _face(take, bound, sized, surface)
+        sized = Calibration(names, amplitudes, np.zeros(len(names)))
+        face, unknown = _face(take, bound, replace(setup, calibration=sized), sized, surface)
     calibrated = TakeCalibration(
         Calibration(names, amplitudes, rest, face), spreads, peaks, solution
     )
@@ -165,10 +164,10 @@ def _face(
     take: MarkerTake,
     bound: BoundPoints,
     setup: RetargetSetup,
+    calibration: Calibration,
     surface: MarkerSurface,
 ) -> tuple[PerformerFace, list[Finding]]:
     """Return places of the markers and their displacements by shapes, solved with known gains."""
-    assert setup.calibration is not None
     model, shape_names = bound.model, bound.shape_names
     solution, _ = solve_take(take, bound, setup, surface=surface)
     used = [setup.binding.markers.index(name) for name in solution.markers]
@@ -177,8 +176,7 @@ def _face(
         solution,
         setup.binding.points[used],
         frames,
-        amplitudes=setup.calibration.of(shape_names)[0],
-        moving_head=solution.head == "solve",
+        amplitudes=calibration.of(shape_names)[0],
     )
     unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
     if not unknown:
@@ -194,11 +192,9 @@ def _weights_in_wide_bounds(
     solution: Solution, setup: RetargetSetup
 ) -> tuple[FloatArray, FloatArray]:
     """Solve the markers as mapped, with weights that may leave 0 to 1: (F, S), (S,)."""
-    assert solution.model is not None
-    axes = 3 if solution.in_space else 2
     return weights_in_wide_bounds(
-        solution.displacements[..., :axes],
-        MotionModel(solution.rest, solution.model, axes, solution.head == "solve"),
+        solution.displacements[..., : solution.dimension],
+        solution.motion_model,
         solution.weights.times,
         # Without names and size, so without the terms of weights in 0 to 1: restraint would drive
         # weights further below 0 that may be there.

@@ -18,6 +18,7 @@ from usdface.retarget.rbf import SpaceMap
 __all__ = [
     "TRANSFER",
     "FaceFit",
+    "PlacedFit",
     "fit_at_places",
     "fit_face",
     "fit_in_head_space",
@@ -50,12 +51,6 @@ class FaceFit:
     choice : MapChoice
     shifts : (M, 3) float64 [m]
         From the vertices that the markers are bound to.
-    placed : PlacedMarkers or None
-        The same with slopes along the skin; None for markers on their vertices for good.
-    guess : PlaceGuess or None
-        The places' distribution before the take's motion was used.
-    transferred : MarkerSurface or None
-        The skin with the blend shapes of the performer's face, where these carry the motion.
     """
 
     points: FloatArray
@@ -63,8 +58,24 @@ class FaceFit:
     space: SpaceMap
     choice: MapChoice
     shifts: FloatArray
-    placed: PlacedMarkers | None = None
-    guess: PlaceGuess | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlacedFit(FaceFit):
+    """A fit whose places the motion of a take may still refine: others stay as they are.
+
+    Attributes
+    ----------
+    placed : PlacedMarkers
+        The places with slopes along the skin.
+    guess : PlaceGuess
+        Their distribution before the take's motion was used.
+    transferred : MarkerSurface or None
+        The skin with the blend shapes of the performer's face, where these carry the motion.
+    """
+
+    placed: PlacedMarkers
+    guess: PlaceGuess
     transferred: MarkerSurface | None = None
 
 
@@ -156,16 +167,15 @@ def fit_at_places(
 
 def _as_another_face(
     neutral: FloatArray,
-    fit: FaceFit,
+    fit: PlacedFit,
     options: MapOptions,
     evidence: MotionEvidence,
     surface: MarkerSurface,
-) -> FaceFit:
+) -> PlacedFit:
     """Return the fit with the shapes transferred to the performer, if motion is evidence for it.
 
     Displacements are then mapped by the similarity.
     """
-    assert fit.placed is not None
     if options.choice == "fixed":
         return fit
     linear, offset = similarity_fit(neutral, fit.points)
@@ -183,13 +193,13 @@ def _as_another_face(
 
 
 def fit_transferred(
-    fit: FaceFit, neutral: FloatArray, shifts: FloatArray, surface: MarkerSurface
-) -> FaceFit:
+    fit: PlacedFit, neutral: FloatArray, shifts: FloatArray, surface: MarkerSurface
+) -> PlacedFit:
     """Return the fit with other places on a skin that moves as the performer's face does.
 
     Parameters
     ----------
-    fit : FaceFit
+    fit : PlacedFit
         With transferred blend shapes.
     neutral : (M, 3) float64
         The performer's markers at rest.
@@ -218,7 +228,7 @@ def fit_places(
     evidence: MotionEvidence,
     surface: MarkerSurface,
     guess: PlaceGuess,
-) -> FaceFit:
+) -> PlacedFit:
     """Fit a performer to a character with markers beside their vertices.
 
     Parameters
@@ -241,4 +251,4 @@ def fit_places(
         return evidence.unexplained_share(space, placed.points, placed.evaluator)
 
     space, choice = choose_map(neutral, placed.points, options, share)
-    return FaceFit(placed.points, placed.evaluator, space, choice, shifts, placed, guess)
+    return PlacedFit(placed.points, placed.evaluator, space, choice, shifts, placed, guess)

@@ -73,15 +73,15 @@ class FittedTake:
     factors: FloatArray
     errors: FloatArray | None
 
-    def estimates(self, shapes: BlendShapeEvaluator) -> TakeEstimates:
-        """Return the estimates that hold for all frames; `shapes` are those of the performer."""
+    def estimates(self, model: BlendShapeEvaluator) -> TakeEstimates:
+        """Return the estimates that hold for all frames; `model` is of the performer's size."""
         found = self.solved.regularisation
         return TakeEstimates(
             markers=self.prepared.names,
             neutral=self.prepared.neutral,
             neutral_weights=dict(self.setup.neutral_weights),
-            points=self.fit.points,
-            shapes=shapes,
+            rest=self.fit.points,
+            model=model,
             space=self.solved.space,
             marker_maps=self.fit.space.derivative,
             choice=self.fit.choice,

@@ -43,7 +43,6 @@ def face_of_solution(
     frames: int,
     *,
     amplitudes: FloatArray,
-    moving_head: bool,
 ) -> tuple[PerformerFace, PerformedDirections]:
     """Return the performer's face, learned from a solved take.
 
@@ -57,20 +56,15 @@ def face_of_solution(
         Neutral frames; 0 = the neutral is known exactly.
     amplitudes : (S,) float64
         That the take was solved with: the face has them at 1.
-    moving_head : bool
-        The head's pose was solved with the weights.
     """
-    assert solution.model is not None and solution.marker_maps is not None
-    assert solution.shifts is not None
     back = np.linalg.pinv(solution.marker_maps)
     offsets = solution.model.offsets.reshape(len(amplitudes), -1, 3) / amplitudes[:, None, None]
     weights = solution.weights.weights
-    predicted = solution.model.displacements(weights).reshape(solution.displacements.shape)
-    left = np.einsum("fmi,mij->fmj", solution.displacements - predicted, back)
+    left = np.einsum("fmi,mij->fmj", solution.leftover(slice(None)), back)
     left[np.isnan(solution.distances)] = np.nan
     rest = solution.neutral
     size = rms_radius(rest) / rms_radius(solution.rest)
-    rigid = motion_basis(rest, 3) if moving_head else np.zeros((rest.size, 0))
+    rigid = motion_basis(rest, 3) if solution.head == "solve" else np.zeros((rest.size, 0))
     found = learn_directions(
         np.einsum("smi,mij->smj", offsets, back),
         rest,
@@ -98,6 +92,9 @@ class MatchedFace:
 
     Attributes
     ----------
+    face : PerformerFace
+    surface : MarkerSurface
+        The skin around the take's markers.
     known : (K,) int64
         The take's markers that the face knows, as places among its used ones.
     own : (K,) int64
@@ -110,6 +107,8 @@ class MatchedFace:
         That `neutral` is the mean of; None = exact.
     """
 
+    face: PerformerFace
+    surface: MarkerSurface
     known: IntArray
     own: IntArray
     neutral: FloatArray
@@ -120,7 +119,7 @@ class MatchedFace:
 def match_face(
     face: PerformerFace,
     names: tuple[str, ...],
-    vertices: IntArray,
+    surface: MarkerSurface,
     neutral: FloatArray,
     frames: IntArray | None,
     source: str,
@@ -132,8 +131,8 @@ def match_face(
     face : PerformerFace
     names : tuple of str, length M
         Markers of the take that are used.
-    vertices : (M,) int64
-        That they are bound to.
+    surface : MarkerSurface
+        The skin around them.
     neutral : (M, 3) float64
     frames : (M,) int64 or None
         That `neutral` is the mean of; None = exact.
@@ -148,7 +147,7 @@ def match_face(
     """
     there = zip(face.markers, face.vertices.tolist(), strict=True)
     place = {marker: k for k, marker in enumerate(there)}
-    here = zip(names, vertices.tolist(), strict=True)
+    here = zip(names, surface.vertices.tolist(), strict=True)
     own = np.array([place.get(marker, -1) for marker in here])
     known = np.flatnonzero(own >= 0)
     own, others = own[known], [names[i] for i in np.flatnonzero(own < 0)]
@@ -186,19 +185,17 @@ def match_face(
                 100 * away.max(),
             )
         )
-        return MatchedFace(known, own, neutral, moved, frames), findings
+        return MatchedFace(face, surface, known, own, neutral, moved, frames), findings
     mean = neutral.copy()
     if frames is not None:
         total, earlier = frames.copy(), face.frames or _EXACT
         total[known] += earlier
         mean[known] -= (earlier / np.maximum(total[known], 1))[:, None] * moved
         frames = total
-    return MatchedFace(known, own, mean, np.zeros_like(moved), frames), findings
+    return MatchedFace(face, surface, known, own, mean, np.zeros_like(moved), frames), findings
 
 
-def known_places(
-    face: PerformerFace, matched: MatchedFace, points: FloatArray
-) -> PlaceGuess | None:
+def known_places(matched: MatchedFace, points: FloatArray) -> PlaceGuess | None:
     """Return where the markers of a take sit, as their performer's face has it.
 
     Those that it does not know sit on their vertices (`points` (M, 3) [m]), give or take as much as
@@ -213,35 +210,31 @@ def known_places(
         return None
     variance = np.full(len(points), spread**2)
     variance[matched.known] = min(known, spread) ** 2
-    shifts = _known_shifts(face, matched, points)
+    shifts = _known_shifts(matched, points)
     return PlaceGuess(shifts, np.diag(np.repeat(variance, 3)), spread)
 
 
-def _known_shifts(face: PerformerFace, matched: MatchedFace, points: FloatArray) -> FloatArray:
+def _known_shifts(matched: MatchedFace, points: FloatArray) -> FloatArray:
     """Return the shifts (M, 3) [m] of a face, changed as its neutral has."""
     shifts = np.zeros_like(matched.neutral)
-    shifts[matched.known] = face.shifts[matched.own]
+    shifts[matched.known] = matched.face.shifts[matched.own]
     linear, _ = similarity_fit(matched.neutral, points + shifts)
     shifts[matched.known] += matched.moved @ linear
     return shifts
 
 
-def fit_known_face(
-    face: PerformerFace, matched: MatchedFace, shape_names: tuple[str, ...], surface: MarkerSurface
-) -> FaceFit:
+def fit_known_face(matched: MatchedFace, shape_names: tuple[str, ...]) -> FaceFit:
     """Lay a performer whose face is known over the character.
 
     Markers keep their learned places, shifted by the change of their neutral. Displacements are
     mapped by the similarity, and shapes are the performer's; markers and shapes that the face
     does not know are the character's.
     """
-    neutral = matched.neutral
+    face, surface, neutral = matched.face, matched.surface, matched.neutral
     learned = np.zeros_like(neutral)
     learned[matched.known] = face.shifts[matched.own]
     before = surface.at(learned)
-    shifts = surface.within_reach(
-        _known_shifts(face, matched, surface.mesh.points[surface.vertices])
-    )
+    shifts = surface.within_reach(_known_shifts(matched, surface.mesh.points[surface.vertices]))
     placed = surface.at(shifts)
     linear, offset = similarity_fit(neutral, placed.points)
     turned, _ = similarity_fit(face.rest[matched.own], neutral[matched.known])

@@ -105,10 +105,11 @@ def solve_pose_and_weights(
     )
     in_head, no_residual = problem.pose.to_head(take.markers), np.zeros(take.occluded.shape)
     state = SolveRound(0, problem.pose, in_head, problem.space, regularisation, no_residual)
-    steps = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
-    start, no_correction = problem.space.start, np.zeros((len(target), 3))
-    neutral = _Neutral(target, neutral_frames, start, no_correction, steps)
-    if take.linear is None and take.seen.all() and not (steps or exactly):
+    neutral = None
+    if neutral_frames is not None and rows.axes == 3:
+        start, no_correction = problem.space.start, np.zeros((len(target), 3))
+        neutral = _Neutral(target, neutral_frames, start, no_correction, _NEUTRAL_STEPS)
+    if take.linear is None and take.seen.all() and not (neutral or exactly):
         state = measured(take, state)
     else:
         state = _alternated(take, state, neutral, rounds, exactly, progress)
@@ -149,7 +150,7 @@ class _Neutral:
     Attributes
     ----------
     target : (M, 3) float64 [m]
-    frames : (M,) int64 or None
+    frames : (M,) int64
         That each marker's neutral is the mean of.
     start : (M, 3) float64 [m] or None
         Of the space map, without the correction.
@@ -159,14 +160,14 @@ class _Neutral:
     """
 
     target: FloatArray
-    frames: IntArray | None
+    frames: IntArray
     start: FloatArray | None
     correction: FloatArray
     steps: int
 
     def corrected(self, take: ObservedTake, state: SolveRound) -> "_Neutral":
         """Return it with the correction by the mean residual of the take."""
-        assert self.frames is not None and state.iterate is not None
+        assert state.iterate is not None  # after a round
         regularisation = state.regularisation
         leftover = state.residual.reshape(*take.seen.shape, -1) - bootstrap_residual(
             take.rows, self.target, take.seen, take.times, regularisation, state.iterate
@@ -186,7 +187,7 @@ class _Neutral:
 def _alternated(
     take: ObservedTake,
     state: SolveRound,
-    neutral: _Neutral,
+    neutral: _Neutral | None,
     rounds: int,
     exactly: bool,
     progress: Progress | None,
@@ -202,7 +203,7 @@ def _alternated(
         if learned is not state:
             state = learned
             continue
-        if not neutral.steps:
+        if neutral is None or not neutral.steps:
             break
         neutral = neutral.corrected(take, state)
         state = neutral.begun(state)

@@ -94,13 +94,11 @@ class PreparedMarkers:
             return (fit_in_head_space(self.neutral, self.points, self.model),)
         if self.matched is None:
             return (fit_face(self.neutral, self.points, self.model, given, evidence, self.surface),)
-        assert setup.calibration and setup.calibration.face and self.surface
-        face = setup.calibration.face
-        known = fit_known_face(face, self.matched, shape_names, self.surface)
-        guess = known_places(face, self.matched, self.points)
+        known = fit_known_face(self.matched, shape_names)
+        guess = known_places(self.matched, self.points)
         if guess is None or given.form == "paper":
             return (known,)
-        return known, fit_at_places(self.neutral, guess, given, evidence, self.surface)
+        return known, fit_at_places(self.neutral, guess, given, evidence, self.matched.surface)
 
 
 def prepare_markers(
@@ -127,7 +125,7 @@ def prepare_markers(
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
     face, matched = setup.calibration.face if setup.calibration else None, None
     if face and around is not None and take.dimension == 3:
-        matched, notes = match_face(face, names, around.vertices, neutral, frames, take.source)
+        matched, notes = match_face(face, names, around, neutral, frames, take.source)
         findings += notes
     if matched:
         neutral, frames = matched.neutral, matched.frames

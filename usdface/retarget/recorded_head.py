@@ -52,11 +52,10 @@ def recorded_head(
         first, last = setup.neutral
         turns = turns[first : last + 1].mean().inv() * turns
     face = face_points(mesh, setup.binding.points)
-    joint = _joint(rig, mesh, setup)
+    of_joint = _joint_place(rig, mesh, setup)
     findings = []
-    if joint is not None:
-        assert rig.skeleton is not None
-        pivot = rig.skeleton.bind[joint][3, :3]
+    if of_joint is not None:
+        pivot = of_joint
     elif len(face.vertices) and not _has_body(mesh, face):
         pivot = _middle(mesh, face)
         message = (
@@ -70,17 +69,16 @@ def recorded_head(
     return Pose(rotations, pivot - rotations @ pivot), findings
 
 
-def _joint(rig: Rig, mesh: Mesh, setup: RetargetSetup) -> int | None:
-    """Return the joint that carries the face; None for a root joint that is not named.
+def _joint_place(rig: Rig, mesh: Mesh, setup: RetargetSetup) -> FloatArray | None:
+    """Return where the joint that carries the face is, (3,) [m]; None for a root that is not named.
 
     Such a root, as rigs without a skeleton get one, may be anywhere.
     """
     skeleton, joint = rig.skeleton, face_joint(rig.skeleton, mesh, setup)
-    if skeleton is None or joint is None or setup.head_joint:
-        return joint
-    if "/" in skeleton.joints[joint] or "head" in skeleton.names[joint].lower():
-        return joint
-    return None
+    if skeleton is None or joint is None:
+        return None
+    below = "/" in skeleton.joints[joint] or "head" in skeleton.names[joint].lower()
+    return skeleton.bind[joint][3, :3] if below or setup.head_joint else None
 
 
 def _has_body(mesh: Mesh, face: FacePoints) -> bool:

@@ -10,7 +10,7 @@ from usdface.face.marker_surface import MarkerSurface
 from usdface.geometry.rigid_modes import motion_basis
 from usdface.numerics.ramps import smooth_step
 from usdface.options import MapOptions
-from usdface.retarget.face_fit import FaceFit, fit_places, fit_transferred
+from usdface.retarget.face_fit import FaceFit, PlacedFit, fit_places, fit_transferred
 from usdface.retarget.motion_errors import MotionErrors
 from usdface.retarget.motion_evidence import MotionEvidence
 from usdface.retarget.places import guess_in_motion, search_in_motion
@@ -82,13 +82,12 @@ def refine_places(
     moving_head : bool
         The head's pose is solved with the weights.
     """
-    if fit.placed is None:
+    if not isinstance(fit, PlacedFit):
         return fit
     solved = solve(fit)
     for _ in range(_STEPS):
         if solved.regularisation.variance == 0.0:
             break
-        assert fit.guess is not None
         skin = fit.transferred or surface
         shifts = _refined_shifts(fit, skin, solved, sized, moving_head)
         if fit.transferred:
@@ -103,14 +102,13 @@ def refine_places(
 
 
 def _refined_shifts(
-    fit: FaceFit,
+    fit: PlacedFit,
     surface: MarkerSurface,
     solved: PoseAndWeights,
     sized: Callable[[BlendShapeEvaluator], BlendShapeEvaluator],
     moving_head: bool,
 ) -> FloatArray:
     """Return shifts (M, 3) [m] that the solved frames make more probable than those of `fit`."""
-    assert fit.placed is not None and fit.guess is not None
     weights, displaced = solved.weights, solved.displaced
     rigid = motion_basis(fit.points, 3) if moving_head else np.zeros((fit.points.size, 0))
     placed = fit.placed.mapped(sized)

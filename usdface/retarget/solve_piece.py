@@ -65,7 +65,7 @@ def _solved(
     setup: RetargetSetup,
     exactly: bool,
 ) -> PoseAndWeights:
-    if not estimates.shapes.linear:
+    if not estimates.model.linear:
         raise SolveError(
             "blend shapes with inbetweens or combinations are not solved in pieces, since their "
             "steps follow all frames; process the take as a whole",
@@ -84,8 +84,8 @@ def _solved(
     problem = SolveProblem(
         times=take.times,
         positions=positions,
-        target=estimates.points,
-        model=estimates.shapes,
+        target=estimates.rest,
+        model=estimates.model,
         space=estimates.space,
         pose=pose,
         setup=setup,
@@ -112,7 +112,7 @@ def overlap_frames(
     solves = estimates.rounds * (1 if not setup.pins else 2)
     return reach_of_ends(
         np.arange(float(_REGULAR)) * frame_step(take.times),
-        MotionModel(estimates.points, estimates.shapes, take.dimension, estimates.head == "solve"),
+        MotionModel(estimates.rest, estimates.model, take.dimension, estimates.head == "solve"),
         estimates.regularisation(setup.solve, shape_names),
         solves,
         estimates.errors,

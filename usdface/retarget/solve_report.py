@@ -159,10 +159,12 @@ def _confidence(
     room: float,
 ) -> Confidence:
     """Return the confidence of the weights with markers on the first of the `places`."""
-    axes = 3 if solution.in_space else 2
     return confidence_of(
         MotionModel.linear(
-            mesh.points[places], mesh.offsets_at(places), axes, solution.head == "solve"
+            mesh.points[places],
+            mesh.offsets_at(places),
+            solution.dimension,
+            solution.head == "solve",
         ),
         np.arange(len(solution.markers)),
         frame_step(solution.weights.times),

@@ -64,10 +64,10 @@ def solve_take(
         take, bound, setup,
         surface=surface, views=views, correct_neutral=correct_neutral, progress=progress,
     )  # fmt: skip
-    shapes, _ = as_performed(fitted.fit, bound.shape_names, fitted.setup)
+    model, _ = as_performed(fitted.fit, bound.shape_names, fitted.setup)
     findings += unsolved_frames(visible(fitted.solved.displaced), take.source)
     return solution_of(
-        take, fitted.solved, fitted.estimates(shapes), bound.shape_names, setup.pins
+        take, fitted.solved, fitted.estimates(model), bound.shape_names, setup.pins
     ), findings
 
 
@@ -83,8 +83,8 @@ def estimate_take(
     Parameters, findings and errors are those of `solve_take`.
     """
     fitted, findings = fit_take(take, bound, setup, surface=surface)
-    shapes, _ = as_performed(fitted.fit, bound.shape_names, fitted.setup)
-    return fitted.estimates(shapes), findings
+    model, _ = as_performed(fitted.fit, bound.shape_names, fitted.setup)
+    return fitted.estimates(model), findings
 
 
 def solution_of(
@@ -95,9 +95,9 @@ def solution_of(
     pins: tuple[Pin, ...],
 ) -> Solution:
     """Return the solution of a take, with its residuals on the character."""
-    displaced, shapes = solved.displaced, learned.shapes
-    weights = restored(solved.weights, take.times, learned.factors, shapes, shape_names, pins)
-    predicted = shapes.displacements(weights).reshape(displaced.shape)
+    displaced, model = solved.displaced, learned.model
+    weights = restored(solved.weights, take.times, learned.factors, model, shape_names, pins)
+    predicted = model.displacements(weights).reshape(displaced.shape)
     occluded = np.isnan(displaced)
     misfit = np.where(occluded, 0.0, displaced - predicted)
     if take.dimension == 2:
@@ -109,8 +109,8 @@ def solution_of(
         weights=WeightsTake(names, times, weights, take.rate, take.start_timecode, take.source),
         pose=solved.pose,
         residual=np.sqrt(squares.sum(axis=1) / np.maximum(is_visible.sum(axis=1), 1)),
-        feature_points=learned.points + np.where(occluded, predicted, displaced),
-        rest=learned.points,
+        feature_points=learned.rest + np.where(occluded, predicted, displaced),
+        rest=learned.rest,
         markers=learned.markers,
         neutral=learned.neutral,
         noise=learned.noise,
@@ -118,12 +118,11 @@ def solution_of(
         rounds=solved.rounds,
         choice=learned.choice,
         distances=np.where(is_visible, np.sqrt(squares), np.nan),
-        in_space=take.dimension == 3,
-        covariance=learned.covariance,
         shifts=learned.shifts,
-        model=learned.shapes,
+        model=learned.model,
         marker_maps=learned.marker_maps,
         head=learned.head,
         neutral_weights=learned.neutral_weights,
+        covariance=learned.covariance,
         errors=learned.errors,
     )

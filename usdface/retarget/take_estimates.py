@@ -29,9 +29,9 @@ class TakeEstimates:
         Where they rest, in take space.
     neutral_weights : mapping of str to float
         Blend shape weights that the neutral frames show, which `neutral` is without.
-    points : (M, 3) float64 [m]
+    rest : (M, 3) float64 [m]
         Where they rest on the character.
-    shapes : BlendShapeEvaluator
+    model : BlendShapeEvaluator
         Of their displacements there, at the performer's size.
     space : SpaceMap
         Its start corrects the neutral.
@@ -60,8 +60,8 @@ class TakeEstimates:
     markers: tuple[str, ...]
     neutral: FloatArray
     neutral_weights: Mapping[str, float]
-    points: FloatArray
-    shapes: BlendShapeEvaluator
+    rest: FloatArray
+    model: BlendShapeEvaluator
     space: SpaceMap
     marker_maps: FloatArray
     choice: MapChoice
@@ -91,7 +91,7 @@ class TakeEstimates:
             self.noise,
             self.misfit,
             replace(options, tolerance=_NO_TOLERANCE),
-            tuple(names[shape] for shape in self.shapes.free),
+            tuple(names[shape] for shape in self.model.free),
             self.covariance,
-            rms_radius(self.points),
+            rms_radius(self.rest),
         )

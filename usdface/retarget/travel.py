@@ -132,16 +132,16 @@ def _displaced(
 ) -> _Displaced:
     places = [face.markers.index(name) for name in solution.markers]
     columns = [take.names.index(name) for name in solution.markers]
-    axes = 3 if solution.in_space else 2
+    axes = solution.dimension
     turn = np.eye(3)
-    if solution.in_space:
+    if axes == 3:
         turn, _ = similarity_fit(solution.neutral, face.neutral[places])
 
     def displaced(frames: slice) -> FloatArray:
         seen = ~np.isnan(solution.distances[frames])[..., None]
         mapped = solution.displaced(frames)
         performed = mapped
-        if solution.in_space:
+        if axes == 3:
             pose = solution.pose.at(frames)
             still = pose.to_head(take.positions[frames][:, columns])
             performed = np.where(seen, still - solution.neutral, 0.0) @ turn

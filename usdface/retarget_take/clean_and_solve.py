@@ -5,6 +5,7 @@ from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding
 from usdface.retarget.solution import Solution
 from usdface.retarget_take.clean import clean
+from usdface.retarget_take.recorded_weights import recorded_weights
 from usdface.retarget_take.solve import solve
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, WeightsTake
@@ -34,7 +35,9 @@ def clean_and_solve(
         None for a take of weights.
     findings : list of Finding
     """
-    cleaned, findings = clean(take, setup) if isinstance(take, MarkerTake) else (None, [])
-    take = cleaned.take if cleaned else take
-    weights, solution, new_findings = solve(take, face, setup, cleaned=cleaned)
-    return take, weights, solution, findings + new_findings
+    if isinstance(take, WeightsTake):
+        weights, findings = recorded_weights(take, face, setup)
+        return take, weights, None, findings
+    cleaned, findings = clean(take, setup)
+    solution, new_findings = solve(cleaned.take, face, setup, cleaned=cleaned)
+    return cleaned.take, solution.weights, solution, findings + new_findings

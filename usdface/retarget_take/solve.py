@@ -1,4 +1,4 @@
-"""The weights of a clean take on a bound face."""
+"""The solution of a clean take of markers on a bound face."""
 
 from dataclasses import replace
 
@@ -16,37 +16,26 @@ from usdface.retarget.neutral_weights import neutral_weight_findings
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
 from usdface.retarget_take.filmed_face import filmed_face
-from usdface.retarget_take.recorded_weights import recorded_weights
 from usdface.retarget_take.solver_input import solver_input
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.takes import MarkerTake, WeightsTake
+from usdface.takes import MarkerTake
 
 __all__ = ["solve"]
 
 
 @one_blas_thread()
 def solve(
-    take: MarkerTake | WeightsTake,
+    take: MarkerTake,
     face: BoundFace,
     setup: RetargetSetup,
     *,
     cleaned: Cleaned | None,
     progress: Progress | None = None,
-) -> tuple[WeightsTake, Solution | None, list[Finding]]:
-    """Solve the weights of a take that `clean` returned, on the mesh that it is bound to.
+) -> tuple[Solution, list[Finding]]:
+    """Solve a take that `clean` returned, on the mesh that it is bound to.
 
     `progress` gets a separate step if the solver must be compiled first.
-
-    Returns
-    -------
-    weights : WeightsTake
-    solution : Solution or None
-        None for a take of weights; those are renamed, and get their pins and combinations.
-    findings : list of Finding
     """
-    if isinstance(take, WeightsTake):
-        weights, findings = recorded_weights(take, face, setup)
-        return weights, None, findings
     take, setup, surface, findings = solver_input(take, face, setup, cleaned, progress)
     solution, new_findings = _solved(take, face, setup, surface, progress)
     if solution.filmed and solution.neutral_weights:
@@ -56,7 +45,7 @@ def solve(
         if not setup.neutral_weights:
             model = surface.skin.marker_evaluator
             findings += neutral_weight_findings(own, model, face.shape_names, take.source)
-    return solution.weights, solution, findings + new_findings
+    return solution, findings + new_findings
 
 
 def _solved(

@@ -1,7 +1,6 @@
 """The face mesh of a rig, among those with blend shapes, and the part of it that they move."""
 
 from collections.abc import Iterable, Sequence
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -9,6 +8,7 @@ from usdface.arrays import BoolArray, FloatArray, frozen
 from usdface.blend_shapes.blend_shape import BlendShape
 from usdface.errors import InputError
 from usdface.rigs.mesh import Mesh
+from usdface.rigs.once_per_mesh import once_per_mesh
 
 __all__ = ["face_of", "faces_like", "largest_offsets", "moved_vertices", "vertex_motion"]
 
@@ -21,9 +21,6 @@ _SHARED = 0.75
 # 0.03 in its upper decile.
 _CARRIED = 0.1
 _ALIKE = 0.9  # of the size of a face's moving part, at least, has another face
-
-# Asked for by most steps of a job, and slow on dense meshes. A mesh never changes.
-_largest: WeakKeyDictionary[Mesh, FloatArray] = WeakKeyDictionary()
 
 
 def face_of(meshes: Sequence[Mesh], rig: str) -> Mesh:
@@ -95,19 +92,14 @@ def vertex_motion(shapes: Iterable[BlendShape], count: int) -> FloatArray:
     return motion
 
 
+@once_per_mesh
 def largest_offsets(mesh: Mesh) -> FloatArray:
-    """Return the length of the largest offset of each vertex by a blend shape: (V,) [m].
-
-    It is computed once for a mesh.
-    """
-    known = _largest.get(mesh)
-    if known is None:
-        largest = np.zeros(len(mesh.points))
-        for shape in mesh.shapes:
-            length = np.linalg.norm(shape.offsets, axis=1)
-            largest[shape.indices] = np.maximum(largest[shape.indices], length)
-        known = _largest[mesh] = frozen(largest)
-    return known
+    """Return the length of the largest offset of each vertex by a blend shape: (V,) [m]."""
+    largest = np.zeros(len(mesh.points))
+    for shape in mesh.shapes:
+        length = np.linalg.norm(shape.offsets, axis=1)
+        largest[shape.indices] = np.maximum(largest[shape.indices], length)
+    return frozen(largest)
 
 
 def moved_vertices(mesh: Mesh) -> BoolArray:

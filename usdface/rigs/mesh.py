@@ -18,7 +18,7 @@ __all__ = ["Mesh"]
 
 
 @checked
-@dataclass(frozen=True, eq=False, slots=True, weakref_slot=True)
+@dataclass(frozen=True, eq=False)  # no slots: `once_per_mesh` keeps values
 class Mesh:
     """A polygon mesh with blend shapes, in the rig's space at rest.
 

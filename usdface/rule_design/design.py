@@ -25,6 +25,7 @@ from usdface.fuzzy.system import FuzzySystem
 from usdface.fuzzy.variables import Term, Variable
 from usdface.geometry.marker_spread import marker_spread
 from usdface.options import MARKER_NOISE
+from usdface.rule_design.face_motions import FaceMotions
 from usdface.rule_design.feature_errors import feature_errors, misplacement
 from usdface.rule_design.feature_noise import solved_noise
 from usdface.rule_design.feature_selection import SelectedFeatures, select_features
@@ -38,7 +39,6 @@ from usdface.rule_design.marker_roles import (
 from usdface.rule_design.movements import movements
 from usdface.rule_design.negative_conditions import Ramp
 from usdface.rule_design.selection_cost import FEWEST
-from usdface.rule_design.trial_faces import features_at
 from usdface.setup.expression import Expression
 
 __all__ = ["design_system", "face_features"]
@@ -73,21 +73,18 @@ def design_system(
     names, neutral, shape_names = face.markers, face.neutral, face.shape_names
     poses = np.array([e.pose(shape_names) for e in expressions])
     poses = poses.reshape(len(expressions), len(shape_names))
-    features = face_features(face)
-    moves, twins = movements(shape_names), _twins(face)
+    features, upper = face_features(face), neutral[:, 1] > neutral[face.nose, 1]
+    motions = FaceMotions(
+        features, np.repeat(upper, 3), _twins(face), poses, movements(shape_names)
+    )
     jitter = solved_noise(face.evaluator.offsets, features.offsets, MARKER_NOISE)
-    upper = np.repeat(neutral[:, 1] > neutral[face.nose, 1], 3)
-    misplaced, shown = misplacement(face, poses), features_at(features, poses)
+    misplaced, shown = misplacement(face, poses), motions.features(poses)
     selections = {
         expression.name: select_features(
             i,
-            poses,
-            moves,
-            features,
+            motions,
             feature_errors(shown[i], jitter, misplaced[i]),
-            upper,
-            twins,
-            moves_brows_and_mouth(face, expression),
+            apart=moves_brows_and_mouth(face, expression),
         )
         for i, expression in enumerate(expressions)
     }

@@ -12,12 +12,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from usdface.arrays import BoolArray, FloatArray, IntArray
-from usdface.blend_shapes.evaluator import BlendShapeEvaluator
+from usdface.arrays import FloatArray
 from usdface.numerics.ramps import linear_ramp
+from usdface.rule_design.face_motions import FaceMotions
 from usdface.rule_design.feature_errors import FeatureErrors
 from usdface.rule_design.feature_noise import exceeds_noise
-from usdface.rule_design.movements import Movements
 from usdface.rule_design.negative_conditions import (
     LEAST_FIRING,
     NegativeCondition,
@@ -31,7 +30,7 @@ from usdface.rule_design.selection_cost import (
     feature_ramps,
     group_firing,
 )
-from usdface.rule_design.trial_faces import TrialFaces, features_at, trial_faces
+from usdface.rule_design.trial_faces import TrialFaces, trial_faces
 
 __all__ = ["SelectedFeatures", "select_features"]
 
@@ -91,41 +90,27 @@ class SelectedFeatures:
 
 
 def select_features(
-    index: int,
-    poses: FloatArray,
-    moves: Movements,
-    features: BlendShapeEvaluator,
-    errors: FeatureErrors,
-    upper: BoolArray,
-    twins: IntArray,
-    apart: bool,
+    index: int, motions: FaceMotions, errors: FeatureErrors, *, apart: bool
 ) -> SelectedFeatures:
     """Choose the features that show one expression and none of its rivals.
 
     Parameters
     ----------
     index : int
-        Row of the expression in `poses`.
-    poses : (E, S) float64
-        All expression poses.
-    moves : Movements
-    features : BlendShapeEvaluator
-        Of the features, N = I.
+        Row of the expression in the poses.
+    motions : FaceMotions
     errors : FeatureErrors
         At the expression's pose.
-    upper : (I,) bool
-        Features of markers above the nose tip.
-    twins : (I,) int64
-        The feature on the other side; itself where there is none.
     apart : bool
         Whether the upper and the lower half are two groups.
     """
-    own = features_at(features, poses[index : index + 1])[0]
+    poses = motions.poses
+    own = motions.features(poses[index : index + 1])[0]
     ramps = feature_ramps(own)
-    candidates = _candidates(own, errors.noise, upper, twins, apart)
+    candidates = _candidates(own, errors.noise, motions, apart)
     if not candidates:
         return SelectedFeatures({})
-    scene = trial_faces(index, poses, moves, features, upper)
+    scene = trial_faces(index, motions)
     chosen = _search(candidates, scene, own, errors, apart)
     groups = tuple(
         tuple(f for pair in chosen for f in pair.features if pair.group == group)
@@ -133,14 +118,14 @@ def select_features(
     )
     used = {f: ramps[f] for group in groups for f in group}
     others = np.delete(np.arange(len(poses)), index)
-    moved = features_at(features, poses[others])
+    moved = motions.features(poses[others])
 
     def rule(rows: FloatArray) -> FloatArray:
         held = [[linear_ramp(rows[:, f], *used[f]) for f in group] for group in groups]
         return np.asarray(np.min([group_firing(group) for group in held], axis=0))
 
-    movements = features_at(features, moves.single)
-    negative, firing = negative_conditions(own, moved, rule, movements, errors, twins)
+    movements = motions.features(motions.movements.single)
+    negative, firing = negative_conditions(own, moved, rule, movements, errors, motions.twins)
     partly = (firing > LEAST_FIRING) & (firing <= _CONFUSED)
     shared = zip(others[partly].tolist(), firing[partly].tolist(), strict=True)
     confused = map(int, others[firing > _CONFUSED])
@@ -148,13 +133,13 @@ def select_features(
 
 
 def _candidates(
-    own: FloatArray, noise: FloatArray, upper: BoolArray, twins: IntArray, apart: bool
+    own: FloatArray, noise: FloatArray, motions: FaceMotions, apart: bool
 ) -> list[FeaturePair]:
     """Return the features that move clearly and strongly in the expression, with their twins.
 
     Where those are too few for a group, the strongest of the others that move clearly.
     """
-    size = np.abs(own)
+    size, upper, twins = np.abs(own), motions.upper, motions.twins
     clear = exceeds_noise(size, noise, _LEAST_SIGNAL)
     largest = {half: size[upper == half].max(initial=0.0) for half in (True, False)}
     if not apart:

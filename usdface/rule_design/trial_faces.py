@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
-from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.numerics.cosines import cosines
-from usdface.rule_design.movements import Movements
+from usdface.rule_design.face_motions import FaceMotions
 
-__all__ = ["TrialFaces", "features_at", "trial_faces"]
+__all__ = ["TrialFaces", "trial_faces"]
 
 # Tuned by hand against benchmarks/expressions.py and benchmarks/expression_takes.py, which judge
 # them, unless noted otherwise; see docs/constants.md.
@@ -38,24 +37,18 @@ class TrialFaces:
     rival_costs: FloatArray
 
 
-def trial_faces(
-    index: int,
-    poses: FloatArray,
-    moves: Movements,
-    features: BlendShapeEvaluator,
-    upper: BoolArray,
-) -> TrialFaces:
-    """Return the faces that a rule of the expression in row `index` of `poses` is tried on."""
-    pose = poses[index]
-    own = features_at(features, pose[None])[0]
-    others = np.delete(poses, index, axis=0)
+def trial_faces(index: int, motions: FaceMotions) -> TrialFaces:
+    """Return the faces that a rule of the expression in row `index` of the poses is tried on."""
+    moves, pose, upper = motions.movements, motions.poses[index], motions.upper
+    own = motions.features(pose[None])[0]
+    others = np.delete(motions.poses, index, axis=0)
 
     def unlike(weights: FloatArray, most: float) -> FloatArray:
-        return weights[_similarity(features_at(features, weights), own, upper) < most]
+        return weights[_similarity(motions.features(weights), own, upper) < most]
 
     def like(weights: FloatArray, least: float) -> FloatArray:
         weights = weights[weights.any(axis=1)]
-        return weights[_similarity(features_at(features, weights), own, upper) > least]
+        return weights[_similarity(motions.features(weights), own, upper) > least]
 
     without = np.unique(np.where(moves.whole > 0, 0.0, pose), axis=0)
     varied = np.clip(others[:, None] + _MORE * moves.whole, 0.0, 1.0).reshape(-1, len(pose))
@@ -73,9 +66,9 @@ def trial_faces(
         (unlike(moves.mixed, _RIVAL), -_MIXED),
     ]
     return TrialFaces(
-        features_at(features, np.concatenate([rows for rows, _ in wanted])),
+        motions.features(np.concatenate([rows for rows, _ in wanted])),
         _costs(wanted),
-        features_at(features, np.concatenate([rows for rows, _ in rivals])),
+        motions.features(np.concatenate([rows for rows, _ in rivals])),
         _costs(rivals),
     )
 
@@ -98,8 +91,3 @@ def _similarity(moved: FloatArray, own: FloatArray, upper: BoolArray) -> FloatAr
         largest = float(np.abs(own[half]).max(initial=0.0))
         scale[half] = np.sqrt(max(half.sum(), 1)) * max(largest, _STILL)
     return cosines(moved / scale, own / scale)
-
-
-def features_at(features: BlendShapeEvaluator, weights: FloatArray) -> FloatArray:
-    """Return the features of a face at weights (N, S): (N, I) [m]."""
-    return features.displacements(features.combined(weights))

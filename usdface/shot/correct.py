@@ -16,6 +16,7 @@ from usdface.correction.expression_layer import Correction, express
 from usdface.correction.feature_extraction import sided_features
 from usdface.correction.gains import Gains
 from usdface.errors import InputError, did_you_mean
+from usdface.expression_system import ExpressionSystem
 from usdface.face.bound_face import BoundFace
 from usdface.findings import Finding, finding
 from usdface.hooks import Hook, run_hooks
@@ -86,14 +87,15 @@ def correct_solved(result: ShotResult, run: RetargetRun) -> ShotResult:
     result = replace(result, shot=shot, corrected=None, closure=None, trace=None)
     face = shot.face
     findings: list[Finding] = []
-    if options.express and (shot.system is None or not shot.expressions):
+    system = shot.system if shot.expressions else None
+    if options.express and system is None:
         gained = shot.gains and any((curve != 1).any() for curve in shot.gains.emotions.values())
         unused = ", and the gains of emotions change nothing" if gained else ""
         message = f"the shot has no fuzzy system; no express layer is written{unused}"
         findings.append(finding("EXPRESS_SKIPPED", "", message, missing="system"))
-    elif options.express:
+    elif system is not None and options.express:
         with progress.step("express"):
-            expressed = _express(face, result, trace=options.trace)
+            expressed = _express(system, face, result, trace=options.trace)
             findings += expressed.findings
             weights, new_findings = _after_correction(result, expressed, run.hooks)
             findings += new_findings
@@ -153,11 +155,12 @@ def with_gains(shot: Shot, gains: Mapping[str, float]) -> Shot:
     return replace(shot, gains=replace(present, emotions={**present.emotions, **changed}))
 
 
-def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
+def _express(
+    system: ExpressionSystem, face: BoundFace, result: ShotResult, *, trace: bool
+) -> Correction:
     shot = result.shot
-    assert shot.system is not None
     features = sided_features(
-        shot.system,
+        system,
         face,
         shot.take,
         weights=result.solved,
@@ -167,7 +170,7 @@ def _express(face: BoundFace, result: ShotResult, *, trace: bool) -> Correction:
         pins=shot.setup.pins,
     )
     return express(
-        shot.system,
+        system,
         features,
         face,
         names=result.solved.names,

@@ -13,9 +13,8 @@ from usdface.findings import Finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.retarget.first_pose import head_markers_few, shows_pose
 from usdface.retarget.usable_markers import occlusions, unsolved_frames
-from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.retarget_pieces import EstimatedTake, SolvedPiece
 from usdface.shot.shot import SolvedShot
-from usdface.takes import MarkerTake
 
 __all__ = ["RowArrays", "join"]
 
@@ -30,12 +29,12 @@ class RowArrays(Protocol):
         """Return an array of all its rows, read-only."""
 
 
-def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) -> SolvedShot:
+def join(pieces: Iterable[SolvedPiece], known: EstimatedTake, arrays: RowArrays) -> SolvedShot:
     """Join the pieces of a take.
 
     Parameters
     ----------
-    pieces : iterable of SolvedShot
+    pieces : iterable of SolvedPiece
         All of them, in order; each is freed before the next is taken.
     known : EstimatedTake
     arrays : RowArrays
@@ -46,7 +45,6 @@ def join(pieces: Iterable[SolvedShot], known: EstimatedTake, arrays: RowArrays) 
     lids: list[MistrackedLid] = []
     for piece in pieces:
         take, solution = piece.take, piece.solution
-        assert isinstance(take, MarkerTake) and solution is not None
         for name, part in (
             ("times", take.times),
             ("positions", take.positions),

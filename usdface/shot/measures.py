@@ -70,8 +70,8 @@ def shot_measures(
     if isinstance(take, WeightsTake):
         found["PERFORMANCE_STILL"] = still_weights(take)
         found["CURVES_IDLE"] = idle_curves(take, result.shot.rig.shape_names, result.shot.setup)
-    if result.solution is not None:
-        found |= _of_markers(result, result.solution)
+    elif result.solution is not None:
+        found |= _of_markers(result, take, result.solution)
         found["SHAPES_UNDETERMINED"] = Measured(deviation)
         found |= _of_travel(ratios)
     return {code: measured for code, measured in found.items() if np.isfinite(measured.value)}
@@ -89,9 +89,8 @@ def _of_weights(result: ShotResult) -> dict[str, Measured]:
     }
 
 
-def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
-    face, take, markers = result.shot.face, result.shot.take, solution.markers
-    assert isinstance(take, MarkerTake)
+def _of_markers(result: ShotResult, take: MarkerTake, solution: Solution) -> dict[str, Measured]:
+    face, markers = result.shot.face, solution.markers
     size = size_by_eyes(face.mesh.points, find_lip_lid_contacts(face.mesh).lids)
     human_mm = 1000.0 / size if np.isfinite(size) else 1000.0
     away = _rms_distances(solution)
@@ -112,12 +111,9 @@ def _of_markers(result: ShotResult, solution: Solution) -> dict[str, Measured]:
         farthest = 1000.0 * _FARTHEST / human_mm
         found |= _of_motion(solution, face, motion, noise, farthest)
         found["NEUTRAL_EXPRESSIVE"] = neutral_expressive(result.shot, solution, motion)
-    if solution.shifts is not None:
-        beside = human_mm * np.linalg.norm(solution.shifts, axis=1)
-        found["PLACES_BESIDE"] = Measured(
-            float(np.median(beside)), "markers", _most(markers, beside)
-        )
-    if solution.in_space:
+    beside = human_mm * np.linalg.norm(solution.shifts, axis=1)
+    found["PLACES_BESIDE"] = Measured(float(np.median(beside)), "markers", _most(markers, beside))
+    if solution.dimension == 3:
         found |= _of_rest(solution, face, size)
     return found
 

@@ -78,11 +78,11 @@ def report_of(result: ShotResult) -> ShotReport:
     }
     details: dict[str, Any] = {}
     findings: tuple[Finding, ...] = ()
-    if solution is not None:
+    if isinstance(shot.take, MarkerTake) and solution is not None:
         face = shot.face
         free, failed = _free_places(face, solution)
         report = solve_report(face, shot.setup, solution, free=free.vertices, room=free.room)
-        travel = _travel_report(result, solution, face)
+        travel = _travel_report(result, shot.take, solution)
         details = report.details | travel.details
         findings = (*report.findings, *failed, *travel.findings)
         summary["neutral_frames"] = neutral_summary(shot.setup)
@@ -149,7 +149,7 @@ def _solution_summary(solution: Solution) -> dict[str, Any]:
 
 
 def _place_summary(solution: Solution) -> dict[str, Any]:
-    if solution.shifts is None or not solution.shifts.any():
+    if not solution.shifts.any():
         return {}
     away = 1000.0 * np.linalg.norm(solution.shifts, axis=1)
     return {
@@ -179,9 +179,9 @@ def _unexplained(choice: MapChoice) -> dict[str, float]:
     }
 
 
-def _travel_report(result: ShotResult, solution: Solution, face: BoundFace) -> ShotReport:
-    take, weights = result.shot.take, result.solved.reordered(face.shape_names).weights
-    assert isinstance(take, MarkerTake)
+def _travel_report(result: ShotResult, take: MarkerTake, solution: Solution) -> ShotReport:
+    face = result.shot.face
+    weights = result.solved.reordered(face.shape_names).weights
 
     def measured() -> tuple[dict[str, Travel], dict[str, Travel]]:
         own, merged = region_travel(face, take, solution, weights, str, gain_region)

@@ -34,11 +34,11 @@ from usdface.retarget_take.clean import clean
 from usdface.retarget_take.solver_input import solver_input
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.shot.piece_cuts import PieceCuts
-from usdface.shot.shot import Shot, SolvedShot
-from usdface.shot.solve import Solved, TakeSolver, checked_lids, solve_with_replaced_lids
+from usdface.shot.shot import Shot
+from usdface.shot.solve import TakeSolver, checked_lids, solve_with_replaced_lids
 from usdface.takes import MarkerTake, WeightsTake
 
-__all__ = ["EstimatedTake", "ReadFrames", "estimate_shot", "solve_cut"]
+__all__ = ["EstimatedTake", "ReadFrames", "SolvedPiece", "estimate_shot", "solve_cut"]
 
 ReadFrames = Callable[[IntArray], Shot]
 """Returns a shot with some frames of its take, by indices in ascending order."""
@@ -77,6 +77,26 @@ class EstimatedTake:
     def reach(self) -> int:
         """Frames that a piece reads beyond each of its ends."""
         return self.overlap + self.judged
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SolvedPiece:
+    """Frames of a marker take, cleaned and solved.
+
+    Attributes
+    ----------
+    take : MarkerTake
+        Its markers cleaned.
+    solution : Solution
+    repairs : tuple of Repair
+    mistracked : tuple of MistrackedLid
+        Frames of both are counted from the start of the whole take.
+    """
+
+    take: MarkerTake
+    solution: Solution
+    repairs: tuple[Repair, ...]
+    mistracked: tuple[MistrackedLid, ...]
 
 
 def estimate_shot(parts: Sequence[tuple[int, int, Shot]], cuts: PieceCuts) -> EstimatedTake:
@@ -163,7 +183,7 @@ def _estimated(sample: MarkerTake, face: BoundFace, setup: RetargetSetup) -> Est
 
 def solve_cut(
     read: ReadFrames, cuts: PieceCuts, first: int, end: int, known: EstimatedTake
-) -> SolvedShot:
+) -> SolvedPiece:
     """Clean and solve frames of a take, from block to block, by its estimates.
 
     Parameters
@@ -202,7 +222,7 @@ def solve_cut(
     )
     take = with_replaced_lids(near.take, lids).with_frames(core)
     mistracked = tuple(lid.within(core, first) for lid in lids)
-    return SolvedShot(take, solution.weights, solution, repairs, mistracked=mistracked)
+    return SolvedPiece(take, solution, repairs, mistracked)
 
 
 def _solved(
@@ -220,18 +240,13 @@ def _solved(
     take, setup, _, _ = solver_input(near.take, face, replace(setup, pins=pins), near, None)
 
     def solve_by(estimates: TakeEstimates) -> TakeSolver:
-        def solved(take: MarkerTake) -> Solved:
-            solution = solve_piece(take, estimates, face.shape_names, setup)
-            return solution.weights, solution, []
-
-        return solved
+        return lambda take: (solve_piece(take, estimates, face.shape_names, setup), [])
 
     tracked = solve_by(known.tracked or known.estimates)
     corrected = solve_by(known.estimates) if known.tracked is not None else None
-    (_, solution, _), lids = solve_with_replaced_lids(
+    (solution, _), lids = solve_with_replaced_lids(
         take, face, known.lids, known.judged, tracked, corrected
     )
-    assert solution is not None
     return solution, lids
 
 

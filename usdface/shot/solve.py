@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 
-from usdface.cleanup.clean import Cleaned
 from usdface.closure.lid_apertures import Eye, LidApertures, lid_apertures_of
 from usdface.closure.mistracked_lids import (
     MistrackedLid,
@@ -18,9 +17,10 @@ from usdface.findings import Finding
 from usdface.hooks import run_hooks
 from usdface.retarget.solution import Solution
 from usdface.retarget_take.clean import clean, clean_inputs
+from usdface.retarget_take.recorded_weights import recorded_weights
 from usdface.retarget_take.solve import solve
 from usdface.setup.retarget_setup import RetargetSetup
-from usdface.shot.run import RetargetRun, Stages
+from usdface.shot.run import RetargetRun
 from usdface.shot.shot import Shot, SolvedShot
 from usdface.takes import MarkerTake, WeightsTake
 
@@ -32,7 +32,7 @@ __all__ = [
     "solve_with_replaced_lids",
 ]
 
-Solved = tuple[WeightsTake, Solution | None, list[Finding]]
+Solved = tuple[Solution, list[Finding]]
 TakeSolver = Callable[[MarkerTake], Solved]
 
 
@@ -41,36 +41,45 @@ def solve_shot(shot: Shot, run: RetargetRun) -> SolvedShot:
     recorded = known_digest(replace(shot.take, source=""))
     take, findings = run_hooks(run.hooks, "take_read", shot.take, shot)
     shot = replace(shot, take=take)
-    face, setup = shot.face, shot.setup
-    with run.progress.step("clean"):
-        take, cleaned, new_findings = _clean(shot, run.stages)
-    findings += new_findings
+    if isinstance(take, MarkerTake):
+        solved = _solve_markers(take, shot, run)
+    else:
+        solved = _take_over(take, shot, run)
+    return replace(solved, findings=(*findings, *solved.findings), recorded=recorded)
 
-    def solved(take: MarkerTake | WeightsTake) -> Solved:
+
+def _take_over(take: WeightsTake, shot: Shot, run: RetargetRun) -> SolvedShot:
+    """Return recorded weights as a solve has them."""
+    with run.progress.step("clean"):
+        pass  # no markers; steps are those of any shot
+    with run.progress.step("solve"):
+        weights, findings = recorded_weights(take, shot.face, shot.setup)
+    return SolvedShot(take, weights, None, findings=tuple(findings))
+
+
+def _solve_markers(take: MarkerTake, shot: Shot, run: RetargetRun) -> SolvedShot:
+    face, setup = shot.face, shot.setup
+    with run.progress.step("clean"):  # or taken from an earlier run, of any character
+        cleaned, findings = run.stages.stage(
+            "clean", clean_inputs(take, setup), {"take": take}, lambda: clean(take, setup)
+        )
+
+    def solved(take: MarkerTake) -> Solved:
         return solve(take, face, setup, cleaned=cleaned, progress=run.progress)
 
-    lids: tuple[MistrackedLid, ...] = ()
-    apertures = None
     with run.progress.step("solve"):
-        if isinstance(take, MarkerTake):
-            apertures = checked_lids(face, setup)
-            reach = lid_reach(take.times)
-            answer, lids = solve_with_replaced_lids(take, face, apertures, reach, solved)
-            take = with_replaced_lids(take, lids)
-        else:
-            answer = solved(take)
-    weights, solution, new_findings = answer
-    findings += [*mistracked_findings(lids), *new_findings]
-    repairs = cleaned.repairs if cleaned else ()
+        apertures = checked_lids(face, setup)
+        (solution, new_findings), lids = solve_with_replaced_lids(
+            cleaned.take, face, apertures, lid_reach(take.times), solved
+        )
     return SolvedShot(
-        take=take,
-        weights=weights,
+        take=with_replaced_lids(cleaned.take, lids),
+        weights=solution.weights,
         solution=solution,
-        repairs=repairs,
-        findings=tuple(findings),
+        repairs=cleaned.repairs,
+        findings=(*findings, *mistracked_findings(lids), *new_findings),
         lids=apertures,
         mistracked=lids,
-        recorded=recorded,
     )
 
 
@@ -105,21 +114,8 @@ def solve_with_replaced_lids(
     """
     answer = tracked(take)
     lids: tuple[MistrackedLid, ...] = ()
-    if apertures is not None and answer[1] is not None:
-        lids = mistracked_lids(take, face.with_contacts(), answer[1], apertures, reach)
+    if apertures is not None:
+        lids = mistracked_lids(take, face.with_contacts(), answer[0], apertures, reach)
     if lids or corrected is not None:
         answer = (corrected or tracked)(with_replaced_lids(take, lids))
     return answer, lids
-
-
-def _clean(
-    shot: Shot, stages: Stages
-) -> tuple[MarkerTake | WeightsTake, Cleaned | None, list[Finding]]:
-    """Clean the markers of a shot, or take them from an earlier run, of any character."""
-    take, setup = shot.take, shot.setup
-    if isinstance(take, WeightsTake):
-        return take, None, []
-    cleaned, findings = stages.stage(
-        "clean", clean_inputs(take, setup), {"take": take}, lambda: clean(take, setup)
-    )
-    return cleaned.take, cleaned, findings

@@ -28,7 +28,7 @@ from usdface.retarget.map_choice import MapChoice
 from usdface.retarget.rbf import SpaceMap
 from usdface.retarget.solution import Solution
 from usdface.retarget.take_estimates import TakeEstimates
-from usdface.shot.retarget_pieces import EstimatedTake
+from usdface.shot.retarget_pieces import EstimatedTake, SolvedPiece
 from usdface.shot.shot import ShotResult, SolvedShot
 from usdface.show.keys import program
 from usdface.show.packed import UnpackError, read_packed, write_packed
@@ -51,7 +51,7 @@ _CLASSES = (
         ShotResult,
         SideTrace,
     ),
-    *(Solution, SolvedShot, SpaceMap, TakeEstimates, WeightsTake),
+    *(Solution, SolvedPiece, SolvedShot, SpaceMap, TakeEstimates, WeightsTake),
 )
 _KEPT = 2  # files of each stage, so that a setting can be changed back
 

@@ -7,6 +7,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
 from usdface.io.usd.character_meshes import character_meshes, points_of
+from usdface.io.usd.head_motion import HeadCarrier, JointCarrier
 from usdface.io.usd.shot import StagedShot
 from usdface.rigs import Mesh
 from usdface.shot.shot import ShotResult
@@ -27,7 +28,7 @@ def report_detached(staged: StagedShot, result: ShotResult) -> list[Finding]:
         return []
     rig = staged.shot.rig
     face = rig.mesh(staged.shot.setup.binding.mesh)
-    carried = {mesh.path: _carried(mesh, staged) for mesh in rig.meshes}
+    carried = {mesh.path: _carried(mesh, carrier, staged.prims.skel_root) for mesh in rig.meshes}
     box = _box(face.points[carried[face.path]])
     beside = [p for p in character_meshes(staged) if str(p.GetPath()) not in carried]
     places = {mesh.path: mesh.points for mesh in rig.meshes} | points_of(beside, staged)
@@ -48,12 +49,10 @@ def report_detached(staged: StagedShot, result: ShotResult) -> list[Finding]:
     return [finding("MESHES_LEFT_BEHIND", face.path, message, *values)]
 
 
-def _carried(mesh: Mesh, staged: StagedShot) -> BoolArray:
+def _carried(mesh: Mesh, carrier: HeadCarrier, skel_root: str) -> BoolArray:
     """Return which points of a mesh of the rig the head's carrier moves: (V,) bool."""
-    carrier = staged.prims.head
-    assert carrier is not None
-    if carrier.skeleton is None:
-        return np.full(len(mesh.points), Sdf.Path(mesh.path).HasPrefix(staged.prims.skel_root))
+    if not isinstance(carrier, JointCarrier):
+        return np.full(len(mesh.points), Sdf.Path(mesh.path).HasPrefix(skel_root))
     if mesh.skin is None:
         return np.zeros(len(mesh.points), bool)
     joints = carrier.skeleton.joints

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel, Vt
@@ -16,7 +16,15 @@ from usdface.retarget.joint_motion import JointMotion, joint_track, matrices_of
 from usdface.rigs import Mesh, Skeleton
 from usdface.setup.retarget_setup import RetargetSetup
 
-__all__ = ["HEAD_OP", "HeadCarrier", "author_head", "find_carrier", "inverse_head_motion"]
+__all__ = [
+    "HEAD_OP",
+    "HeadCarrier",
+    "JointCarrier",
+    "RootCarrier",
+    "author_head",
+    "find_carrier",
+    "inverse_head_motion",
+]
 
 HEAD_OP = "xformOp:transform:usdfaceHead"
 # Joint attributes of a SkelAnimation.
@@ -28,31 +36,47 @@ _COMPONENTS = (
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class HeadCarrier:
-    """The prim or joint that the head motion is authored on.
+class JointCarrier:
+    """The joint that moves the face, which the head motion is authored on.
 
     Attributes
     ----------
     joint : int
-        The joint of `skeleton` that moves the face; -1 = the SkelRoot.
-    skeleton : Skeleton or None
+    skeleton : Skeleton
         In metres, Y up.
     to_rig : (4, 4) float64
-        From the space of the authored motion to metres, Y up: skeleton space for a joint, else the
-        SkelRoot's local space.
-    ops : tuple of str
-        The SkelRoot's own transform ops.
+        From skeleton space to metres, Y up.
     """
 
     joint: int
-    skeleton: Skeleton | None
+    skeleton: Skeleton
     to_rig: FloatArray = field(repr=False)
-    ops: tuple[str, ...] = ()
 
     @property
     def name(self) -> str:
-        """The joint's path, or "SkelRoot"."""
-        return self.skeleton.joints[self.joint] if self.skeleton else "SkelRoot"
+        """The joint's path."""
+        return self.skeleton.joints[self.joint]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class RootCarrier:
+    """The SkelRoot of a face that no joint moves, which the head motion is authored on.
+
+    Attributes
+    ----------
+    to_rig : (4, 4) float64
+        From the SkelRoot's local space to metres, Y up.
+    ops : tuple of str
+        Its own transform ops.
+    """
+
+    to_rig: FloatArray = field(repr=False)
+    ops: tuple[str, ...]
+    joint: ClassVar[None] = None
+    name: ClassVar[str] = "SkelRoot"
+
+
+HeadCarrier = JointCarrier | RootCarrier
 
 
 def find_carrier(
@@ -84,15 +108,15 @@ def find_carrier(
     """
     xforms = UsdGeom.XformCache(Usd.TimeCode.EarliestTime())
     joint = face_joint(skeleton, mesh, setup)
-    if joint is not None:
+    if skeleton is not None and joint is not None:
         to_world = np.array(xforms.GetLocalToWorldTransform(prim)) @ inverse_head_motion(root)
-        return HeadCarrier(joint, skeleton, to_world @ si)
+        return JointCarrier(joint, skeleton, to_world @ si)
     if not root:
         return None
     to_world = np.array(xforms.GetLocalToWorldTransform(root)) @ inverse_head_motion(root)
     order = UsdGeom.Xformable(root).GetXformOpOrderAttr().Get() or ()
     ops = tuple(str(op) for op in order if op != HEAD_OP)
-    return HeadCarrier(-1, None, to_world @ si, ops)
+    return RootCarrier(to_world @ si, ops)
 
 
 def inverse_head_motion(root: Usd.Prim) -> FloatArray:
@@ -127,7 +151,7 @@ def author_head(
     same on the stage.
     """
     root, animation = paths
-    if carrier.skeleton is not None:
+    if isinstance(carrier, JointCarrier):
         head = () if motion is None else (JointMotion(carrier.joint, motion),)
         moved = (*head, *eyes)
         if moved:
@@ -137,7 +161,7 @@ def author_head(
 
 
 def _author_root(
-    layer: Sdf.Layer, path: str, carrier: HeadCarrier, motion: Pose, codes: list[float]
+    layer: Sdf.Layer, path: str, carrier: RootCarrier, motion: Pose, codes: list[float]
 ) -> None:
     """Author the motion after the SkelRoot's own transform ops, which place the character."""
     root = Sdf.CreatePrimInLayer(layer, path)
@@ -151,7 +175,7 @@ def _author_joints(
     layer: Sdf.Layer,
     stage: Usd.Stage,
     path: str,
-    carrier: HeadCarrier,
+    carrier: JointCarrier,
     moved: Sequence[JointMotion],
     codes: list[float],
     stage_codes: list[float],
@@ -161,7 +185,6 @@ def _author_joints(
     Beyond the take, too, where head and eyes stay as in its first or last frame: the arrays hide
     all samples of the character's own.
     """
-    assert carrier.skeleton is not None
     driven = [carrier.skeleton.joints[each.joint] for each in moved]
     tracks = [UsdSkel.DecomposeTransforms(matrices(_local(carrier, each))) for each in moved]
     before, after = _codes_beyond(stage, path, stage_codes)
@@ -202,9 +225,8 @@ def _on_layer(moments: list[float], stage_codes: list[float], codes: list[float]
     return [codes[0] + scale * (moment - stage_codes[0]) for moment in moments]
 
 
-def _local(carrier: HeadCarrier, moved: JointMotion) -> FloatArray:
+def _local(carrier: JointCarrier, moved: JointMotion) -> FloatArray:
     """Return a joint's transforms to its parent in the skeleton's units: (F, 4, 4)."""
-    assert carrier.skeleton is not None
     track = joint_track(carrier.skeleton, moved)
     scale = mean_scale(carrier.to_rig[:3, :3]) or 1.0
     shrink, grow = np.diag([1 / scale] * 3 + [1.0]), np.diag([scale] * 3 + [1.0])

@@ -10,6 +10,7 @@ from usdface.clips import JointsTake
 from usdface.findings import Finding, finding
 from usdface.io.transforms import compose
 from usdface.io.usd.animated_joints import animated_joints
+from usdface.io.usd.head_motion import JointCarrier
 from usdface.io.usd.rigid_animation import transform_time_codes
 from usdface.io.usd.shot import ShotPrims, StagedShot
 from usdface.io.usd.skel_bindings import skinned_by
@@ -29,7 +30,7 @@ def report_replaced(staged: StagedShot, result: ShotResult) -> list[Finding]:
     Beyond the take, too, where these joints stay as in its first or last frame.
     """
     carrier = staged.prims.head
-    if carrier is None or carrier.skeleton is None:
+    if not isinstance(carrier, JointCarrier):
         return []  # a SkelRoot keeps its own transforms
     joints = carrier.skeleton.joints
     head = (joints[carrier.joint],) if result.head_motion is not None else ()
