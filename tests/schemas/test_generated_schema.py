@@ -134,7 +134,9 @@ def test_every_setting_of_the_solve_has_its_line_in_the_contract(name: str) -> N
     kind = "token" if setting.choices else "double"
     value = f"`{default}`" if setting.choices else f"{default:g}"
     line = f"| `{tokens.SOLVE_PREFIX}{name}` | uniform {kind} | {value} | {setting.doc} |"
-    assert line in CONTRACT.read_text(encoding="utf-8").splitlines(), f"docs: add\n{line}"
+    assert line in CONTRACT.read_text(encoding="utf-8").splitlines(), (
+        f"in {CONTRACT.name} write\n{line}"
+    )
 
 
 SYSTEM = expression_system((), ())
