@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pxr import Sdf, Usd, Vt
+from whole_setup import lost_fields
 
 from usdface.errors import InputError
 from usdface.io.usd.retarget_setup import read_setup, write_setup
@@ -95,6 +96,12 @@ def test_a_setup_survives_usd(setup: RetargetSetup) -> None:
         assert getattr(back, name) == getattr(setup, name)
     assert dict(back.roles) == dict(setup.roles)
     assert dict(back.neutral_weights) == dict(setup.neutral_weights)
+
+
+def test_no_field_of_a_setup_is_forgotten() -> None:
+    """Pins and exaggeration are read at the time codes of a take, by others."""
+    lost = lost_fields(lambda setup: read_setup(written(setup)))
+    assert lost == {"pins", "exaggeration", "neutral_assumed"}, "usdface/io/usd/retarget_setup.py"
 
 
 @pytest.mark.parametrize(
