@@ -94,41 +94,47 @@ def close_eyes(
     """
     if not apertures:
         return None
-    face, solved, solution = performance.face, performance.performed, performance.solution
-    near_pins, exaggerated = performance.near_pins, performance.solved.weights
-    signal = lid_signal(face, apertures, solved, solution)
-    lids = lid_markers(face, apertures, solved.names, solution) if solution else []
-    alone = lid_motion(lids, solution) if solution else None
-    least = least_pulses(face, apertures, solved.names, solution) if solution else None
-    lids_gone = lid_estimate(face, apertures, solved.names, solution) if solution else None
-    as_solved = solved_lids(face, apertures, solved) if solution else None
+    face, performed, solution = performance.face, performance.performed, performance.solution
+    names, times, near_pins = performed.names, performed.times, performance.near_pins
+    signal = lid_signal(face, apertures, performed, solution)
+    markers = lid_markers(face, apertures, names, solution) if solution else []
+    by_itself = lid_motion(markers, solution) if solution else None
+    estimate = lid_estimate(face, apertures, names, solution) if solution else None
     closings, left_open = find_closings(
-        solved.times, signal, own=alone, least=least,
-        lids=lids_gone.gone if lids_gone else None,
-        unsure=lids_gone.deviation if lids_gone else None,
-        solved=as_solved,
-    )  # fmt: skip
-    recorded = [] if blink is None else recorded_blinks(solved.times, blink)
+        times,
+        signal,
+        by_itself=by_itself,
+        least=least_pulses(face, apertures, names, solution) if solution else None,
+        gone=estimate.gone if estimate else None,
+        deviation=estimate.deviation if estimate else None,
+        solved=solved_lids(face, apertures, performed) if solution else None,
+    )
+    recorded = [] if blink is None else recorded_blinks(times, blink)
     unseen = unseen_blinks(recorded, closings)
     closings = sorted([*closings, *unseen], key=lambda each: each.closed)
     findings = _unseen(apertures, signal)
-    findings += _left_open(_apart_from(unseen, left_open, solved.times))
-    course = _eye_course(closing_course(solved.times, closings), apertures, near_pins)
+    findings += _left_open(_apart_from(unseen, left_open, times))
+    course = _eye_course(closing_course(times, closings), apertures, near_pins)
     if solution:
-        findings += _by_another_face(face, apertures, solved.names)
+        findings += _by_another_face(face, apertures, names)
     closed = weights
     if solution:  # lids and gaze of a take of weights are measured, not solved from markers
-        shown = shown_closing(signal, alone, even_times(solved.times))
+        shown = shown_closing(signal, by_itself, even_times(times))
         closed = without_unshown_closing(
-            weights, solved.weights, shown, apertures, near_pins, exaggerated=exaggerated
+            weights,
+            performed.weights,
+            shown,
+            apertures,
+            near_pins,
+            exaggerated=performance.solved.weights,
         )
         findings += opened_findings(weights, closed, apertures)
-        closed = without_glances(closed, solved.times, solved.names, closings, near_pins)
+        closed = without_glances(closed, times, names, closings, near_pins)
     for eye, own in apertures.items():
         closed = close_lids(closed, course[:, EYES.index(eye)], own)
-    closed, new_findings = part_eyes(closed, apertures, near_pins, solved.times)
+    closed, new_findings = part_eyes(closed, apertures, near_pins, times)
     findings += new_findings
-    every = (_completed(each, apertures, solved.times, weights, closed) for each in closings)
+    every = (_completed(each, apertures, times, weights, closed) for each in closings)
     # One shape that closes both eyes does not wink, and pins hold weights.
     completed = tuple(each for each in every if _changed(each, apertures, weights, closed))
     findings += _by_recorder(each for each in completed if each.closing in unseen)

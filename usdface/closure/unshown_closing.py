@@ -35,14 +35,14 @@ _HARDLY = 0.05
 _FALLEN = 0.1
 
 
-def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -> FloatArray:
+def shown_closing(signal: FloatArray, by_itself: FloatArray | None, even: EvenTimes) -> FloatArray:
     """Return how far the markers show each eye as closed at most: (F, 2); infinite = not measured.
 
     Parameters
     ----------
     signal : (F, 2) float64
         `usdface.closure.lid_signal`; NaN in all frames of an eye that is not measured.
-    own : (F, 2) float64 or None
+    by_itself : (F, 2) float64 or None
         The same of the lids by themselves (`lid_motion`): a blink under a raised brow, and none
         under a lowered one.
     even : EvenTimes
@@ -53,7 +53,7 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -
         return most
     around = round(_AROUND / even.step)
     for eye in (0, 1):
-        curves = [each[:, eye] for each in (signal, own) if each is not None]
+        curves = [each[:, eye] for each in (signal, by_itself) if each is not None]
         if not all(np.isfinite(each).all() for each in curves):
             continue
         resampled = (even.resampled(each) for each in curves)
@@ -72,9 +72,9 @@ def _evidence(closed: list[FloatArray]) -> FloatArray:
     """
     if len(closed) < 2:
         return closed[0].clip(min=0.0)
-    all_of_it, alone = closed
-    most = np.maximum(all_of_it, alone).clip(min=0.0)
-    return np.clip((alone - _DRAGGED * all_of_it) / (_OWN - _DRAGGED), 0.0, most)
+    all_of_it, by_itself = closed
+    most = np.maximum(all_of_it, by_itself).clip(min=0.0)
+    return np.clip((by_itself - _DRAGGED * all_of_it) / (_OWN - _DRAGGED), 0.0, most)
 
 
 def without_unshown_closing(
