@@ -228,7 +228,7 @@ def _final_weights(
     rows, observed, regularisation = take.rows, solved.observed, solved.regularisation
     bounds = Bounds(rows=rows.model.limit_rows)
     final = rows.solve(observed, take.times, regularisation, solved.iterate, bounds)
-    leftover = rows.head_motion(observed - rows.displacements(final.weights))
+    leftover = rows.rigid_part(observed - rows.displacements(final.weights))
     if pins:
         names, limits = regularisation.names, rows.model.limit_rows
         bounds = pin_bounds(pins, names, take.times, final.weights, limits)
