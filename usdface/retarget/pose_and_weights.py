@@ -71,7 +71,7 @@ def solve_pose_and_weights(
     problem: SolveProblem,
     *,
     errors: FloatArray | None = None,
-    neutral_frames: IntArray | None = None,
+    neutral_counts: IntArray | None = None,
     rounds: int = _ROUNDS,
     known: Regularisation | None = None,
     exactly: bool = False,
@@ -84,7 +84,7 @@ def solve_pose_and_weights(
     problem : SolveProblem
     errors : (M,) float64 [1], optional
         Of the markers (`usdface.retarget.marker_errors`); equal, if left out.
-    neutral_frames : (M,) int64, optional
+    neutral_counts : (M,) int64, optional
         Number of frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int
         At most.
@@ -105,9 +105,9 @@ def solve_pose_and_weights(
     )
     in_head, no_residual = problem.pose.to_head(take.markers), np.zeros(take.occluded.shape)
     state = SolveRound(0, problem.pose, in_head, problem.space, regularisation, no_residual)
-    steps = 0 if neutral_frames is None or rows.axes == 2 else _NEUTRAL_STEPS
+    steps = 0 if neutral_counts is None or rows.axes == 2 else _NEUTRAL_STEPS
     start, no_correction = problem.space.start, np.zeros((len(target), 3))
-    neutral = _Neutral(target, neutral_frames, start, no_correction, steps)
+    neutral = _Neutral(target, neutral_counts, start, no_correction, steps)
     if take.linear is None and take.seen.all() and not (steps or exactly):
         state = measured(take, state)
     else:
@@ -149,8 +149,8 @@ class _Neutral:
     Attributes
     ----------
     target : (M, 3) float64 [m]
-    frames : (M,) int64 or None
-        That each marker's neutral is the mean of.
+    counts : (M,) int64 or None
+        Of the frames that each marker's neutral is the mean of.
     start : (M, 3) float64 [m] or None
         Of the space map, without the correction.
     correction : (M, 3) float64 [m]
@@ -159,20 +159,20 @@ class _Neutral:
     """
 
     target: FloatArray
-    frames: IntArray | None
+    counts: IntArray | None
     start: FloatArray | None
     correction: FloatArray
     steps: int
 
     def corrected(self, take: ObservedTake, state: SolveRound) -> "_Neutral":
         """Return it with the correction by the mean residual of the take."""
-        assert self.frames is not None and state.iterate is not None
+        assert self.counts is not None and state.iterate is not None
         regularisation = state.regularisation
         leftover = state.residual.reshape(*take.seen.shape, -1) - bootstrap_residual(
             take.rows, self.target, take.seen, take.times, regularisation, state.iterate
         )
         correction = neutral_correction(
-            self.correction, leftover, take.seen, self.frames, regularisation, take.rows.rigid
+            self.correction, leftover, take.seen, self.counts, regularisation, take.rows.rigid
         )
         return replace(self, correction=correction, steps=self.steps - 1)
 
