@@ -11,8 +11,9 @@ from usdface.setup.calibration import Calibration
 from usdface.setup.pin import Pin
 from usdface.setup.retarget_setup import RetargetSetup
 
-__all__ = ["WHOLE", "lost_fields"]
+__all__ = ["PLAIN", "WHOLE", "lost_fields", "other_fields"]
 
+PLAIN = RetargetSetup(Binding((), []))
 WHOLE = RetargetSetup(
     Binding(("a", "b", "ä ö"), [3, 3, 0], "/Head", [0.5, 0.25, 1.0]),
     head="markers",
@@ -41,14 +42,17 @@ WHOLE = RetargetSetup(
 )
 
 
+def other_fields(one: RetargetSetup, other: RetargetSetup) -> set[str]:
+    """The fields in which two setups differ."""
+    return {
+        field.name
+        for field in fields(one)
+        if content_digest(getattr(one, field.name)) != content_digest(getattr(other, field.name))
+    }
+
+
 def lost_fields(there_and_back: Callable[[RetargetSetup], RetargetSetup]) -> set[str]:
     """The fields of a setup that are other ones after the way to a file and back."""
-    plain = RetargetSetup(Binding((), []))
-    back = there_and_back(WHOLE)
-    whole, default, read = (
-        {field.name: content_digest(getattr(each, field.name)) for field in fields(each)}
-        for each in (WHOLE, plain, back)
-    )
-    same = {name for name in whole if whole[name] == default[name]}
+    same = {field.name for field in fields(WHOLE)} - other_fields(WHOLE, PLAIN)
     assert not same, f"give {same} another value than the default in tests/whole_setup.py"
-    return {name for name in whole if whole[name] != read[name]}
+    return other_fields(WHOLE, there_and_back(WHOLE))

@@ -9,13 +9,15 @@ from typing import get_args
 
 import pytest
 from expression_systems import expression_system
-from pxr import Sdf
+from pxr import Sdf, Usd
+from whole_setup import PLAIN, other_fields
 
 from usdface import options
 from usdface.expression_system import Axis, FaceUnit, MarkerFeature, Measure
 from usdface.fuzzy import system
 from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Variable, VariableKind
+from usdface.io.usd.retarget_setup import read_setup
 from usdface.schemas import plugin_dir, tokens
 
 SOURCE = Sdf.Layer.FindOrOpen(str(plugin_dir() / "schema.usda"))
@@ -80,22 +82,14 @@ def declared_default(prim: str, name: str) -> object:
     return GENERATED.GetAttributeAtPath(f"/{prim}.{name}").default
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        (tokens.MAP_KERNEL, options.MapOptions().kernel),
-        (tokens.MAP_FORM, options.MapOptions().form),
-        (tokens.MAP_CHOICE, options.MapOptions().choice),
-        (tokens.MAP_RADIUS, options.MapOptions().radius),
-        (tokens.MAP_SMOOTHING, options.MapOptions().smoothing),
-        (tokens.CLEAN_BLINKS, options.CleanOptions().blinks),
-        (tokens.CLEAN_SWAPS, options.CleanOptions().swaps),
-        (tokens.CLEAN_SPIKES, options.CleanOptions().spikes),
-        (tokens.CLEAN_GAPS, options.CleanOptions().gaps),
-    ],
-)
-def test_a_missing_attribute_means_the_default_of_the_options(name: str, value: object) -> None:
-    assert declared_default(tokens.RETARGET, name) == value
+def test_a_missing_attribute_of_a_setup_means_its_default() -> None:
+    """A prim with the declared defaults, as USD has them where nothing is authored."""
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/Retarget")
+    for spec in GENERATED.GetPrimAtPath(f"/{tokens.RETARGET}").attributes:
+        if spec.name.startswith("usdface:") and spec.default is not None:
+            prim.CreateAttribute(spec.name, spec.typeName, False).Set(spec.default)
+    assert other_fields(read_setup(prim), PLAIN) == {"neutral_removed"}  # on a stage it is named
 
 
 SOLVE = options.SolveOptions()

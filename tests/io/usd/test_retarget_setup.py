@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from pxr import Sdf, Usd, Vt
-from whole_setup import lost_fields
+from whole_setup import PLAIN, lost_fields, other_fields
 
 from usdface.errors import InputError
 from usdface.io.usd.retarget_setup import read_setup, write_setup
@@ -129,8 +129,8 @@ def test_curves_that_do_not_fit_are_refused(
 def test_what_is_not_authored_has_its_default() -> None:
     stage = Usd.Stage.CreateInMemory()
     back = read_setup(stage.DefinePrim("/R", tokens.RETARGET))
-    assert back.head == "solve" and back.neutral == (0, 0) and back.binding.markers == ()
-    assert back.map == MapOptions() and back.solve == SolveOptions()
+    assert back.neutral_removed is False  # on a stage it is named
+    assert other_fields(back, PLAIN) == {"neutral_removed"}, "as usdface/schemas/schema.usda has it"
 
 
 def test_a_stronger_layer_overrides_one_setting() -> None:
