@@ -47,7 +47,8 @@ def types(text: str) -> dict[str, dict[str, object]]:
 
 @pytest.mark.parametrize("name", OWN)
 def test_generated_schema_is_up_to_date(name: str) -> None:
-    assert properties(GENERATED, name) == properties(SOURCE, name) != {}
+    outdated = "run python -m pxr.Usd.usdGenSchema usdface/schemas/schema.usda usdface/schemas"
+    assert properties(GENERATED, name) == properties(SOURCE, name) != {}, outdated
 
 
 def test_plug_info_names_the_same_types() -> None:
@@ -205,7 +206,10 @@ def test_allowed_tokens_are_those_of_the_program(prim: str, name: str, allowed: 
 @pytest.mark.parametrize("name", OWN)
 def test_every_property_is_documented_for_people(name: str) -> None:
     for prop in SOURCE.GetPrimAtPath(f"/{name}").properties:
-        assert prop.documentation and prop.GetInfo("displayGroup") and prop.GetInfo("displayName")
+        shown = ("documentation", "displayGroup", "displayName")
+        assert all(prop.GetInfo(key) for key in shown), (
+            f"{prop.name} in schema.usda lacks one of {shown}"
+        )
 
 
 @pytest.mark.parametrize("name", OWN)
