@@ -81,7 +81,7 @@ def without_unshown_closing(
     weights: FloatArray,
     solved: FloatArray,
     shown: FloatArray,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     near_pins: FloatArray,
     *,
     exaggerated: FloatArray | None = None,
@@ -100,13 +100,13 @@ def without_unshown_closing(
         As the performer shows them.
     shown : (F, 2) float64
         As of `shown_closing`.
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`: pinned weights stay.
     exaggerated : (F, T) float64, optional
         The solved weights with their exaggeration, before the correction; `solved`, if left out.
     """
-    closers = [apertures[eye].closer for eye in EYES if eye in apertures]
+    closers = [by_eye[eye].closer for eye in EYES if eye in by_eye]
     if len(set(closers)) < 2:
         return weights
     both = solved[:, closers]
@@ -126,12 +126,12 @@ def without_unshown_closing(
 
 
 def opened_findings(
-    before: FloatArray, after: FloatArray, apertures: Mapping[Eye, LidApertures]
+    before: FloatArray, after: FloatArray, by_eye: Mapping[Eye, LidApertures]
 ) -> list[Finding]:
     """Report eyes that were opened, of weights (F, T) before and after."""
     findings = []
-    for eye, own in apertures.items():
-        fallen = before[:, own.closer] - after[:, own.closer]
+    for eye, apertures in by_eye.items():
+        fallen = before[:, apertures.closer] - after[:, apertures.closer]
         frames = np.flatnonzero(fallen > _FALLEN)
         if len(frames):
             message = (

@@ -50,12 +50,12 @@ def solve_shot(shot: Shot, run: RetargetRun) -> SolvedShot:
         return solve(take, face, setup, cleaned=cleaned, progress=run.progress)
 
     lids: tuple[MistrackedLid, ...] = ()
-    apertures = None
+    by_eye = None
     with run.progress.step("solve"):
         if isinstance(take, MarkerTake):
-            apertures = checked_lids(face, setup)
+            by_eye = checked_lids(face, setup)
             reach = lid_reach(take.times)
-            answer, lids = solve_with_replaced_lids(take, face, apertures, reach, solved)
+            answer, lids = solve_with_replaced_lids(take, face, by_eye, reach, solved)
             take = with_replaced_lids(take, lids)
         else:
             answer = solved(take)
@@ -68,7 +68,7 @@ def solve_shot(shot: Shot, run: RetargetRun) -> SolvedShot:
         solution=solution,
         repairs=repairs,
         findings=tuple(findings),
-        lids=apertures,
+        lids=by_eye,
         mistracked=lids,
         recorded=recorded,
     )
@@ -82,7 +82,7 @@ def checked_lids(face: BoundFace, setup: RetargetSetup) -> Mapping[Eye, LidApert
 def solve_with_replaced_lids(
     take: MarkerTake,
     face: BoundFace,
-    apertures: Mapping[Eye, LidApertures] | None,
+    by_eye: Mapping[Eye, LidApertures] | None,
     reach: int,
     tracked: TakeSolver,
     corrected: TakeSolver | None = None,
@@ -94,7 +94,7 @@ def solve_with_replaced_lids(
     take : MarkerTake
         A whole one, or a piece.
     face : BoundFace
-    apertures : mapping of "left", "right" to LidApertures, or None
+    by_eye : mapping of "left", "right" to LidApertures, or None
         As `checked_lids` returns them.
     reach : int
         `lid_reach` of the whole take.
@@ -105,8 +105,8 @@ def solve_with_replaced_lids(
     """
     answer = tracked(take)
     lids: tuple[MistrackedLid, ...] = ()
-    if apertures is not None and answer[1] is not None:
-        lids = mistracked_lids(take, face.with_contacts(), answer[1], apertures, reach)
+    if by_eye is not None and answer[1] is not None:
+        lids = mistracked_lids(take, face.with_contacts(), answer[1], by_eye, reach)
     if lids or corrected is not None:
         answer = (corrected or tracked)(with_replaced_lids(take, lids))
     return answer, lids
