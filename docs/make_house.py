@@ -1,10 +1,11 @@
 """Draw docs/house.svg, the layers of the package: ``python docs/make_house.py``.
 
 The rows are those of the import contract in pyproject.toml; the line in a box is the first of its
-module's docstring. The numbers follow a shot through `usdface process`.
+module's docstring. The numbers are those of the steps in docs/architecture.md.
 """
 
 import ast
+import re
 import textwrap
 import tomllib
 from html import escape
@@ -21,19 +22,12 @@ BANDS = {  # first module of a row: the band that begins there, and its colour
     "rigs": ("types", "#f4f1de"),
     "options": ("ground", "#eeeeee"),
 }
-SHOT = {  # the way of a shot: read, computed, written
-    "pipeline": "1",
-    "io": "2, 7",
-    "shot": "3",
-    "cleanup": "4",
-    "retarget": "5",
-    "correction": "6",
-}
 
 
 def picture() -> str:
     """Return the picture as SVG."""
     rows = [row.split(" | ") for row in _layers()]
+    steps = _steps()
     boxes, y, colour = [], MARGIN, "#ffffff"
     for row in rows:
         for module in row:
@@ -43,7 +37,8 @@ def picture() -> str:
                 boxes.append(_text(MARGIN, y - 5, name, size=12, style="italic"))
         each = (WIDTH - 2 * MARGIN - GAP * (len(row) - 1)) / len(row)
         for column, module in enumerate(row):
-            boxes += _box(module, MARGIN + column * (each + GAP), y, each, colour)
+            x, number = MARGIN + column * (each + GAP), ", ".join(steps.get(module, []))
+            boxes += _box(module, number, x, y, each, colour)
         y += ROW + GAP
     head = (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{y + MARGIN}" '
@@ -60,7 +55,16 @@ def _layers() -> list[str]:
     return layers
 
 
-def _box(module: str, x: float, y: float, width: float, colour: str) -> list[str]:
+def _steps() -> dict[str, list[str]]:
+    """Return the numbers of the steps of a shot, by the module that the page names first."""
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    steps: dict[str, list[str]] = {}
+    for number, module in re.findall(r"^(\d)\. `(\w+)/", page, re.MULTILINE):
+        steps.setdefault(module, []).append(number)
+    return steps
+
+
+def _box(module: str, number: str, x: float, y: float, width: float, colour: str) -> list[str]:
     folder = (ROOT / "usdface" / module).is_dir()
     lines = textwrap.wrap(_summary(module), max(12, int(width / 6.3)))[:2]
     parts = [
@@ -69,8 +73,8 @@ def _box(module: str, x: float, y: float, width: float, colour: str) -> list[str
         _text(x + 8, y + 18, module + ("/" if folder else ""), size=14, weight="bold"),
     ]
     parts += [_text(x + 8, y + 35 + 14 * i, line, size=11) for i, line in enumerate(lines)]
-    if module in SHOT:
-        parts.append(_text(x + width - 8, y + 18, SHOT[module], size=15, weight="bold", end=True))
+    if number:
+        parts.append(_text(x + width - 8, y + 18, number, size=15, weight="bold", end=True))
     return parts
 
 

@@ -40,7 +40,8 @@ def values_of_findings_are_documented() -> Iterator[None]:
 
     def checked(found: Finding) -> None:
         prepare(found)
-        assert not undocumented(found.code, dict(found.values)), (found.code, found.values)
+        lacking = undocumented(found.code, dict(found.values))
+        assert not lacking, "\n".join(lacking)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Finding, "__post_init__", checked)

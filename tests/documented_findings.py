@@ -5,11 +5,12 @@
 
 import re
 from collections import defaultdict
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-__all__ = ["documented_keys", "undocumented", "undocumented_keys"]
+__all__ = ["documented_keys", "row_of", "undocumented", "undocumented_keys"]
 
 PAGE = Path(__file__).parents[1] / "docs" / "reports.md"
 UNITS = "mm|m|km|um|s|hz|percent|degrees|mib|px"
@@ -31,10 +32,18 @@ def documented_keys() -> dict[str, set[str]]:
     return table
 
 
+def row_of(code: str, keys: Iterable[str]) -> str:
+    """The row of a code in docs/reports.md."""
+    return f"| `{code}` | {', '.join(f'`{key}`' for key in sorted(keys))} |"
+
+
 def undocumented(code: str, values: dict[str, Any]) -> list[str]:
-    """Keys that their code does not have, and values of another kind than their key says."""
+    """What docs/reports.md lacks of a finding: a row of its code, or of a key."""
     described = {name: text for name, text in _rows() if name.islower()}
-    wrong = [key for key in values if key not in documented_keys()[code] | CLOCK]
+    documented = documented_keys()[code]
+    wrong = []
+    if not values.keys() <= documented | CLOCK:
+        wrong.append(f"in docs/reports.md write {row_of(code, documented | values.keys())}")
     for key, value in values.items():
         if key.endswith("_count"):
             fits = isinstance(value, int)
@@ -44,7 +53,12 @@ def undocumented(code: str, values: dict[str, Any]) -> list[str]:
             fits = key in described and not (
                 described[key].startswith("integer") and not isinstance(value, int)
             )
-        wrong += [] if fits else [f"{key} = {value!r}"]
+        if not fits and re.search(f"_(count|{UNITS})$|^times_s$", key):
+            wrong.append(f"{code}: {key} is {value!r}, which its ending denies")
+        elif not fits and key in described:
+            wrong.append(f"{code}: {key} is {value!r}, in docs/reports.md {described[key]}")
+        elif not fits:
+            wrong.append(f"in docs/reports.md write | `{key}` | TYPE: MEANING |")
     return wrong
 
 

@@ -64,6 +64,12 @@ SYSTEMS = {
         sampling="middles",
         space="take",
         face_unit="none",
+        response=(0.25, 0.5),
+        smoothing=0.125,
+        blend_time=0.375,
+        ease=0.25,
+        evidence=0.625,
+        likeness=0.75,
     ),
 }
 

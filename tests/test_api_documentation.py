@@ -95,6 +95,8 @@ def test_a_type_of_results_cannot_be_changed(name: str) -> None:
 def test_the_page_shows_every_name_once() -> None:
     page = (ROOT / "docs" / "api.md").read_text(encoding="utf-8")
     shown = re.findall(r"^\.\. auto(function|class|exception):: (\w+)$", page, re.MULTILINE)
-    assert sorted(name for _, name in shown) == sorted(usdface.__all__)
+    names = [name for _, name in shown]
+    assert not {*usdface.__all__} - {*names}, "write `.. autofunction:: NAME` into docs/api.md"
+    assert sorted(names) == sorted(usdface.__all__)
     for kind, name in shown:
         assert inspect.isfunction(getattr(usdface, name)) == (kind == "function"), name

@@ -58,6 +58,12 @@ def test_options_hold_for_it(recording: Path) -> None:
     assert take.times[1] == pytest.approx(1 / 30)
 
 
+def test_an_unknown_unit_is_a_finding(recording: Path) -> None:
+    recording.write_text(block("text").replace(" mm", " ft"), encoding="utf-8")
+    _, findings = read_take(recording)
+    assert "UNITS_ASSUMED" in {found.code for found in findings}
+
+
 def test_a_damaged_file_is_one_line_that_names_the_reader(recording: Path) -> None:
     recording.write_text("ABC 60 mm\nchin\n0,0,0\n")
     with pytest.raises(InputError) as raised:

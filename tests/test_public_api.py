@@ -19,7 +19,9 @@ HOMES = [(package, home) for package in PACKAGES for home in package._HOMES]
 @pytest.mark.parametrize("package", PACKAGES)
 def test_all_is_sorted_and_complete(package: ModuleType) -> None:
     homes = [name for names in package._HOMES.values() for name in names]
-    assert package.__all__ == sorted(homes)
+    lists = f"__all__ and _HOMES of {package.__name__}"
+    assert not set(package.__all__) ^ set(homes), f"{lists} have not the same names"
+    assert package.__all__ == sorted(homes), f"{lists}: in order"
     assert set(package.__all__) <= set(dir(package))
 
 
@@ -71,4 +73,6 @@ def test_type_checkers_see_the_same_names(package: ModuleType) -> None:
         for node in block.body
         if isinstance(node, ast.ImportFrom)
     }
-    assert homes == package._HOMES
+    for home in {*homes, *package._HOMES}:
+        both = homes.get(home, ()), tuple(package._HOMES.get(home, ()))
+        assert both[0] == both[1], f"{package.__name__}: TYPE_CHECKING and _HOMES have {both}"

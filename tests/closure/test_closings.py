@@ -72,7 +72,7 @@ def test_blinks_are_found_where_the_rate_changes(rates: tuple[float, ...]) -> No
     times = uneven(rates)
     eye = sum(blink(times, start) for start in BLINKS)
     eyes = np.stack([eye, eye], axis=1)
-    found = closings_in(times, eyes, lids=0.8 * eyes, own=eyes, solved=SolvedLids(eyes, eyes))
+    found = closings_in(times, eyes, gone=0.8 * eyes, by_itself=eyes, solved=SolvedLids(eyes, eyes))
     assert [each.kind for each in found] == ["blink"] * len(BLINKS)
     for each, start in zip(found, BLINKS, strict=True):
         assert each.eyes == (0, 1)
@@ -112,7 +112,7 @@ def test_pulses_that_leave_eyes_open_are_named_by_frames_of_the_take(
     times = uneven(rates)
     eye = sum(blink(times, start) for start in BLINKS)
     eyes = np.stack([eye, eye], axis=1)
-    closings, left_open = find_closings(times, eyes, lids=0.1 * eyes)
+    closings, left_open = find_closings(times, eyes, gone=0.1 * eyes)
     assert not closings
     np.testing.assert_allclose(times[left_open], np.add(BLINKS, 0.09), atol=0.04)
 
@@ -131,8 +131,8 @@ def test_a_take_of_few_frames_has_no_blinks(frames: int) -> None:
 def test_an_eye_that_is_not_seen_does_not_speak_for_lids_that_stay_open(unseen: int) -> None:
     times, eyes = world()
     eyes[:, unseen] = np.nan
-    assert len(closings_in(times, eyes, lids=0.8 * eyes)) == len(BLINKS)
-    closings, left_open = find_closings(times, eyes, lids=0.1 * eyes)
+    assert len(closings_in(times, eyes, gone=0.8 * eyes)) == len(BLINKS)
+    closings, left_open = find_closings(times, eyes, gone=0.1 * eyes)
     assert not closings
     np.testing.assert_allclose(times[left_open], np.add(BLINKS, 0.09), atol=0.04)
 
@@ -193,7 +193,7 @@ def test_winks_of_one_eye_do_not_tell_when_the_other_is_closed() -> None:
     narrowed = np.clip(np.minimum(times - 9.0, 11.0 - times) / 0.2, 0, 1)[:, None]
     for depth, held in ((0.5, []), (1.0, [(0,), (1,)])):
         lids = seen + depth * narrowed
-        found = closings_in(times, seen + narrowed, lids=lids, solved=SolvedLids(lids, lids))
+        found = closings_in(times, seen + narrowed, gone=lids, solved=SolvedLids(lids, lids))
         assert [each.eyes for each in blinks(found)] == [(0, 1)] * 2 + [(0,)] * 5
         assert sorted(each.eyes for each in found if each.kind == "held") == held
 
@@ -218,7 +218,7 @@ def test_a_fast_pulse_of_the_skin_around_a_lid_is_no_blink() -> None:
     times, eyes = world()
     brow = blink(times, 6.0)[:, None] * [1.0, 1.0]
     for share, count in ((0.2, len(BLINKS)), (0.9, len(BLINKS) + 1)):
-        assert len(closings_in(times, eyes + brow, own=eyes + share * brow)) == count
+        assert len(closings_in(times, eyes + brow, by_itself=eyes + share * brow)) == count
 
 
 def test_pulses_that_hardly_move_the_markers_are_none() -> None:
@@ -243,7 +243,7 @@ def test_a_lid_that_only_comes_back_to_rest_closes_no_eye() -> None:
     pulse = blink(times, 6.5)
     moved = eyes + (pulse - wide)[:, None]
     assert len(closings_in(times, moved)) == len(BLINKS) + 1
-    assert len(closings_in(times, moved, lids=moved)) == len(BLINKS)
+    assert len(closings_in(times, moved, gone=moved)) == len(BLINKS)
 
 
 @pytest.mark.parametrize("reach", [0.4, 1.0])
@@ -252,7 +252,7 @@ def test_a_pulse_that_closes_less_than_half_of_the_blinks_is_none(reach: float) 
     squint = blink(times, 6.5)[:, None] * [1.0, 1.0]
     for share, count in ((0.4, len(BLINKS)), (0.7, len(BLINKS) + 1)):
         lids = reach * (eyes + share * squint)
-        assert len(closings_in(times, eyes + squint, lids=lids)) == count
+        assert len(closings_in(times, eyes + squint, gone=lids)) == count
 
 
 def test_a_pulse_as_large_as_the_blinks_is_one_though_the_lids_seem_open() -> None:
@@ -262,7 +262,7 @@ def test_a_pulse_as_large_as_the_blinks_is_one_though_the_lids_seem_open() -> No
     pulse = blink(times, 6.4)[:, None]
     for share, count in ((0.9, len(BLINKS) + 1), (0.6, len(BLINKS))):
         lids = 0.55 * eyes + drift + 0.55 * share * pulse
-        assert len(closings_in(times, eyes + pulse, lids=lids)) == count
+        assert len(closings_in(times, eyes + pulse, gone=lids)) == count
 
 
 def test_pulses_that_are_small_for_these_lids_make_no_blinks_of_each_other() -> None:
@@ -272,7 +272,7 @@ def test_pulses_that_are_small_for_these_lids_make_no_blinks_of_each_other() -> 
     for narrowed, count in ((0.5, len(BLINKS) + 1), (1.6, len(BLINKS))):
         slow = swell(times, 3.5, 1.3, narrowed)[:, None]
         lids = 0.3 * (eyes + pulse) + drift + slow
-        found = blinks(closings_in(times, eyes + pulse, lids=lids))
+        found = blinks(closings_in(times, eyes + pulse, gone=lids))
         assert len(found) == count
 
 
@@ -281,13 +281,13 @@ def test_quick_squints_of_lids_that_move_more_otherwise_are_no_blinks() -> None:
     narrowed = 0.8 * np.clip(np.minimum(times - 5.6, 7.5 - times) / 0.5, 0, 1)[:, None]
     for share, count in ((0.15, 0), (0.6, len(BLINKS))):
         lids = share * eyes + narrowed
-        assert len(blinks(closings_in(times, eyes + narrowed, lids=lids))) == count
+        assert len(blinks(closings_in(times, eyes + narrowed, gone=lids))) == count
 
 
 def test_an_eye_is_not_held_closed_where_its_lids_are_apart() -> None:
     times, eyes = world()
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
-    kinds = [each.kind for each in closings_in(times, eyes + shut, lids=eyes + 0.4 * shut)]
+    kinds = [each.kind for each in closings_in(times, eyes + shut, gone=eyes + 0.4 * shut)]
     assert kinds == ["blink"] * len(BLINKS)
 
 
@@ -298,7 +298,7 @@ def test_a_squint_that_is_solved_half_open_closes_no_eye_though_the_markers_say_
     seen = eyes + quick + long
     for share, kinds in ((1.0, ["blink"] * 5 + ["held"] * 2), (0.5, ["blink"] * 4)):
         solved = SolvedLids(eyes + share * (quick + long), eyes + share * (quick + long))
-        found = closings_in(times, seen, lids=0.8 * seen, solved=solved)
+        found = closings_in(times, seen, gone=0.8 * seen, solved=solved)
         assert [each.kind for each in found] == kinds
 
 
@@ -307,7 +307,7 @@ def test_pulses_that_are_solved_as_squints_do_not_tell_when_an_eye_is_held_close
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
     seen = eyes + shut
     for share, held in ((1.0, 2), (0.1, 0)):
-        found = closings_in(times, seen, lids=seen, solved=SolvedLids(seen, share * seen))
+        found = closings_in(times, seen, gone=seen, solved=SolvedLids(seen, share * seen))
         assert len(found) - len(blinks(found)) == held
 
 
@@ -356,12 +356,12 @@ def test_an_eye_is_not_held_closed_where_its_brow_lowers_the_lid() -> None:
     times, eyes = world()
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)
     closing = eyes + shut[:, None]
-    kinds = [each.kind for each in closings_in(times, closing, own=closing)]
+    kinds = [each.kind for each in closings_in(times, closing, by_itself=closing)]
     assert "held" in kinds
     assert kinds == [
-        each.kind for each in closings_in(times, closing, own=np.full_like(closing, np.nan))
+        each.kind for each in closings_in(times, closing, by_itself=np.full_like(closing, np.nan))
     ]
-    lowered = closings_in(times, closing, own=eyes + 0.3 * shut[:, None])
+    lowered = closings_in(times, closing, by_itself=eyes + 0.3 * shut[:, None])
     assert [each.kind for each in lowered] == ["blink"] * len(BLINKS)
 
 
@@ -371,7 +371,7 @@ def test_a_brow_that_is_lowered_closes_no_eye_further_than_a_blink(depth: float,
     times, eyes = world()
     shut = np.clip(np.minimum(times - 6.0, 7.5 - times) / 0.2, 0, 1)[:, None]
     lids = eyes + shut * [depth, 1.0]
-    kinds = [each.kind for each in closings_in(times, eyes + shut, lids=lids)]
+    kinds = [each.kind for each in closings_in(times, eyes + shut, gone=lids)]
     assert kinds.count("held") == held
 
 
@@ -392,7 +392,7 @@ def test_an_eye_that_is_not_solved_must_be_shut_further_the_less_sure_that_is() 
     unknown = np.full_like(seen, np.nan)
     for curve, unsure, held in ((seen, 0.6, 2), (unknown, 0.6, 0), (unknown, 0.1, 2)):
         found = closings_in(
-            times, seen, lids=seen, unsure=np.full(2, unsure), solved=SolvedLids(curve, curve)
+            times, seen, gone=seen, deviation=np.full(2, unsure), solved=SolvedLids(curve, curve)
         )
         assert [each.kind for each in found].count("held") == held
 

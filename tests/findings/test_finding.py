@@ -7,7 +7,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from documented_findings import documented_keys
+from documented_findings import documented_keys, row_of
 
 import usdface
 from usdface.errors import InputError
@@ -108,8 +108,15 @@ def test_every_key_of_a_call_is_documented() -> None:
         if isinstance(template, ast.Constant):
             given |= {key for _, key, _, _ in Formatter().parse(template.value) if key}
         if isinstance(call.args[0], ast.Constant):
-            allowed = documented[call.args[0].value] | PROSE
-            assert given <= allowed, f"{place}:{call.lineno} {given - allowed}"
+            code = call.args[0].value
+            row = row_of(code, documented[code] | given - PROSE)
+            known = given <= documented[code] | PROSE
+            assert known, f"{place}:{call.lineno}: in docs/reports.md write {row}"
+
+
+def test_the_keys_are_in_the_order_of_the_codes() -> None:
+    codes = [code for code, keys in documented_keys().items() if keys]
+    assert codes == sorted(codes)
 
 
 def test_every_action_is_documented() -> None:
@@ -137,10 +144,14 @@ def test_every_used_code_is_in_the_table() -> None:
 
 def test_the_documented_table_is_the_table() -> None:
     page = PACKAGE.parent / "docs" / "findings.md"
-    rows = [f"| `{code}` | {severity} | {says} " for code, (severity, _, says) in CODES.items()]
+    rows = {f"| `{code}` | {severity} | {says} " for code, (severity, _, says) in CODES.items()}
     lines = [li for li in page.read_text(encoding="utf-8").splitlines() if li.startswith("| `")]
     shown, to_do = zip(*(line.removesuffix(" |").rsplit("| ", 1) for line in lines), strict=True)
-    assert list(shown) == sorted(rows)
+    lacking = "".join(f"\n{row}| REMEDY |" for row in sorted(rows - set(shown)))
+    assert not lacking, f"in docs/findings.md write{lacking}"
+    of_no_code = "\n".join(sorted(set(shown) - rows))
+    assert not of_no_code, f"no row of usdface/findings/codes.py, remove:\n{of_no_code}"
+    assert list(shown) == sorted(shown), "docs/findings.md is in the order of the codes"
     assert all(to_do)
 
 

@@ -9,7 +9,7 @@ from usdface.arrays import BoolArray, FloatArray
 from usdface.errors import InputError
 from usdface.footage.dots import Dots, no_dots
 from usdface.footage.fixes import Fix
-from usdface.footage.labels import NamedPlace
+from usdface.footage.labels import DotName
 from usdface.footage.track import reference_frame, track_dots
 from usdface.footage.tracks import Tracks
 
@@ -167,8 +167,8 @@ def test_dots_that_exchange_places_slowly_are_followed() -> None:
 
 def test_names_go_to_the_dots_that_they_are_near() -> None:
     places, seen = performance(30)
-    named = [NamedPlace("chin", *(places[10, 17] + 2.0), frame=10)]
-    named.append(NamedPlace("nowhere", 500.0, 500.0, frame=10))
+    named = [DotName("chin", *(places[10, 17] + 2.0), frame=10)]
+    named.append(DotName("nowhere", 500.0, 500.0, frame=10))
     tracks = track_dots(seen_as(places, seen), named)
     column = tracks.names.index("chin")
     assert np.abs(tracks.places[:, column] - places[:, 17]).max() < 0.5
@@ -180,7 +180,7 @@ def test_names_go_to_the_dots_that_they_are_near() -> None:
 def test_a_correction_holds_from_its_frame_on() -> None:
     places, seen = performance(60)
     frames = seen_as(places, seen)
-    named = [NamedPlace("a", *places[0, 6]), NamedPlace("b", *places[0, 7])]
+    named = [DotName("a", *places[0, 6]), DotName("b", *places[0, 7])]
     fixes = [Fix(30, "a", tuple(places[30, 7])), Fix(30, "b", tuple(places[30, 6]))]
     tracks = track_dots(frames, named, fixes)
     a, b = tracks.names.index("a"), tracks.names.index("b")
@@ -191,7 +191,7 @@ def test_a_correction_holds_from_its_frame_on() -> None:
 
 def test_a_correction_can_hide_a_dot_and_one_beside_all_dots_is_reported() -> None:
     places, seen = performance(30)
-    named = [NamedPlace("a", *places[0, 6])]
+    named = [DotName("a", *places[0, 6])]
     fixes = [Fix(12, "a", None), Fix(20, "a", (1.0, 1.0))]
     tracks = track_dots(seen_as(places, seen), named, fixes)
     hidden = np.isnan(tracks.places[:, tracks.names.index("a"), 0])
@@ -206,7 +206,7 @@ def test_a_correction_can_hide_a_dot_and_one_beside_all_dots_is_reported() -> No
 def test_corrections_of_nothing_are_refused(fix: Fix, message: str) -> None:
     places, seen = performance(10)
     with pytest.raises(InputError, match=message):
-        track_dots(seen_as(places, seen), [NamedPlace("chin", *places[0, 0])], [fix])
+        track_dots(seen_as(places, seen), [DotName("chin", *places[0, 0])], [fix])
 
 
 def empty_film() -> Sequence[Dots]:

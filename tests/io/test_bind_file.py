@@ -1,8 +1,10 @@
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from whole_setup import lost_fields
 
 from usdface.errors import InputError
 from usdface.io.bind_file import bind_json, read_bind, setup_of_json
@@ -41,6 +43,17 @@ def test_a_setup_survives_the_file(tmp_path: Path, setup: RetargetSetup) -> None
     for name in same:
         assert getattr(back, name) == getattr(setup, name)
     assert dict(back.roles) == dict(setup.roles) and back.binding.mesh == setup.binding.mesh
+
+
+def test_no_field_of_a_setup_is_forgotten() -> None:
+    """Pins and calibration are of a shot; neutral frames that are written are named ones."""
+
+    def there_and_back(setup: RetargetSetup) -> RetargetSetup:
+        named = replace(setup, neutral_assumed=False)
+        return setup_of_json(json.loads(bind_json(named)), "bind.json")
+
+    lost = lost_fields(there_and_back)
+    assert lost == {"pins", "calibration", "neutral_assumed"}, "usdface/io/bind_file.py"
 
 
 def test_only_markers_are_needed(tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ from pxr import Sdf, Usd
 from worlds import animation_of
 
 from usdface.errors import OutputError
+from usdface.io.usd.animation_write import _is_result
 from usdface.pipeline import apply
 
 
@@ -33,6 +34,18 @@ def test_apply_again_changes_nothing(done: Done) -> None:
     first = stage.GetSessionLayer().ExportToString()
     apply(stage)
     assert stage.GetSessionLayer().ExportToString() == first
+
+
+def test_every_attribute_of_a_result_is_known_as_one(done: Done) -> None:
+    """Else that of an earlier run stays beside a result that lacks it."""
+    stage = Usd.Stage.Open(str(done.folder / "shot.usda"))
+    stage.SetEditTarget(stage.GetSessionLayer())
+    apply(stage)
+    found: set[str] = set()
+    stage.GetSessionLayer().Traverse("/", lambda path: found.add(path.name))
+    own = {name for name in found if name.startswith("usdface:")}
+    assert len(own) > 10
+    assert {name for name in own if not _is_result(name)} == set(), "_RESULTS lacks them"
 
 
 @pytest.mark.slow

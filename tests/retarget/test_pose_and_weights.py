@@ -132,7 +132,7 @@ def solve_measured(
     problem = SolveProblem(
         times, positions, FACE, MODEL, space, first, setup, least_noise=least_noise
     )
-    return solve_pose_and_weights(problem, neutral_frames=known)
+    return solve_pose_and_weights(problem, neutral_counts=known)
 
 
 @pytest.mark.slow
@@ -171,7 +171,7 @@ def test_noise_that_a_take_states_is_no_sign_of_misfit() -> None:
     assert joint.regularisation.misfit < 1e-4
 
 
-def solve_image(neutral_frames: np.ndarray | None) -> PoseAndWeights:
+def solve_image(neutral_counts: np.ndarray | None) -> PoseAndWeights:
     names = tuple(f"m{i}" for i in range(MARKERS))
     setup = RetargetSetup(Binding(names, np.arange(MARKERS)), head="solve")
     image = 1000.0 * STILL[..., :2]
@@ -179,7 +179,7 @@ def solve_image(neutral_frames: np.ndarray | None) -> PoseAndWeights:
     space = fit_map(image[0], FACE, MapOptions())
     first = Pose.identity(FRAMES)
     problem = SolveProblem(TIMES, image, FACE, MODEL, space, first, setup)
-    return solve_pose_and_weights(problem, neutral_frames=neutral_frames)
+    return solve_pose_and_weights(problem, neutral_counts=neutral_counts)
 
 
 def test_the_neutral_of_an_image_is_not_corrected() -> None:

@@ -35,7 +35,7 @@ def test_a_marker_that_rests_unseen_does_not_count() -> None:
     kept = [k for k, name in enumerate(NAMES) if name in found.names]
     np.testing.assert_array_equal(found.points, MESH.points[VERTICES[kept]])
     assert found.model.offsets.shape == (len(MESH.shapes), 3 * len(kept))
-    assert found.frames is not None and (found.frames == 4).all()
+    assert found.neutral_counts is not None and (found.neutral_counts == 4).all()
 
 
 def test_a_stated_deviation_is_that_on_the_character() -> None:

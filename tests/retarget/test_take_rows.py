@@ -60,7 +60,7 @@ def test_squares_count_by_the_inverse_variances_of_the_markers(
     np.testing.assert_allclose(right @ np.linalg.inv(normal), expected[:, :4], atol=1e-10)
     left = observed - expected[:, :4] @ rows.model.offsets
     motion = expected[:, 4:] @ rows.rigid.T
-    np.testing.assert_allclose(rows.head_motion(left), motion, atol=1e-10)
+    np.testing.assert_allclose(rows.rigid_part(left), motion, atol=1e-10)
 
 
 def test_equal_errors_count_alike() -> None:

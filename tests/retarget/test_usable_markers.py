@@ -7,7 +7,7 @@ from worlds import World, make_world
 from usdface.errors import InputError
 from usdface.retarget.usable_markers import (
     check_bound_markers,
-    neutral_frames,
+    neutral_counts,
     occlusions,
     usable_markers,
 )
@@ -73,7 +73,7 @@ def test_neutral_frames_in_which_the_face_moves_are_told(world: World) -> None:
     np.testing.assert_allclose(neutral, take.positions[0], atol=1e-12)
     (moves,) = (each for each in findings if each.code == "NEUTRAL_MOVES")
     assert (moves.values["moving_count"], moves.values["frame_count"]) == (3, 18)
-    assert neutral_frames(still.positions, setup).tolist() == [15] * len(take.names)
+    assert neutral_counts(still.positions, setup).tolist() == [15] * len(take.names)
 
 
 def test_the_marker_that_is_occluded_most_is_the_first() -> None:

@@ -9,13 +9,15 @@ from typing import get_args
 
 import pytest
 from expression_systems import expression_system
-from pxr import Sdf
+from pxr import Sdf, Usd
+from whole_setup import PLAIN, other_fields
 
 from usdface import options
 from usdface.expression_system import Axis, FaceUnit, MarkerFeature, Measure
 from usdface.fuzzy import system
 from usdface.fuzzy.rule_parser import parse_rule
 from usdface.fuzzy.variables import Variable, VariableKind
+from usdface.io.usd.retarget_setup import read_setup
 from usdface.schemas import plugin_dir, tokens
 
 SOURCE = Sdf.Layer.FindOrOpen(str(plugin_dir() / "schema.usda"))
@@ -45,7 +47,8 @@ def types(text: str) -> dict[str, dict[str, object]]:
 
 @pytest.mark.parametrize("name", OWN)
 def test_generated_schema_is_up_to_date(name: str) -> None:
-    assert properties(GENERATED, name) == properties(SOURCE, name) != {}
+    outdated = "run python -m pxr.Usd.usdGenSchema usdface/schemas/schema.usda usdface/schemas"
+    assert properties(GENERATED, name) == properties(SOURCE, name) != {}, outdated
 
 
 def test_plug_info_names_the_same_types() -> None:
@@ -80,22 +83,14 @@ def declared_default(prim: str, name: str) -> object:
     return GENERATED.GetAttributeAtPath(f"/{prim}.{name}").default
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        (tokens.MAP_KERNEL, options.MapOptions().kernel),
-        (tokens.MAP_FORM, options.MapOptions().form),
-        (tokens.MAP_CHOICE, options.MapOptions().choice),
-        (tokens.MAP_RADIUS, options.MapOptions().radius),
-        (tokens.MAP_SMOOTHING, options.MapOptions().smoothing),
-        (tokens.CLEAN_BLINKS, options.CleanOptions().blinks),
-        (tokens.CLEAN_SWAPS, options.CleanOptions().swaps),
-        (tokens.CLEAN_SPIKES, options.CleanOptions().spikes),
-        (tokens.CLEAN_GAPS, options.CleanOptions().gaps),
-    ],
-)
-def test_a_missing_attribute_means_the_default_of_the_options(name: str, value: object) -> None:
-    assert declared_default(tokens.RETARGET, name) == value
+def test_a_missing_attribute_of_a_setup_means_its_default() -> None:
+    """A prim with the declared defaults, as USD has them where nothing is authored."""
+    stage = Usd.Stage.CreateInMemory()
+    prim = stage.DefinePrim("/Retarget")
+    for spec in GENERATED.GetPrimAtPath(f"/{tokens.RETARGET}").attributes:
+        if spec.name.startswith("usdface:") and spec.default is not None:
+            prim.CreateAttribute(spec.name, spec.typeName, False).Set(spec.default)
+    assert other_fields(read_setup(prim), PLAIN) == {"neutral_removed"}  # on a stage it is named
 
 
 SOLVE = options.SolveOptions()
@@ -134,7 +129,9 @@ def test_every_setting_of_the_solve_has_its_line_in_the_contract(name: str) -> N
     kind = "token" if setting.choices else "double"
     value = f"`{default}`" if setting.choices else f"{default:g}"
     line = f"| `{tokens.SOLVE_PREFIX}{name}` | uniform {kind} | {value} | {setting.doc} |"
-    assert line in CONTRACT.read_text(encoding="utf-8").splitlines(), f"docs: add\n{line}"
+    assert line in CONTRACT.read_text(encoding="utf-8").splitlines(), (
+        f"in {CONTRACT.name} write\n{line}"
+    )
 
 
 SYSTEM = expression_system((), ())
@@ -209,7 +206,10 @@ def test_allowed_tokens_are_those_of_the_program(prim: str, name: str, allowed: 
 @pytest.mark.parametrize("name", OWN)
 def test_every_property_is_documented_for_people(name: str) -> None:
     for prop in SOURCE.GetPrimAtPath(f"/{name}").properties:
-        assert prop.documentation and prop.GetInfo("displayGroup") and prop.GetInfo("displayName")
+        shown = ("documentation", "displayGroup", "displayName")
+        assert all(prop.GetInfo(key) for key in shown), (
+            f"{prop.name} in schema.usda lacks one of {shown}"
+        )
 
 
 @pytest.mark.parametrize("name", OWN)

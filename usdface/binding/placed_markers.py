@@ -28,7 +28,7 @@ from usdface.findings import Finding
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
-__all__ = ["PlacedMarkers", "RegisteredTake", "place_markers"]
+__all__ = ["FoundPlaces", "RegisteredTake", "place_markers"]
 
 # A marker this far off the surface is not on the face [share of the face's size; ICT: 17 mm]: some
 # four times the expected error, `registration.SHAPE_ERROR`.
@@ -68,7 +68,7 @@ class RegisteredTake:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class PlacedMarkers:
+class FoundPlaces:
     """Markers on a face.
 
     Attributes
@@ -107,7 +107,7 @@ def place_markers(
     given: dict[str, int],
     *,
     find_neutral: bool,
-) -> tuple[PlacedMarkers, dict[str, DoubtedAnchor | None]]:
+) -> tuple[FoundPlaces, dict[str, DoubtedAnchor | None]]:
     """Place the markers `used` of a take, of which some have a `given` vertex.
 
     Where some are off the face, as reflections and those of bodies and props, and others unsure,
@@ -129,7 +129,7 @@ def place_markers(
 
     Returns
     -------
-    PlacedMarkers
+    FoundPlaces
     dict of str to DoubtedAnchor or None
         The markers that were left out for that, by name; the doubt of a given vertex, if there is
         one. Indices in it are those of the placing that found it.
@@ -159,13 +159,13 @@ def _placed(
     setup: RetargetSetup,
     given: dict[str, int],
     find_neutral: bool,
-) -> PlacedMarkers:
+) -> FoundPlaces:
     anchors = _anchors(tuple(take.names[i] for i in used), given, surface)
     found = _registered(take, used, surface, setup, anchors, find_neutral)
     chosen = _one_vertex_each(found.markers)
     confidence, failed = _confidence(found, chosen)
     off = _off_face(found.markers)
-    return PlacedMarkers(used, found, chosen, confidence, off, tuple(failed))
+    return FoundPlaces(used, found, chosen, confidence, off, tuple(failed))
 
 
 def _registered(

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.certificate.joint_motion import JointMotion, placed
 from usdface.certificate.vertex_offsets import VertexOffsets
+from usdface.certificate.vertex_transforms import VertexTransforms, placed
 
 __all__ = ["LinearMorph", "normal_distances", "point_distances"]
 
@@ -35,7 +35,7 @@ class LinearMorph:
     moves : VertexOffsets [m]
     normals, normal_moves : (N, 3) float64 and VertexOffsets, or None
         Of any length.
-    motion : JointMotion or None
+    motion : VertexTransforms or None
         None where nothing else moves the mesh.
     """
 
@@ -44,7 +44,7 @@ class LinearMorph:
     moves: VertexOffsets
     normals: FloatArray | None = None
     normal_moves: VertexOffsets | None = None
-    motion: JointMotion | None = None
+    motion: VertexTransforms | None = None
 
     def points_at(self, frame: int) -> FloatArray:
         """Return the points (N, 3) [m] of one frame."""
@@ -154,7 +154,9 @@ def _used_shapes(one: FloatArray, other: FloatArray) -> tuple[IntArray, IntArray
     return np.flatnonzero(one.any(axis=0)), np.flatnonzero(other.any(axis=0))
 
 
-def _transforms(motion: JointMotion | None, vertices: IntArray, frames: IntArray) -> FloatArray:
+def _transforms(
+    motion: VertexTransforms | None, vertices: IntArray, frames: IntArray
+) -> FloatArray:
     """Return the transforms (f, n or 1, 3, 4) of vertices (n,)."""
     if motion is None:
         return np.eye(3, 4)[None, None]

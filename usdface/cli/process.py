@@ -1,6 +1,7 @@
 """The command `process`: solve a shot."""
 
 import argparse
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,12 @@ __all__ = ["add_process"]
 
 # Files of a result, by their options, which are arguments of `usdface.process`.
 _OUTPUTS = ("output", "gltf", "figure", "sheet", "deliver", "in_place")
+# All that has an effect on the result alone, not on its pieces.
+_OF_RESULT = (
+    *_OUTPUTS,
+    *(part.name for part in fields(DeliverOptions)),
+    *("cache", "overwrite", "strict"),
+)
 # Options of long takes by the one that they belong to, and by the one that ignores them.
 _NEEDS = {
     **dict.fromkeys(("piece", "openjd", "workers"), "--pieces DIR"),
@@ -159,7 +166,7 @@ def _process(parsed: argparse.Namespace) -> int:
         raise InputError(f"--workers {parsed.workers}: expected 1 or more", "SETTING_WRONG")
     delivery = _delivery(parsed)
     if parsed.openjd:
-        return write_job(parsed)
+        return write_job(parsed, _OF_RESULT)
     if parsed.pieces:
         solved = _solve_pieces(parsed, options)
         if parsed.piece:

@@ -72,7 +72,7 @@ class ClosedEyes:
 def close_eyes(
     performance: SolvedPerformance,
     weights: FloatArray,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     blink: FloatArray | None = None,
 ) -> ClosedEyes | None:
     """Complete the blinks of a take, and part lids that cross.
@@ -82,7 +82,7 @@ def close_eyes(
     performance : SolvedPerformance
     weights : (F, T) float64
         The weights to close, corrected or not.
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
         Of the T blend shapes.
     blink : (F,) float64, optional
         `usdface.takes.MarkerTake.blink`: blinks that the markers do not show are closed, too.
@@ -92,45 +92,51 @@ def close_eyes(
     ClosedEyes or None
         None of a face without lids.
     """
-    if not apertures:
+    if not by_eye:
         return None
-    face, solved, solution = performance.face, performance.performed, performance.solution
-    near_pins, exaggerated = performance.near_pins, performance.solved.weights
-    signal = lid_signal(face, apertures, solved, solution)
-    lids = lid_markers(face, apertures, solved.names, solution) if solution else []
-    alone = lid_motion(lids, solution) if solution else None
-    least = least_pulses(face, apertures, solved.names, solution) if solution else None
-    lids_gone = lid_estimate(face, apertures, solved.names, solution) if solution else None
-    as_solved = solved_lids(face, apertures, solved) if solution else None
+    face, performed, solution = performance.face, performance.performed, performance.solution
+    names, times, near_pins = performed.names, performed.times, performance.near_pins
+    signal = lid_signal(face, by_eye, performed, solution)
+    markers = lid_markers(face, by_eye, names, solution) if solution else []
+    by_itself = lid_motion(markers, solution) if solution else None
+    estimate = lid_estimate(face, by_eye, names, solution) if solution else None
     closings, left_open = find_closings(
-        solved.times, signal, own=alone, least=least,
-        lids=lids_gone.gone if lids_gone else None,
-        unsure=lids_gone.deviation if lids_gone else None,
-        solved=as_solved,
-    )  # fmt: skip
-    recorded = [] if blink is None else recorded_blinks(solved.times, blink)
+        times,
+        signal,
+        by_itself=by_itself,
+        least=least_pulses(face, by_eye, names, solution) if solution else None,
+        gone=estimate.gone if estimate else None,
+        deviation=estimate.deviation if estimate else None,
+        solved=solved_lids(face, by_eye, performed) if solution else None,
+    )
+    recorded = [] if blink is None else recorded_blinks(times, blink)
     unseen = unseen_blinks(recorded, closings)
     closings = sorted([*closings, *unseen], key=lambda each: each.closed)
-    findings = _unseen(apertures, signal)
-    findings += _left_open(_apart_from(unseen, left_open, solved.times))
-    course = _eye_course(closing_course(solved.times, closings), apertures, near_pins)
+    findings = _unseen(by_eye, signal)
+    findings += _left_open(_apart_from(unseen, left_open, times))
+    course = _eye_course(closing_course(times, closings), by_eye, near_pins)
     if solution:
-        findings += _by_another_face(face, apertures, solved.names)
+        findings += _by_another_face(face, by_eye, names)
     closed = weights
     if solution:  # lids and gaze of a take of weights are measured, not solved from markers
-        shown = shown_closing(signal, alone, even_times(solved.times))
+        shown = shown_closing(signal, by_itself, even_times(times))
         closed = without_unshown_closing(
-            weights, solved.weights, shown, apertures, near_pins, exaggerated=exaggerated
+            weights,
+            performed.weights,
+            shown,
+            by_eye,
+            near_pins,
+            exaggerated=performance.solved.weights,
         )
-        findings += opened_findings(weights, closed, apertures)
-        closed = without_glances(closed, solved.times, solved.names, closings, near_pins)
-    for eye, own in apertures.items():
-        closed = close_lids(closed, course[:, EYES.index(eye)], own)
-    closed, new_findings = part_eyes(closed, apertures, near_pins, solved.times)
+        findings += opened_findings(weights, closed, by_eye)
+        closed = without_glances(closed, times, names, closings, near_pins)
+    for eye, apertures in by_eye.items():
+        closed = close_lids(closed, course[:, EYES.index(eye)], apertures)
+    closed, new_findings = part_eyes(closed, by_eye, near_pins, times)
     findings += new_findings
-    every = (_completed(each, apertures, solved.times, weights, closed) for each in closings)
+    every = (_completed(each, by_eye, times, weights, closed) for each in closings)
     # One shape that closes both eyes does not wink, and pins hold weights.
-    completed = tuple(each for each in every if _changed(each, apertures, weights, closed))
+    completed = tuple(each for each in every if _changed(each, by_eye, weights, closed))
     findings += _by_recorder(each for each in completed if each.closing in unseen)
     return ClosedEyes(closed, course, completed, findings + _closed(completed))
 
@@ -155,24 +161,24 @@ def lids_not_found(face: BoundFace, names: tuple[str, ...]) -> list[Finding]:
 
 
 def _eye_course(
-    course: FloatArray, apertures: Mapping[Eye, LidApertures], near_pins: FloatArray
+    course: FloatArray, by_eye: Mapping[Eye, LidApertures], near_pins: FloatArray
 ) -> FloatArray:
     """Return the course (F, 2) of the eyes that can close, faded out near pins of their shapes."""
     result = np.zeros(course.shape)
-    for eye, own in apertures.items():
+    for eye, apertures in by_eye.items():
         column = EYES.index(eye)
-        shapes = [own.closer, *own.tighteners, *own.raisers]
+        shapes = [apertures.closer, *apertures.tighteners, *apertures.raisers]
         result[:, column] = course[:, column] * (1.0 - near_pins[:, shapes].max(axis=1))
-    if one_shape_for_both(apertures):  # not for a wink
+    if one_shape_for_both(by_eye):  # not for a wink
         result[:] = result.min(axis=1, keepdims=True)
     return result
 
 
-def _unseen(apertures: Mapping[Eye, LidApertures], signal: FloatArray) -> list[Finding]:
+def _unseen(by_eye: Mapping[Eye, LidApertures], signal: FloatArray) -> list[Finding]:
     message = "no marker moves with its lids, so markers do not show its blinks"
     return [
         finding("LIDS_UNSEEN", f"{eye} eye", message)
-        for eye in apertures
+        for eye in by_eye
         if np.isnan(signal[:, EYES.index(eye)]).all()
     ]
 
@@ -206,21 +212,21 @@ def _by_recorder(blinks: Iterable[CompletedClosing]) -> list[Finding]:
 
 
 def _by_another_face(
-    face: BoundFace, apertures: Mapping[Eye, LidApertures], names: tuple[str, ...]
+    face: BoundFace, by_eye: Mapping[Eye, LidApertures], names: tuple[str, ...]
 ) -> list[Finding]:
     message = (
         "its lids move the markers unlike a person's, so blinks are sought as people show them"
     )
     return [
         finding("LIDS_GUESSED", f"{eye} eye", message)
-        for eye, own in apertures.items()
-        if scanned_lid_displacements(face, own, names)
+        for eye, apertures in by_eye.items()
+        if scanned_lid_displacements(face, apertures, names)
     ]
 
 
 def _completed(
     closing: EyeClosing,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     times: FloatArray,
     before: FloatArray,
     after: FloatArray,
@@ -228,7 +234,7 @@ def _completed(
     first = int(np.searchsorted(times, closing.start, "right"))
     last = int(np.searchsorted(times, closing.end)) - 1
     peak = nearest_frame(times, closing.closed)
-    own = [apertures[EYES[eye]] for eye in closing.eyes if EYES[eye] in apertures]
+    own = [by_eye[EYES[eye]] for eye in closing.eyes if EYES[eye] in by_eye]
     return CompletedClosing(
         closing,
         (first, last) if first <= last else (peak, peak),
@@ -241,14 +247,14 @@ def _completed(
 
 def _changed(
     completed: CompletedClosing,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     before: FloatArray,
     after: FloatArray,
 ) -> bool:
     """Whether weights that move the lids changed in the frames of a closing."""
     first, last = completed.frames
     changed = (before[first : last + 1] != after[first : last + 1]).any(axis=0)
-    own = [apertures[EYES[eye]] for eye in completed.closing.eyes if EYES[eye] in apertures]
+    own = [by_eye[EYES[eye]] for eye in completed.closing.eyes if EYES[eye] in by_eye]
     return any(changed[each.movers].any() or changed[[*each.raisers]].any() for each in own)
 
 

@@ -57,10 +57,10 @@ def find_closings(
     times: FloatArray,
     closing: FloatArray,
     *,
-    own: FloatArray | None = None,
+    by_itself: FloatArray | None = None,
     least: FloatArray | None = None,
-    lids: FloatArray | None = None,
-    unsure: FloatArray | None = None,
+    gone: FloatArray | None = None,
+    deviation: FloatArray | None = None,
     solved: SolvedLids | None = None,
 ) -> tuple[list[EyeClosing], IntArray]:
     """Find blinks and closed eyes, and the pulses like blinks that leave the eyes open.
@@ -71,16 +71,16 @@ def find_closings(
     closing : (F, 2) float64
         How far the left and the right eye are closed: 0 as in the neutral frames, 1 as the
         character's closed eye; NaN in all frames of an eye that is not measured.
-    own : (F, 2) float64, optional
+    by_itself : (F, 2) float64, optional
         The same of the lids by themselves, without the skin around them (`lid_motion`); NaN where
         that is not known. A lid that its brow lowers does not close the eye.
     least : (2,) float64, optional
         Least height of a blink's pulse; smaller ones are motion of the skin.
-    lids : (F, 2) float64, optional
+    gone : (F, 2) float64, optional
         Estimate of how much of the opening between the lids is gone (`lid_estimate`); NaN in all
         frames of an eye that is not measured. Pulses that do not end at closed lids are dropped
         (`pulses_that_close`).
-    unsure : (2,) float64, optional
+    deviation : (2,) float64, optional
         Standard deviation of that estimate, for eyes whose lids are not solved: they have to be
         closed by so much more.
     solved : SolvedLids, optional
@@ -98,16 +98,18 @@ def find_closings(
     if len(times) < 3:
         return [], np.zeros(0, dtype=np.int64)
     even = even_times(times)
-    own, lids = (None if curve is None else even.resampled(curve) for curve in (own, lids))
+    by_itself, gone = (
+        None if curve is None else even.resampled(curve) for curve in (by_itself, gone)
+    )
     if solved is not None:
         solved = SolvedLids(even.resampled(solved.closed), even.resampled(solved.by_closer))
     found, peaks = _find_evenly(
         even.times,
         even.resampled(closing),
-        own=own,
+        by_itself=by_itself,
         least=np.zeros(2) if least is None else least,
-        lids=lids,
-        unsure=np.zeros(2) if unsure is None else unsure,
+        gone=gone,
+        deviation=np.zeros(2) if deviation is None else deviation,
         solved=solved,
     )
     return [in_frames(each, even) for each in found], even.frames(peaks)
@@ -117,15 +119,15 @@ def _find_evenly(
     times: FloatArray,
     closing: FloatArray,
     *,
-    own: FloatArray | None,
+    by_itself: FloatArray | None,
     least: FloatArray,
-    lids: FloatArray | None,
-    unsure: FloatArray,
+    gone: FloatArray | None,
+    deviation: FloatArray,
     solved: SolvedLids | None,
 ) -> tuple[list[EyeClosing], IntArray]:
     """Return closings, and pulses that leave the eyes open, at even times: see `find_closings`."""
     step = frame_step(times)
-    smooth, pulses, skin = _pulses(closing, own, step)
+    smooth, pulses, skin = _pulses(closing, by_itself, step)
     scale = np.array([blink_height(pulses[:, eye], least[eye], step) for eye in (0, 1)])
     if not np.nanmax(scale, initial=0.0) >= _BETTER_SEEN:
         scale[:] = np.nan
@@ -133,8 +135,8 @@ def _find_evenly(
     unknown = np.full(closing.shape, np.nan)
     unsolved = np.isnan(solved.closed).all(axis=0) if solved is not None else np.zeros(2, bool)
     solved = SolvedLids(unknown, unknown) if solved is None else solved
-    lids = unknown if lids is None else lids
-    depth = lid_depth(lids, step)
+    gone = unknown if gone is None else gone
+    depth = lid_depth(gone, step)
     as_solved, by_closer = lid_depth(solved.closed, step), lid_depth(solved.by_closer, step)
     closed = pulses_that_close(depth, peaks, blinks, _reached(pulses, scale, peaks, step))
     closed[closed] = as_deep_as_others(as_solved, peaks[closed])
@@ -150,21 +152,21 @@ def _find_evenly(
     own_peaks = _eyes_that_blink(pulses, scale, blinks, peaks, step)
     level = np.maximum(_level(_at_top(closing, peaks, step), own_peaks), scale)
     lid_level, solved_level = (
-        _level(_at_top(curve, peaks, step), own_peaks) for curve in (lids, solved.closed)
+        _level(_at_top(curve, peaks, step), own_peaks) for curve in (gone, solved.closed)
     )
-    surely = np.where(unsolved & np.isfinite(unsure), 1.0 + _UNSURE * unsure, 1.0)
+    surely = np.where(unsolved & np.isfinite(deviation), 1.0 + _UNSURE * deviation, 1.0)
     level, lid_level = surely * level, surely * lid_level
     # Closed by the markers, by the lids' estimate and as solved: the least of the three.
     smooth = _no_further_than(depth, smooth, level, lid_level)
     smooth = _no_further_than(as_solved, smooth, level, solved_level)
-    held = find_held_eyes(times, smooth, level, _by_itself(own, smooth))
+    held = find_held_eyes(times, smooth, level, _closes_by_itself(by_itself, smooth))
     held = _not_beyond_closed(held, times, depth.gone, lid_level)
     closings = [*blinks, *(each for each in held if not _within(each, blinks))]
     return sorted(closings, key=lambda each: each.closed), left_open
 
 
 def _pulses(
-    closing: FloatArray, own: FloatArray | None, step: float
+    closing: FloatArray, by_itself: FloatArray | None, step: float
 ) -> tuple[FloatArray, FloatArray, BoolArray]:
     """Return the smoothed curves of the eyes, their pulses, and where these are the skin's: (F, 2).
 
@@ -179,8 +181,8 @@ def _pulses(
     together = (pulses.mean(axis=1) >= floors.mean() / np.sqrt(2.0)) & (len(measured) == 2)
     for eye in measured:
         pulses[(pulses[:, eye] < floors[eye]) & ~together, eye] = 0.0
-        if own is not None and np.isfinite(own[:, eye]).all():
-            _, lid, noise = lid_pulses(own[:, eye], step)
+        if by_itself is not None and np.isfinite(by_itself[:, eye]).all():
+            _, lid, noise = lid_pulses(by_itself[:, eye], step)
             lid = maximum_filter1d(lid, 2 * round(APART / step) + 1)
             skin[:, eye] = lid + noise < _OWN * pulses[:, eye]
     return smooth, pulses, skin
@@ -222,14 +224,14 @@ def _level(curves: FloatArray, used: BoolArray) -> FloatArray:
 
 
 def _no_further_than(
-    depth: LidDepth, smooth: FloatArray, level: FloatArray, own: FloatArray
+    depth: LidDepth, smooth: FloatArray, level: FloatArray, other_level: FloatArray
 ) -> FloatArray:
     """Return how far the eyes are closed (F, 2): the smaller of `smooth` and another measure.
 
-    At the peaks of the blinks the two are `level` and `own` (2,).
+    At the peaks of the blinks the two are `level` and `other_level` (2,).
     """
-    known = np.isfinite(own) & (own > _MEASURED)
-    share = level / np.where(known, own, 1.0)
+    known = np.isfinite(other_level) & (other_level > _MEASURED)
+    share = level / np.where(known, other_level, 1.0)
     return np.asarray(np.where(known, np.minimum(smooth, depth.gone * share), smooth))
 
 
@@ -255,10 +257,14 @@ def _not_beyond_closed(
     ]
 
 
-def _by_itself(own: FloatArray | None, closing: FloatArray) -> BoolArray:
+def _closes_by_itself(by_itself: FloatArray | None, closing: FloatArray) -> BoolArray:
     """Return where a lid comes down by itself, not with the skin around it: (F, 2)."""
     # An unknown motion (NaN) compares as False, and counts as the lid's.
-    return ~(own < _OWN * closing) if own is not None else np.ones(closing.shape, dtype=bool)
+    return (
+        ~(by_itself < _OWN * closing)
+        if by_itself is not None
+        else np.ones(closing.shape, dtype=bool)
+    )
 
 
 def _within(held: EyeClosing, blinks: Sequence[EyeClosing]) -> bool:

@@ -51,7 +51,7 @@ def close_eyes_and_lips(
     weights: FloatArray,
     *,
     options: ClosureOptions = ClosureOptions(),
-    apertures: Mapping[Eye, LidApertures] | None = None,
+    by_eye: Mapping[Eye, LidApertures] | None = None,
     blink: FloatArray | None = None,
 ) -> Closure | None:
     """Bring lips together that touch, complete the blinks of a take, and part lids that cross.
@@ -64,7 +64,7 @@ def close_eyes_and_lips(
     weights : (F, T) float64
         The weights to close, corrected or not.
     options : ClosureOptions
-    apertures : mapping of "left", "right" to LidApertures, optional
+    by_eye : mapping of "left", "right" to LidApertures, optional
         Of the T blend shapes, where they were measured before.
     blink : (F,) float64, optional
         `usdface.takes.MarkerTake.blink`.
@@ -80,9 +80,9 @@ def close_eyes_and_lips(
     if options.lids:
         # Last: a jaw that closes the lips may move the lower lids a little.
         lower = weights if lips is None else lips.weights
-        if apertures is None:
-            apertures = lid_apertures_of(performance.face, performance.solved.names)
-        eyes = close_eyes(performance, lower, apertures, blink)
+        if by_eye is None:
+            by_eye = lid_apertures_of(performance.face, performance.solved.names)
+        eyes = close_eyes(performance, lower, by_eye, blink)
     if lips is None and eyes is None:
         return None
     closure = Closure(weights, np.zeros((len(weights), 2)), np.zeros(len(weights)))

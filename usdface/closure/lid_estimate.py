@@ -45,7 +45,7 @@ class LidEstimate(NamedTuple):
 
 def lid_estimate(
     face: BoundFace,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     names: tuple[str, ...],
     solution: Solution,
 ) -> LidEstimate:
@@ -56,18 +56,20 @@ def lid_estimate(
     Parameters
     ----------
     face : BoundFace
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
     names : tuple of str, length T
-        The blend shapes that `apertures` are of.
+        The blend shapes that `by_eye` is of.
     solution : Solution
     """
     frames = len(solution.feature_points)
     estimate = LidEstimate(np.full((frames, 2), np.nan), np.full(2, np.nan))
     near = {
-        eye: near_lids(face, own, closing_displacements(face, own, names, solution.markers))
-        for eye, own in apertures.items()
+        eye: near_lids(
+            face, apertures, closing_displacements(face, apertures, names, solution.markers)
+        )
+        for eye, apertures in by_eye.items()
     }
-    measured = [eye for eye in apertures if near[eye].any()]
+    measured = [eye for eye in by_eye if near[eye].any()]
     if not measured:
         return estimate
     order = [face.markers.index(name) for name in solution.markers]
@@ -75,15 +77,15 @@ def lid_estimate(
     known = np.array([name in column for name in names])
     offsets = np.zeros((len(names), len(face.markers), 3))
     offsets[known] = face.offsets[[column[name] for name in names if name in column]]
-    scanned = [scanned_lid_displacements(face, apertures[eye], names) for eye in measured]
+    scanned = [scanned_lid_displacements(face, by_eye[eye], names) for eye in measured]
     offsets[[shape for lids in scanned for shape in lids]] = 0.0
     for shape, moved_by_lid in (each for lids in scanned for each in lids.items()):
         offsets[shape] += moved_by_lid  # of both eyes, if one shape closes them
     deviations = np.full(len(names), _OTHERS)
-    deviations[[apertures[eye].closer for eye in measured]] = _CLOSER
-    taken = np.array([_closed_by(apertures[eye], len(names)) for eye in measured])
+    deviations[[by_eye[eye].closer for eye in measured]] = _CLOSER
+    taken = np.array([_closed_by(by_eye[eye], len(names)) for eye in measured])
     for row, eye in enumerate(measured):
-        glance = scanned_glance_displacements(face, apertures[eye], names)
+        glance = scanned_glance_displacements(face, by_eye[eye], names)
         if glance is not None:
             offsets = np.concatenate([offsets, glance[None]])
             deviations = np.append(deviations, _CLOSER)

@@ -61,7 +61,7 @@ class LidMarker:
 
 def lid_markers(
     face: BoundFace,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     names: tuple[str, ...],
     solution: Solution,
     *,
@@ -72,27 +72,27 @@ def lid_markers(
     Parameters
     ----------
     face : BoundFace
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
     names : tuple of str, length T
-        The blend shapes that `apertures` are of.
+        The blend shapes that `by_eye` is of.
     solution : Solution
     of_rig : bool
         Closed as the rig's shape has it, also where people's lids move otherwise.
     """
     closing = {
-        eye: closing_displacements(face, own, names, solution.markers, of_rig=of_rig)
-        for eye, own in apertures.items()
+        eye: closing_displacements(face, apertures, names, solution.markers, of_rig=of_rig)
+        for eye, apertures in by_eye.items()
     }
     moved = np.zeros(len(solution.markers), dtype=bool)
     for eye, each in closing.items():
-        moved |= near_lids(face, apertures[eye], each)
+        moved |= near_lids(face, by_eye[eye], each)
     still = np.flatnonzero(~moved)
     found: list[LidMarker] = []
     if len(still) < _FEWEST:
         return found
     for eye in (eye for eye in EYES if eye in closing):
         size = np.linalg.norm(closing[eye], axis=1)
-        near = near_lids(face, apertures[eye], closing[eye])
+        near = near_lids(face, by_eye[eye], closing[eye])
         on_lid = near & (size > _ON_LID * size.max(initial=0.0))
         for marker in np.flatnonzero(on_lid).tolist():
             apart = np.linalg.norm(solution.rest[still] - solution.rest[marker], axis=1)

@@ -26,7 +26,7 @@ _LEAST = 0.07
 
 def lid_signal(
     face: BoundFace,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     weights: WeightsTake,
     solution: Solution | None,
 ) -> FloatArray:
@@ -35,7 +35,7 @@ def lid_signal(
     Parameters
     ----------
     face : BoundFace
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
         For the blend shapes of `weights`.
     weights : WeightsTake
         Solved.
@@ -44,13 +44,13 @@ def lid_signal(
     """
     signal = np.full((len(weights.times), 2), np.nan)
     for column, eye in enumerate(EYES):
-        if eye not in apertures:
+        if eye not in by_eye:
             continue
         if solution is None:
-            signal[:, column] = weights.weights[:, apertures[eye].closer]
+            signal[:, column] = weights.weights[:, by_eye[eye].closer]
             continue
-        closing = closing_displacements(face, apertures[eye], weights.names, solution.markers)
-        used = near_lids(face, apertures[eye], closing)
+        closing = closing_displacements(face, by_eye[eye], weights.names, solution.markers)
+        used = near_lids(face, by_eye[eye], closing)
         if not used.any():
             continue
         moved = solution.feature_points[:, used] - solution.rest[used]
@@ -61,7 +61,7 @@ def lid_signal(
 
 def least_pulses(
     face: BoundFace,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     names: tuple[str, ...],
     solution: Solution,
 ) -> FloatArray:
@@ -71,9 +71,9 @@ def least_pulses(
     """
     least = np.zeros(2)
     for column, eye in enumerate(EYES):
-        if eye in apertures:
-            closing = closing_displacements(face, apertures[eye], names, solution.markers)
-            used = near_lids(face, apertures[eye], closing)
+        if eye in by_eye:
+            closing = closing_displacements(face, by_eye[eye], names, solution.markers)
+            used = near_lids(face, by_eye[eye], closing)
             if used.any():
-                least[column] = _LEAST * apertures[eye].opening / np.linalg.norm(closing[used])
+                least[column] = _LEAST * by_eye[eye].opening / np.linalg.norm(closing[used])
     return least

@@ -93,16 +93,16 @@ def lid_reach(times: FloatArray) -> int:
 
 
 def lid_pairs(
-    face: BoundFace, solution: Solution, apertures: Mapping[Eye, LidApertures]
+    face: BoundFace, solution: Solution, by_eye: Mapping[Eye, LidApertures]
 ) -> list[tuple[LidMarker, LidMarker]]:
     """Return each lid marker that has one on the other lid, with that; none in an image."""
-    if solution.dimension != 3 or len(apertures) < 2:
+    if solution.dimension != 3 or len(by_eye) < 2:
         return []
     names = solution.weights.names
     lids = {
         lid.marker: lid
-        for lid in lid_markers(face, apertures, names, solution, of_rig=True)
-        if np.linalg.norm(lid.closing) >= _LEAST_CLOSING * apertures[lid.eye].opening
+        for lid in lid_markers(face, by_eye, names, solution, of_rig=True)
+        if np.linalg.norm(lid.closing) >= _LEAST_CLOSING * by_eye[lid.eye].opening
     }
     partner = mirrored_markers(solution.rest, midline(solution.rest, face.midline))
     return [(lid, lids[partner[m]]) for m, lid in lids.items() if partner[m] in lids]
@@ -112,7 +112,7 @@ def mistracked_lids(
     take: MarkerTake,
     face: BoundFace,
     solution: Solution,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     reach: int,
 ) -> tuple[MistrackedLid, ...]:
     """Find mistracked lid markers, and where they are by the motion of the other lid.
@@ -124,15 +124,15 @@ def mistracked_lids(
     face : BoundFace
     solution : Solution
         Of the take.
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
         Of the solution's blend shapes.
     reach : int
         `lid_reach` of the take. A frame is judged by those that lie so near, so that a piece of a
         take is judged as the whole is.
     """
     found: list[MistrackedLid] = []
-    for lid, other in lid_pairs(face, solution, apertures):
-        shares, moved = _replacement(lid, other, face, apertures, solution, reach)
+    for lid, other in lid_pairs(face, solution, by_eye):
+        shares, moved = _replacement(lid, other, face, by_eye, solution, reach)
         frames = np.flatnonzero(shares)
         if not len(frames):
             continue
@@ -198,7 +198,7 @@ def _replacement(
     lid: LidMarker,
     other: LidMarker,
     face: BoundFace,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     solution: Solution,
     reach: int,
 ) -> tuple[FloatArray, FloatArray]:
@@ -209,7 +209,7 @@ def _replacement(
     displacements = solution.displacements
     own = displacements[:, lid.marker] - lid.skin(displacements)
     twin = (displacements[:, other.marker] - other.skin(displacements)) * _MIRROR
-    limit = _BEYOND * _widest(lid, face, apertures, solution)
+    limit = _BEYOND * _widest(lid, face, by_eye, solution)
     closed = lid.closed(own)
     apart = (lid.closed(twin) - closed) / limit
     measured = np.isfinite(solution.distances[:, [lid.marker, other.marker]]).all(axis=1)
@@ -220,13 +220,13 @@ def _replacement(
 
 
 def _widest(
-    lid: LidMarker, face: BoundFace, apertures: Mapping[Eye, LidApertures], solution: Solution
+    lid: LidMarker, face: BoundFace, by_eye: Mapping[Eye, LidApertures], solution: Solution
 ) -> float:
     """Return how far the rig opens the eye at most, in closings of it: above 0."""
     marker = face.markers.index(solution.markers[lid.marker])
     opened = -lid.closed(face.offsets[:, marker])
     names = solution.weights.names
-    raisers = [face.shape_names.index(names[shape]) for shape in apertures[lid.eye].raisers]
+    raisers = [face.shape_names.index(names[shape]) for shape in by_eye[lid.eye].raisers]
     return float(max(opened[raisers].max(initial=0.0), _OPENS))
 
 

@@ -35,7 +35,7 @@ _FALLEN = 0.1
 
 def part_eyes(
     weights: FloatArray,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     near_pins: FloatArray,
     times: FloatArray,
 ) -> tuple[FloatArray, list[Finding]]:
@@ -44,7 +44,7 @@ def part_eyes(
     Parameters
     ----------
     weights : (F, T) float64
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`; pinned weights stay.
     times : (F,) float64 [s]
@@ -54,59 +54,63 @@ def part_eyes(
     weights : (F, T) float64
     findings : list of Finding
     """
-    parted = _both_parted(weights, apertures, near_pins, even_times(times))
+    parted = _both_parted(weights, by_eye, near_pins, even_times(times))
     findings: list[Finding] = []
-    for eye, own in apertures.items():
+    for eye, apertures in by_eye.items():
         # What lowers a shape that closes both eyes may be the other one.
-        causes = [*apertures.values()] if one_shape_for_both(apertures) else [own]
-        findings += _crossing(eye, own, parted) + _opened(eye, own, causes, weights, parted)
+        causes = [*by_eye.values()] if one_shape_for_both(by_eye) else [apertures]
+        findings += _crossing(eye, apertures, parted) + _opened(
+            eye, apertures, causes, weights, parted
+        )
     return parted, findings
 
 
-def one_shape_for_both(apertures: Mapping[Eye, LidApertures]) -> bool:
+def one_shape_for_both(by_eye: Mapping[Eye, LidApertures]) -> bool:
     """Return whether the two eyes close by the same blend shape."""
-    return len(apertures) == 2 and apertures["left"].closer == apertures["right"].closer
+    return len(by_eye) == 2 and by_eye["left"].closer == by_eye["right"].closer
 
 
 def _both_parted(
     weights: FloatArray,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     near_pins: FloatArray,
     even: EvenTimes,
 ) -> FloatArray:
     free = np.ones(weights.shape[1], dtype=bool)
-    shares = {eye: lowering(weights, own, free) for eye, own in apertures.items()}
-    if not one_shape_for_both(apertures):
-        shares = _alike(weights, apertures, shares)
-        for eye, own in apertures.items():
+    shares = {eye: lowering(weights, apertures, free) for eye, apertures in by_eye.items()}
+    if not one_shape_for_both(by_eye):
+        shares = _alike(weights, by_eye, shares)
+        for eye, apertures in by_eye.items():
             part = partial(_parted, share=shares[eye], even=even)
-            weights = _without_crossing(weights, own, near_pins, part)
+            weights = _without_crossing(weights, apertures, near_pins, part)
         return weights
     # Each eye from the same weights, or the second would be judged by what the first left of it.
     alone = [
-        _without_crossing(weights, own, near_pins, partial(_parted, share=shares[eye], even=even))
-        for eye, own in apertures.items()
+        _without_crossing(
+            weights, apertures, near_pins, partial(_parted, share=shares[eye], even=even)
+        )
+        for eye, apertures in by_eye.items()
     ]
     parted: FloatArray = np.min(alone, axis=0)
-    closer = apertures["left"].closer
+    closer = by_eye["left"].closer
     parted[:, closer] = np.max(alone, axis=0)[:, closer]
     # What brings one eye's upper lid down may have crossed the lids of the other.
-    for own in apertures.values():
-        parted = _without_crossing(parted, own, near_pins, lower_until_parted)
+    for apertures in by_eye.values():
+        parted = _without_crossing(parted, apertures, near_pins, lower_until_parted)
     return parted
 
 
 def _alike(
-    weights: FloatArray, apertures: Mapping[Eye, LidApertures], shares: Mapping[Eye, FloatArray]
+    weights: FloatArray, by_eye: Mapping[Eye, LidApertures], shares: Mapping[Eye, FloatArray]
 ) -> dict[Eye, FloatArray]:
     """Return the shares by which lower lids give way: of eyes that are shut alike, the larger.
 
     Hundredths of a millimetre between the two lids of a mesh decide whether an eye that is parted
     looks open.
     """
-    if len(apertures) < 2:
+    if len(by_eye) < 2:
         return dict(shares)
-    left, right = (_shut(weights, apertures[eye]) for eye in EYES)
+    left, right = (_shut(weights, by_eye[eye]) for eye in EYES)
     together = (1.0 - np.abs(left - right).max(axis=1) / _UNLIKE).clip(min=0.0)
     most = np.maximum(*shares.values())
     return {eye: share + together * (most - share) for eye, share in shares.items()}

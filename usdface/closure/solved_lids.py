@@ -39,14 +39,14 @@ class SolvedLids:
 
 
 def solved_lids(
-    face: BoundFace, apertures: Mapping[Eye, LidApertures], solved: WeightsTake
+    face: BoundFace, by_eye: Mapping[Eye, LidApertures], solved: WeightsTake
 ) -> SolvedLids:
     """Measure how far solved weights close each eye, at its widest place.
 
     Parameters
     ----------
     face : BoundFace
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
         Of the blend shapes of `solved`.
     solved : WeightsTake
 
@@ -57,11 +57,11 @@ def solved_lids(
         (`scanned_lid_displacements`): its lids are not solved.
     """
     closed, by_closer = (np.full((len(solved.times), 2), np.nan) for _ in range(2))
-    for eye, own in apertures.items():
-        if scanned_lid_displacements(face, own, solved.names):
+    for eye, apertures in by_eye.items():
+        if scanned_lid_displacements(face, apertures, solved.names):
             continue
         column = EYES.index(eye)
-        neutral = float(own.widest(np.zeros((1, len(solved.names))))[0])
-        closed[:, column] = 1.0 - own.widest(solved.weights) / neutral
-        by_closer[:, column] = solved.weights[:, own.closer]
+        neutral = float(apertures.widest(np.zeros((1, len(solved.names))))[0])
+        closed[:, column] = 1.0 - apertures.widest(solved.weights) / neutral
+        by_closer[:, column] = solved.weights[:, apertures.closer]
     return SolvedLids(closed, by_closer)

@@ -35,14 +35,14 @@ _HARDLY = 0.05
 _FALLEN = 0.1
 
 
-def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -> FloatArray:
+def shown_closing(signal: FloatArray, by_itself: FloatArray | None, even: EvenTimes) -> FloatArray:
     """Return how far the markers show each eye as closed at most: (F, 2); infinite = not measured.
 
     Parameters
     ----------
     signal : (F, 2) float64
         `usdface.closure.lid_signal`; NaN in all frames of an eye that is not measured.
-    own : (F, 2) float64 or None
+    by_itself : (F, 2) float64 or None
         The same of the lids by themselves (`lid_motion`): a blink under a raised brow, and none
         under a lowered one.
     even : EvenTimes
@@ -53,7 +53,7 @@ def shown_closing(signal: FloatArray, own: FloatArray | None, even: EvenTimes) -
         return most
     around = round(_AROUND / even.step)
     for eye in (0, 1):
-        curves = [each[:, eye] for each in (signal, own) if each is not None]
+        curves = [each[:, eye] for each in (signal, by_itself) if each is not None]
         if not all(np.isfinite(each).all() for each in curves):
             continue
         resampled = (even.resampled(each) for each in curves)
@@ -72,16 +72,16 @@ def _evidence(closed: list[FloatArray]) -> FloatArray:
     """
     if len(closed) < 2:
         return closed[0].clip(min=0.0)
-    all_of_it, alone = closed
-    most = np.maximum(all_of_it, alone).clip(min=0.0)
-    return np.clip((alone - _DRAGGED * all_of_it) / (_OWN - _DRAGGED), 0.0, most)
+    all_of_it, by_itself = closed
+    most = np.maximum(all_of_it, by_itself).clip(min=0.0)
+    return np.clip((by_itself - _DRAGGED * all_of_it) / (_OWN - _DRAGGED), 0.0, most)
 
 
 def without_unshown_closing(
     weights: FloatArray,
     solved: FloatArray,
     shown: FloatArray,
-    apertures: Mapping[Eye, LidApertures],
+    by_eye: Mapping[Eye, LidApertures],
     near_pins: FloatArray,
     *,
     exaggerated: FloatArray | None = None,
@@ -100,13 +100,13 @@ def without_unshown_closing(
         As the performer shows them.
     shown : (F, 2) float64
         As of `shown_closing`.
-    apertures : mapping of "left", "right" to LidApertures
+    by_eye : mapping of "left", "right" to LidApertures
     near_pins : (F, T) float64
         `usdface.retarget.pins.pin_nearness`: pinned weights stay.
     exaggerated : (F, T) float64, optional
         The solved weights with their exaggeration, before the correction; `solved`, if left out.
     """
-    closers = [apertures[eye].closer for eye in EYES if eye in apertures]
+    closers = [by_eye[eye].closer for eye in EYES if eye in by_eye]
     if len(set(closers)) < 2:
         return weights
     both = solved[:, closers]
@@ -126,12 +126,12 @@ def without_unshown_closing(
 
 
 def opened_findings(
-    before: FloatArray, after: FloatArray, apertures: Mapping[Eye, LidApertures]
+    before: FloatArray, after: FloatArray, by_eye: Mapping[Eye, LidApertures]
 ) -> list[Finding]:
     """Report eyes that were opened, of weights (F, T) before and after."""
     findings = []
-    for eye, own in apertures.items():
-        fallen = before[:, own.closer] - after[:, own.closer]
+    for eye, apertures in by_eye.items():
+        fallen = before[:, apertures.closer] - after[:, apertures.closer]
         frames = np.flatnonzero(fallen > _FALLEN)
         if len(frames):
             message = (

@@ -1,6 +1,7 @@
 """The codes of findings: how severe each is, the action that settles it, and its meaning.
 
-One code has one meaning for ever. A new code is one line in `CODES`.
+One code has one meaning for ever. A new one is an entry of `CODES`, a row of docs/findings.md and,
+for its values, a row of docs/reports.md; the tests print the rows that are missing.
 """
 
 from typing import Literal

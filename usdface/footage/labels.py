@@ -12,14 +12,14 @@ from usdface.footage.face_names import BoundVertices, pair_with_face
 from usdface.footage.follow import HIDDEN, nearest_distances
 from usdface.footage.still_places import median_visible
 
-__all__ = ["NamedPlace", "name_tracks"]
+__all__ = ["DotName", "name_tracks"]
 
 # A name belongs to a dot within this share of the distance to its nearest neighbour.
 _REACH = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class NamedPlace:
+class DotName:
     """The name of the dot at a place of a frame: x right, y down [px]."""
 
     name: str
@@ -30,7 +30,7 @@ class NamedPlace:
 
 def name_tracks(
     places: FloatArray,
-    named: Sequence[NamedPlace],
+    named: Sequence[DotName],
     face: BoundVertices | None = None,
     reference: int = 0,
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -14,7 +14,7 @@ from usdface.footage.finished_tracks import finished_tracks
 from usdface.footage.fixes import Fix, apply_fixes
 from usdface.footage.follow import HIDDEN, follow, nearest_distances
 from usdface.footage.join_tracks import join_tracks, without_lone_samples
-from usdface.footage.labels import NamedPlace, name_tracks
+from usdface.footage.labels import DotName, name_tracks
 from usdface.footage.tracks import Tracks
 
 __all__ = ["reference_frame", "track_dots"]
@@ -53,7 +53,7 @@ def reference_frame(frames: Sequence[Dots]) -> int:
 
 def track_dots(
     frames: Sequence[Dots],
-    named: Sequence[NamedPlace] = (),
+    named: Sequence[DotName] = (),
     fixes: Sequence[Fix] = (),
     face: BoundVertices | None = None,
 ) -> Tracks:
@@ -67,7 +67,7 @@ def track_dots(
     Parameters
     ----------
     frames : sequence of Dots, length F
-    named : sequence of NamedPlace
+    named : sequence of DotName
         Names of dots at places; the others are numbered from top to bottom.
     fixes : sequence of Fix
         Corrections of the user: from its frame on, the marker is followed anew.

@@ -9,7 +9,7 @@ from usdface.errors import InputError
 from usdface.shot.retarget import express_again, with_overrides
 from usdface.shot.run import RetargetRun
 from usdface.shot.shot import Shot, ShotResult, SolvedShot
-from usdface.shot.stage_inputs import solve_settings
+from usdface.shot.stage_inputs import inputs_beside_take
 
 __all__ = ["correct_earlier"]
 
@@ -48,7 +48,7 @@ def _same_solve(shot: Shot, earlier: ShotResult) -> SolvedShot:
             "the earlier result has another take or rig than this shot; process it without"
         )
     # "" of settings with a part from another package: only its caller knows.
-    same = known_digest(solve_settings(shot)) == known_digest(solve_settings(earlier.shot))
+    same = known_digest(inputs_beside_take(shot)) == known_digest(inputs_beside_take(earlier.shot))
     if not same:
         raise InputError(
             "the earlier result was solved with other settings, places of markers or blend shapes "

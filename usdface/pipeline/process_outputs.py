@@ -109,7 +109,7 @@ class ProcessOutputs:
     def write_gltf(
         self,
         staged: StagedShot,
-        solved: ShotResult,
+        retargeted: ShotResult,
         hooks: Sequence[Hook],
         read: Iterable[Path],
         generation: Generation,
@@ -120,8 +120,8 @@ class ProcessOutputs:
         from usdface.io.gltf.write import write_gltf  # only here: most runs write none
         from usdface.io.head_clip import head_clip
 
-        rig, times = staged.shot.rig, solved.solved.times
-        head, eyes, carrier = solved.head_motion, solved.eye_motions, staged.prims.head
+        rig, times = staged.shot.rig, retargeted.solved.times
+        head, eyes, carrier = retargeted.head_motion, retargeted.eye_motions, staged.prims.head
         takes = []
         if carrier is not None and (head is not None or eyes):
             rig, joints = head_clip(rig, carrier.joint, head, times, eyes)
@@ -132,7 +132,7 @@ class ProcessOutputs:
             own = own_joints(staged, times, apart=moved)
             takes += [own] if own is not None else []
             moved |= set(own.joints) if own is not None else set()
-        clip = Clip("take", solved.weights, merge_joint_takes(takes))
+        clip = Clip("take", retargeted.weights, merge_joint_takes(takes))
         (rig, clips), findings = run_hooks(hooks, "before_export", (rig, (clip,)))
         findings += report_left_out(staged) + report_unmoved(staged, moved)
         return findings + write_gltf(rig, self.gltf, clips, read=read, metadata=generation)
@@ -151,16 +151,16 @@ class ProcessOutputs:
             generation=generation["generation"],
         )  # fmt: skip
 
-    def draw(self, solved: ShotResult, reported: Result[ShotResult]) -> None:
+    def draw(self, retargeted: ShotResult, reported: Result[ShotResult]) -> None:
         """Draw figure and sheet, if they are wanted."""
         if self.figure:
             from usdface.figures.take import write_take_figure  # only here: most runs draw none
 
-            write_take_figure(solved, reported.details, self.figure)
+            write_take_figure(retargeted, reported.details, self.figure)
         if self.sheet:
             from usdface.figures.sheet import write_sheet
 
-            write_sheet(solved, self.sheet)
+            write_sheet(retargeted, self.sheet)
 
     def write_deliverable(
         self, root: Path, staged: StagedShot, options: DeliverOptions

@@ -149,17 +149,17 @@ def process(
         run = replace(run, stages=_pieced_stages(Path(pieces), path, run, asset_root, kept))
     elif kept is not None:
         run = replace(run, stages=kept)
-    solved, reported = _retarget(staged, skipped + findings, run, earlier=solved)
+    retargeted, reported = _retarget(staged, skipped + findings, run, earlier=solved)
     if strict:
         refuse_unusable(reported.verdict)
-    generation = generation_of(solved, outputs.root_of(path))
-    joints = solved.head_motion is not None or bool(solved.eye_motions)
+    generation = generation_of(retargeted, outputs.root_of(path))
+    joints = retargeted.head_motion is not None or bool(retargeted.eye_motions)
     hidden = edits_hidden(stage, animation_path(staged.prims), joints)  # before layers are moved
     with all_or_none():
         with progress.step("gltf") if gltf else nullcontext():
-            lost = outputs.write_gltf(staged, solved, hooks, read, generation)
+            lost = outputs.write_gltf(staged, retargeted, hooks, read, generation)
         with progress.step("draw") if figure or sheet else nullcontext():
-            outputs.draw(solved, reported)
+            outputs.draw(retargeted, reported)
         with progress.step("write"):
             written = outputs.write_layers(path, staged, reported, generation)
     with progress.step("deliver") if deliver else nullcontext():
@@ -220,10 +220,10 @@ def apply(
         hooks, skipped = installed_hooks(skip_hooks)
         staged, findings = read_shot(stage, stage.GetRootLayer().identifier)
     run = RetargetRun(options=options, hooks=hooks, progress=progress)
-    solved, reported = _retarget(staged, skipped + findings, run, earlier=solved)
+    retargeted, reported = _retarget(staged, skipped + findings, run, earlier=solved)
     with progress.step("write"):
-        content = solve_animation(solved, weight_deviations(reported), reported.verdict)
-        expressed, closed = express_animation(solved), closure_animation(solved)
+        content = solve_animation(retargeted, weight_deviations(reported), reported.verdict)
+        expressed, closed = express_animation(retargeted), closure_animation(retargeted)
         if expressed is not None:
             content = replace(
                 content,
@@ -233,7 +233,7 @@ def apply(
             )
         if closed is not None:
             content = replace(content, closure=closed.closure)
-        content = replace(content, weights=solved.weights.weights)
+        content = replace(content, weights=retargeted.weights.weights)
         found = apply_animation(staged, content)
     return replace(reported, findings=(*reported.findings, *found), seconds=progress.seconds)
 
@@ -267,13 +267,13 @@ def _retarget(
 ) -> tuple[ShotResult, Result[ShotResult]]:
     """Retarget a shot that was read from a stage; return it, and the result without files."""
     if earlier is None:
-        solved = retarget_run(staged.shot, run)
+        retargeted = retarget_run(staged.shot, run)
     else:
-        solved = correct_earlier(staged.shot, earlier, run)
+        retargeted = correct_earlier(staged.shot, earlier, run)
     with run.progress.step("report"):
-        report = report_of(solved)
+        report = report_of(retargeted)
     summary = dict(report.summary)
-    if solved.head_motion is not None and staged.prims.head is not None:
+    if retargeted.head_motion is not None and staged.prims.head is not None:
         summary["head_carrier"] = staged.prims.head.name
     if run.stages.used is not None:
         summary["stages"] = dict(run.stages.used)
@@ -282,9 +282,16 @@ def _retarget(
     unusual = (*report_size(rig), *report_stray(rig))
     lost = (
         *report_undriven(staged),
-        *report_replaced(staged, solved),
+        *report_replaced(staged, retargeted),
         *report_hidden_weights(staged),
-        *report_detached(staged, solved),
+        *report_detached(staged, retargeted),
     )
-    found = (*findings, *unusual, *solved.findings, *report.findings, *lost, *run.stages.not_kept)
-    return solved, Result(solved, (), found, summary, details, verdict=report.verdict)
+    found = (
+        *findings,
+        *unusual,
+        *retargeted.findings,
+        *report.findings,
+        *lost,
+        *run.stages.not_kept,
+    )
+    return retargeted, Result(retargeted, (), found, summary, details, verdict=report.verdict)

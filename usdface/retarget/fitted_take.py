@@ -107,7 +107,7 @@ class _TakeSolver:
     times : (F,) float64 [s]
     prepared : PreparedMarkers
     shape_names : tuple of str, length S
-    noisy : (M,) int64 or None
+    neutral_counts : (M,) int64 or None
         Frames that each marker's neutral is the mean of; None = its error is not corrected.
     views : Views or None
     progress : Progress or None
@@ -118,7 +118,7 @@ class _TakeSolver:
     times: FloatArray
     prepared: PreparedMarkers
     shape_names: tuple[str, ...]
-    noisy: IntArray | None
+    neutral_counts: IntArray | None
     views: Views | None
     progress: Progress | None
     some: IntArray = field(init=False)
@@ -136,7 +136,7 @@ class _TakeSolver:
         """Solve the whole take; without a pose from the first guess."""
         return self._solved(
             fit, setup, pose or self.prepared.pose, slice(None), errors=errors,
-            neutral_frames=self.noisy, progress=self.progress,
+            neutral_counts=self.neutral_counts, progress=self.progress,
         )  # fmt: skip
 
     def trial(self, fit: FaceFit, setup: RetargetSetup, **settings: Any) -> PoseAndWeights:
@@ -190,9 +190,9 @@ def fit_take(
         setup: RetargetSetup,
     ) -> tuple[_TakeSolver, FaceFit, RetargetSetup, list[Finding]]:
         prepared, own, notes = prepare_markers(take, bound, setup, surface)
-        noisy = prepared.frames if correct_neutral else None
+        counts = prepared.neutral_counts if correct_neutral else None
         seen = views and views.of(prepared.names)
-        solver = _TakeSolver(take.times, prepared, shape_names, noisy, seen, progress)
+        solver = _TakeSolver(take.times, prepared, shape_names, counts, seen, progress)
         fit, found = _fit(take, solver, own)
         return solver, fit, own, notes + found
 
@@ -275,7 +275,7 @@ def _fit(
             moving_head=setup.head == "solve",
         )  # fmt: skip
         fits = tuple(refine(fit) for fit in fits)
-    corrected = partial(trial, neutral_frames=solver.noisy)
+    corrected = partial(trial, neutral_counts=solver.neutral_counts)
     fit, share = best_fit(fits, lambda fit: corrected(fit).regularisation.misfit)
     if share == 1.0:
         return fit, []

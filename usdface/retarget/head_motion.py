@@ -150,6 +150,10 @@ def _uncertainties(points: FloatArray, seen: BoolArray) -> FloatArray:
 
 
 def _smooth(curve: FloatArray, times: FloatArray, precisions: FloatArray) -> FloatArray:
+    """Return the most probable curve (F,) of a measured one; a precision of 0 = not measured.
+
+    `curve` (F,) is in metres or radians, `precisions` (F,) in 1 / m^2 or 1 / rad^2.
+    """
     bands = curvature_bands(times) * frame_step(times) ** 3
     unit = float(precisions.max())
     trust = precisions / unit

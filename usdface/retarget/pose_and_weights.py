@@ -71,7 +71,7 @@ def solve_pose_and_weights(
     problem: SolveProblem,
     *,
     errors: FloatArray | None = None,
-    neutral_frames: IntArray | None = None,
+    neutral_counts: IntArray | None = None,
     rounds: int = _ROUNDS,
     known: Regularisation | None = None,
     exactly: bool = False,
@@ -84,7 +84,7 @@ def solve_pose_and_weights(
     problem : SolveProblem
     errors : (M,) float64 [1], optional
         Of the markers (`usdface.retarget.marker_errors`); equal, if left out.
-    neutral_frames : (M,) int64, optional
+    neutral_counts : (M,) int64, optional
         Number of frames that each marker's neutral is the mean of; None where it is known exactly.
     rounds : int
         At most.
@@ -106,9 +106,9 @@ def solve_pose_and_weights(
     in_head, no_residual = problem.pose.to_head(take.markers), np.zeros(take.occluded.shape)
     state = SolveRound(0, problem.pose, in_head, problem.space, regularisation, no_residual)
     neutral = None
-    if neutral_frames is not None and rows.axes == 3:
+    if neutral_counts is not None and rows.axes == 3:
         start, no_correction = problem.space.start, np.zeros((len(target), 3))
-        neutral = _Neutral(target, neutral_frames, start, no_correction, _NEUTRAL_STEPS)
+        neutral = _Neutral(target, neutral_counts, start, no_correction, _NEUTRAL_STEPS)
     if take.linear is None and take.seen.all() and not (neutral or exactly):
         state = measured(take, state)
     else:
@@ -150,8 +150,8 @@ class _Neutral:
     Attributes
     ----------
     target : (M, 3) float64 [m]
-    frames : (M,) int64
-        That each marker's neutral is the mean of.
+    counts : (M,) int64
+        Of the frames that each marker's neutral is the mean of.
     start : (M, 3) float64 [m] or None
         Of the space map, without the correction.
     correction : (M, 3) float64 [m]
@@ -160,7 +160,7 @@ class _Neutral:
     """
 
     target: FloatArray
-    frames: IntArray
+    counts: IntArray
     start: FloatArray | None
     correction: FloatArray
     steps: int
@@ -173,7 +173,7 @@ class _Neutral:
             take.rows, self.target, take.seen, take.times, regularisation, state.iterate
         )
         correction = neutral_correction(
-            self.correction, leftover, take.seen, self.frames, regularisation, take.rows.rigid
+            self.correction, leftover, take.seen, self.counts, regularisation, take.rows.rigid
         )
         return replace(self, correction=correction, steps=self.steps - 1)
 
@@ -229,7 +229,7 @@ def _final_weights(
     rows, observed, regularisation = take.rows, solved.observed, solved.regularisation
     bounds = Bounds(rows=rows.model.limit_rows)
     final = rows.solve(observed, take.times, regularisation, solved.iterate, bounds)
-    leftover = rows.head_motion(observed - rows.displacements(final.weights))
+    leftover = rows.rigid_part(observed - rows.displacements(final.weights))
     if pins:
         names, limits = regularisation.names, rows.model.limit_rows
         bounds = pin_bounds(pins, names, take.times, final.weights, limits)

@@ -24,7 +24,7 @@ from usdface.retarget.performed_face import (
     known_places,
     match_face,
 )
-from usdface.retarget.usable_markers import determined, neutral_frames, usable_markers
+from usdface.retarget.usable_markers import determined, neutral_counts, usable_markers
 from usdface.setup.retarget_setup import RetargetSetup, check_neutral_weights
 from usdface.takes import MarkerTake
 
@@ -41,8 +41,8 @@ class PreparedMarkers:
     positions : (F, M, D) float64
         NaN where occluded, and where the head's pose is unknown.
     neutral : (M, D) float64
-    frames : (M,) int64 or None
-        That `neutral` is the mean of; None = exact.
+    neutral_counts : (M,) int64 or None
+        Of the frames that `neutral` is the mean of; None = exact.
     points : (M, 3) float64 [m]
         Vertices on the character.
     model : BlendShapeEvaluator
@@ -62,7 +62,7 @@ class PreparedMarkers:
     names: tuple[str, ...]
     positions: FloatArray
     neutral: FloatArray
-    frames: IntArray | None
+    neutral_counts: IntArray | None
     points: FloatArray
     model: BlendShapeEvaluator
     surface: MarkerSurface | None
@@ -121,21 +121,21 @@ def prepare_markers(
     ]
     points, model = own.rest, without_shapes(own.model, unseen)
     neutral = _without_neutral_weights(neutral, points, model, own.shape_names, setup)
-    frames = neutral_frames(positions, setup)
+    counts = neutral_counts(positions, setup)
     around = surface.select(np.array(used)) if surface and setup.solve.places == "found" else None
     face, matched = setup.calibration.face if setup.calibration else None, None
     if face and around is not None and take.dimension == 3:
-        matched, notes = match_face(face, names, around, neutral, frames, take.source)
+        matched, notes = match_face(face, names, around, neutral, counts, take.source)
         findings += notes
     if matched:
-        neutral, frames = matched.neutral, matched.frames
+        neutral, counts = matched.neutral, matched.frames
     head_neutral = np.zeros((0, take.dimension))
     if setup.head == "markers":
         head_neutral = neutral_markers(take.select(setup.head_markers), setup.neutral or (0, 0))
     pose, posed = first_pose(take, positions, neutral, setup, head_neutral)
     positions = in_posed_frames(positions, posed)
     prepared = PreparedMarkers(
-        names, positions, neutral, frames, points, model, around, matched, pose, head_neutral,
+        names, positions, neutral, counts, points, model, around, matched, pose, head_neutral,
         _least_noise(take, neutral, points),
     )  # fmt: skip
     return prepared, setup, findings + head_markers_few(posed, take.source)

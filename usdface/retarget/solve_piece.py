@@ -105,7 +105,7 @@ def overlap_frames(
     """Return how many frames a piece needs beyond each of its ends.
 
     By the decay of the equation's inverse in time, over all iterations of all rounds
-    (`usdface.retarget.take_pieces.overlap`). Parameters are those of `solve_piece`.
+    (`usdface.retarget.solver.parallel_pieces.overlap`). Parameters are those of `solve_piece`.
     """
     if len(take.times) == 1:
         return 0

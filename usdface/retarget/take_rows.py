@@ -72,7 +72,7 @@ class TakeRows:
         """Return the rows of a head whose pose is known: no motion of it is projected out."""
         return replace(self, rigid=self.rigid[:, :0], weighted_rigid=self.weighted_rigid[:, :0])
 
-    def head_motion(self, displacements: FloatArray) -> FloatArray:
+    def rigid_part(self, displacements: FloatArray) -> FloatArray:
         """Return the part of displacements (F, M * axes) that small head motions explain."""
         along = (displacements / self.errors) @ self.weighted_rigid
         return np.asarray(along @ self.weighted_rigid.T * self.errors)
@@ -82,7 +82,10 @@ class TakeRows:
         return self.model.displacements(self.model.complete(weights))
 
     def equations(self, observed: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return normal matrix (S, S), right-hand sides (F, S) of displacements (F, M * axes)."""
+        """Return normal matrix (P, P) [m^2] and right-hand sides (F, P) [m^2] of a linear model.
+
+        `observed` (F, M * axes) [m] are displacements.
+        """
         offsets, rigid = self.weighted.offsets, self.weighted_rigid
         shapes = offsets - (offsets @ rigid) @ rigid.T
         return shapes @ shapes.T, (observed / self.errors) @ shapes.T
@@ -95,7 +98,7 @@ class TakeRows:
         start: Iterate | None,
         final: Bounds | None = None,
     ) -> Iterate:
-        """Solve the free weights for displacements (F, M * axes).
+        """Solve the free weights (F, P) for displacements (F, M * axes) [m] at `times` (F,) [s].
 
         Without `final` bounds a few steps are taken only.
         """

@@ -18,7 +18,7 @@ from usdface.takes import MarkerTake, visible
 __all__ = [
     "check_bound_markers",
     "determined",
-    "neutral_frames",
+    "neutral_counts",
     "occlusions",
     "unknown_marker",
     "unsolved_frames",
@@ -160,8 +160,8 @@ def _restless_frames(positions: FloatArray, frames: tuple[int, int], source: str
     return [finding("NEUTRAL_MOVES", source, message, moving, len(resting))]
 
 
-def neutral_frames(positions: FloatArray, setup: RetargetSetup) -> IntArray | None:
-    """Return the frames that each marker's neutral is the mean of: (M,); None for the rig's own."""
+def neutral_counts(positions: FloatArray, setup: RetargetSetup) -> IntArray | None:
+    """Return of how many frames each marker's neutral is the mean: (M,); None for the rig's own."""
     if setup.neutral is None:
         return None
     first, last = setup.neutral

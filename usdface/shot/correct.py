@@ -183,10 +183,10 @@ def _express(
 
 
 def _close(face: BoundFace, result: ShotResult) -> Closure | None:
-    solve, apertures = result.solve, None
+    solve, by_eye = result.solve, None
     # A base adds blend shapes, without which the lids were measured.
     if solve is not None and result.solved.names == solve.weights.names:
-        apertures = solve.lids
+        by_eye = solve.lids
     take = result.shot.take
     setup = result.shot.setup
     performance = SolvedPerformance.of(
@@ -196,7 +196,7 @@ def _close(face: BoundFace, result: ShotResult) -> Closure | None:
         performance,
         result.weights.weights,
         options=setup.closure,
-        apertures=apertures,
+        by_eye=by_eye,
         blink=take.blink if isinstance(take, MarkerTake) else None,
     )
     if closure is None:

@@ -166,19 +166,19 @@ def _estimated(sample: MarkerTake, face: BoundFace, setup: RetargetSetup) -> Est
 
     estimates, found = estimated(sample)
     overlap = overlap_frames(sample, estimates, names, setup)
-    apertures, judged, tracked = checked_lids(face, setup), 0, None
-    if apertures is not None and len(apertures) == 2:
+    by_eye, judged, tracked = checked_lids(face, setup), 0, None
+    if by_eye is not None and len(by_eye) == 2:
         solution = solve_piece(sample, estimates, names, given)
         contacts = face.with_contacts()
-        if lid_pairs(contacts, solution, apertures):
+        if lid_pairs(contacts, solution, by_eye):
             judged = lid_reach(sample.times)
-        lids = mistracked_lids(sample, contacts, solution, apertures, judged)
+        lids = mistracked_lids(sample, contacts, solution, by_eye, judged)
         if lids:
             tracked = estimates
             estimates, found = estimated(with_replaced_lids(sample, lids))
             overlap = max(overlap, overlap_frames(sample, estimates, names, setup))
     findings += [each for each in found if each.code not in _OF_FRAMES]
-    return EstimatedTake(estimates, overlap, tuple(findings), apertures, judged, tracked)
+    return EstimatedTake(estimates, overlap, tuple(findings), by_eye, judged, tracked)
 
 
 def solve_cut(

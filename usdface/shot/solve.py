@@ -68,9 +68,9 @@ def _solve_markers(take: MarkerTake, shot: Shot, run: RetargetRun) -> SolvedShot
         return solve(take, face, setup, cleaned=cleaned, progress=run.progress)
 
     with run.progress.step("solve"):
-        apertures = checked_lids(face, setup)
+        by_eye = checked_lids(face, setup)
         (solution, new_findings), lids = solve_with_replaced_lids(
-            cleaned.take, face, apertures, lid_reach(take.times), solved
+            cleaned.take, face, by_eye, lid_reach(take.times), solved
         )
     return SolvedShot(
         take=with_replaced_lids(cleaned.take, lids),
@@ -78,7 +78,7 @@ def _solve_markers(take: MarkerTake, shot: Shot, run: RetargetRun) -> SolvedShot
         solution=solution,
         repairs=cleaned.repairs,
         findings=(*findings, *mistracked_findings(lids), *new_findings),
-        lids=apertures,
+        lids=by_eye,
         mistracked=lids,
     )
 
@@ -91,7 +91,7 @@ def checked_lids(face: BoundFace, setup: RetargetSetup) -> Mapping[Eye, LidApert
 def solve_with_replaced_lids(
     take: MarkerTake,
     face: BoundFace,
-    apertures: Mapping[Eye, LidApertures] | None,
+    by_eye: Mapping[Eye, LidApertures] | None,
     reach: int,
     tracked: TakeSolver,
     corrected: TakeSolver | None = None,
@@ -103,7 +103,7 @@ def solve_with_replaced_lids(
     take : MarkerTake
         A whole one, or a piece.
     face : BoundFace
-    apertures : mapping of "left", "right" to LidApertures, or None
+    by_eye : mapping of "left", "right" to LidApertures, or None
         As `checked_lids` returns them.
     reach : int
         `lid_reach` of the whole take.
@@ -114,8 +114,8 @@ def solve_with_replaced_lids(
     """
     answer = tracked(take)
     lids: tuple[MistrackedLid, ...] = ()
-    if apertures is not None:
-        lids = mistracked_lids(take, face.with_contacts(), answer[0], apertures, reach)
+    if by_eye is not None:
+        lids = mistracked_lids(take, face.with_contacts(), answer[0], by_eye, reach)
     if lids or corrected is not None:
         answer = (corrected or tracked)(with_replaced_lids(take, lids))
     return answer, lids

@@ -6,15 +6,15 @@ from usdface.options import ClosureOptions
 from usdface.retarget.recorded_eyes import turning_joints
 from usdface.shot.shot import Shot
 
-__all__ = ["express_inputs", "solve_inputs", "solve_settings"]
+__all__ = ["express_inputs", "inputs_beside_take", "solve_inputs"]
 
 
 def solve_inputs(shot: Shot) -> object:
     """Return all that the solve of a shot depends on."""
-    return shot.take, solve_settings(shot)
+    return shot.take, inputs_beside_take(shot)
 
 
-def solve_settings(shot: Shot) -> object:
+def inputs_beside_take(shot: Shot) -> object:
     """Return all that the solve of a shot depends on beside its take."""
     setup = replace(shot.setup, closure=ClosureOptions(), exaggeration={})
     return shot.mesh, shot.rig.shape_names, setup, shot.layout

@@ -1,5 +1,6 @@
 """What our systems hold comes back from every format, and means the same."""
 
+from dataclasses import MISSING, fields
 from math import inf
 
 import numpy as np
@@ -22,6 +23,15 @@ from usdface.rule_design.paper_system import paper_system
 def test_every_format_gives_back_what_it_was_given(tmp_path, name, suffix):
     found, _ = both_ways(tmp_path, SYSTEMS[name], suffix)
     assert found == SYSTEMS[name]
+
+
+@pytest.mark.parametrize("part", [lambda system: system, lambda system: system.fuzzy])
+def test_every_setting_is_among_what_is_given(part):
+    """A new one is forgotten by no format."""
+    settings = [each for each in fields(part(SYSTEMS["default"])) if each.default is not MISSING]
+    held = [part(system) for system in SYSTEMS.values()]
+    usual = [s.name for s in settings if all(getattr(h, s.name) == s.default for h in held)]
+    assert not usual, "give one of tests/every_term.py another value"
 
 
 @pytest.mark.parametrize("suffix", FORMATS)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from pxr import Sdf, Usd, Vt
+from whole_setup import PLAIN, lost_fields, other_fields
 
 from usdface.errors import InputError
 from usdface.io.usd.retarget_setup import read_setup, write_setup
@@ -97,6 +98,12 @@ def test_a_setup_survives_usd(setup: RetargetSetup) -> None:
     assert dict(back.neutral_weights) == dict(setup.neutral_weights)
 
 
+def test_no_field_of_a_setup_is_forgotten() -> None:
+    """Pins and exaggeration are read at the time codes of a take, by others."""
+    lost = lost_fields(lambda setup: read_setup(written(setup)))
+    assert lost == {"pins", "exaggeration", "neutral_assumed"}, "usdface/io/usd/retarget_setup.py"
+
+
 @pytest.mark.parametrize(
     ("names", "shapes", "factors", "message"),
     [
@@ -122,8 +129,8 @@ def test_curves_that_do_not_fit_are_refused(
 def test_what_is_not_authored_has_its_default() -> None:
     stage = Usd.Stage.CreateInMemory()
     back = read_setup(stage.DefinePrim("/R", tokens.RETARGET))
-    assert back.head == "solve" and back.neutral == (0, 0) and back.binding.markers == ()
-    assert back.map == MapOptions() and back.solve == SolveOptions()
+    assert back.neutral_removed is False  # on a stage it is named
+    assert other_fields(back, PLAIN) == {"neutral_removed"}, "as usdface/schemas/schema.usda has it"
 
 
 def test_a_stronger_layer_overrides_one_setting() -> None:

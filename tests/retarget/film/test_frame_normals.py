@@ -5,8 +5,8 @@ import pytest
 from bands import dense
 from scipy.optimize import LinearConstraint, minimize
 
-from usdface.retarget import take_pieces
 from usdface.retarget.film.frame_normals import solve_by_frame
+from usdface.retarget.solver import parallel_pieces
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.curvature import curvature_bands
 from usdface.retarget.solver.temporal_solve import solve_temporal
@@ -89,7 +89,7 @@ def test_without_smoothness_each_frame_is_its_own() -> None:
 def test_pieces_of_a_take_are_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     normals, right, bands = problem(5, 400)
     whole = solve_by_frame(normals, right, bands, Bounds(), None, 60, 0.0).weights
-    monkeypatch.setattr(take_pieces, "_PIECE", 50)
-    monkeypatch.setattr(take_pieces, "_OVERLAPS", 1)
+    monkeypatch.setattr(parallel_pieces, "_PIECE", 50)
+    monkeypatch.setattr(parallel_pieces, "_OVERLAPS", 1)
     pieces = solve_by_frame(normals, right, bands, Bounds(), None, 60, 0.0).weights
     np.testing.assert_allclose(pieces, whole, atol=1e-6)

@@ -4,7 +4,7 @@ from bands import dense
 from scipy.optimize import LinearConstraint, minimize
 
 from usdface.options import SolveOptions
-from usdface.retarget import take_pieces
+from usdface.retarget.solver import parallel_pieces
 from usdface.retarget.solver.bounds import Bounds
 from usdface.retarget.solver.curvature import curvature_bands
 from usdface.retarget.solver.regularisation import Regularisation
@@ -137,14 +137,14 @@ def test_a_take_in_pieces_has_no_seams(monkeypatch: pytest.MonkeyPatch, iteratio
     few = Regularisation(0.2, 0.0, SolveOptions(iterations=iterations))
 
     def solve(piece: int, overlap_share: float = 1.0) -> np.ndarray:
-        monkeypatch.setattr(take_pieces, "_PIECE", piece)
-        monkeypatch.setattr(take_pieces, "_OVERLAPS", 0)
+        monkeypatch.setattr(parallel_pieces, "_PIECE", piece)
+        monkeypatch.setattr(parallel_pieces, "_OVERLAPS", 0)
         monkeypatch.setattr(
-            take_pieces, "overlap", lambda *given: int(overlap_share * overlap(*given))
+            parallel_pieces, "overlap", lambda *given: int(overlap_share * overlap(*given))
         )
         return solve_weights(normal, right, times, few, bounds=bounds).weights
 
-    overlap = take_pieces.overlap
+    overlap = parallel_pieces.overlap
     whole = solve(10**9)
     assert np.abs(solve(150) - whole).max() < 1e-6
     assert np.abs(solve(150, 0.05) - whole).max() > 1e-6, "the overlap must matter"

@@ -16,7 +16,7 @@ but for "neutral_rule", which is `FuzzySystem.else_rule`.
 
 import json
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -33,7 +33,7 @@ from usdface.io.fuzzy_formats.rule_text import numbers_back
 
 __all__ = ["FACE_SETTINGS", "finish", "guessed_feature", "notes_of"]
 
-# Settings that no format has a place for.
+# Settings that no format has a place for, in their order in files.
 FACE_SETTINGS = (
     "space",
     "face_unit",
@@ -47,17 +47,12 @@ FACE_SETTINGS = (
     "evidence",
     "likeness",
 )
-_EXPRESSION: dict[str, type | tuple[type, ...]] = {
-    "space": str,
-    "face_unit": str,
-    "mode": str,
-    "gain": (int, float),
-    "response": list,
-    "smoothing": (int, float),
-    "blend_time": (int, float),
-    "ease": (int, float),
-    "evidence": (int, float),
-    "likeness": (int, float),
+# The JSON types of a setting, by the type of its default.
+_JSON: dict[type, type | tuple[type, ...]] = {str: str, float: (int, float), tuple: list}
+_EXPRESSION = {
+    setting.name: _JSON[type(setting.default)]
+    for setting in fields(ExpressionSystem)
+    if setting.name in FACE_SETTINGS
 }
 _FUZZY: dict[str, type | tuple[type, ...]] = {
     "neutral_rule": bool,

@@ -17,7 +17,7 @@ from usdface.footage.detect import DotModel
 from usdface.footage.dot_groups import dots_far_apart
 from usdface.footage.face_names import BoundVertices
 from usdface.footage.fixes import Fix
-from usdface.footage.labels import NamedPlace
+from usdface.footage.labels import DotName
 from usdface.footage.scan import scan
 from usdface.footage.track import track_dots
 from usdface.footage.tracks import Tracks
@@ -145,7 +145,7 @@ def read_footage(path: Path, options: TakeOptions) -> tuple[MarkerTake, Footage,
     )
 
 
-def _check_frames(count: int, rows: Mapping[str, Sequence[NamedPlace] | Sequence[Fix]]) -> None:
+def _check_frames(count: int, rows: Mapping[str, Sequence[DotName] | Sequence[Fix]]) -> None:
     """Refuse, before the images are read, rows of a file whose frame the film does not have."""
     for file, own in rows.items():
         outside = next((row for row in own if not 0 <= row.frame < count), None)

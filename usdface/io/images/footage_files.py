@@ -8,7 +8,7 @@ from typing import Any
 
 from usdface.errors import InputError
 from usdface.footage.fixes import Fix
-from usdface.footage.labels import NamedPlace
+from usdface.footage.labels import DotName
 from usdface.io.asset_folder import read_file
 from usdface.io.takes.text_table import read_table
 
@@ -18,7 +18,7 @@ _MOST_BYTES = 2**24
 _YES = ("true", "1", "yes")  # spreadsheets write TRUE
 
 
-def read_named_places(path: Path) -> tuple[NamedPlace, ...]:
+def read_named_places(path: Path) -> tuple[DotName, ...]:
     """Read names of dots: a table with columns name, x, y and perhaps frame, or JSON rows of these.
 
     Places are pixels from the image's top left corner, x right, y down; frame is the index of the
@@ -31,7 +31,7 @@ def read_named_places(path: Path) -> tuple[NamedPlace, ...]:
     """
     rows = _rows(path)
     return tuple(
-        NamedPlace(_name(path, row), *_place(path, row), frame=_frame(path, row)) for row in rows
+        DotName(_name(path, row), *_place(path, row), frame=_frame(path, row)) for row in rows
     )
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from pxr import Usd, UsdGeom, UsdSkel, Vt
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.certificate.joint_motion import JointMotion
 from usdface.certificate.linear_morph import LinearMorph
 from usdface.certificate.vertex_offsets import VertexOffsets, moved_part
+from usdface.certificate.vertex_transforms import VertexTransforms
 from usdface.geometry.vertex_normals import unit_or_zero
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.evaluated_shapes import UsdBlendShapes
@@ -118,14 +118,14 @@ class UsdMesh:
         """Keep the rows of offsets (N, 3) of each shape that are not zero."""
         return VertexOffsets.of(len(self.used), map(moved_part, shapes))
 
-    def _motion(self, codes: FloatArray) -> JointMotion | None:
+    def _motion(self, codes: FloatArray) -> VertexTransforms | None:
         """Return the motion of the used points by joints, or by one transform."""
         bound = self._bound
         if bound is not None and not bound.rigid and bound.moves(float(codes[0])) is not None:
             count = len(self._mesh.GetPointsAttr().Get(_START))
-            return bound.joint_motion(codes, self._si, count, self.used)
+            return bound.vertex_transforms(codes, self._si, count, self.used)
         spaces = np.stack([self._space(float(code))[0] for code in codes])
-        return JointMotion.rigid(
+        return VertexTransforms.rigid(
             spaces.swapaxes(1, 2)[:, :3], normal_matrix(spaces).swapaxes(1, 2), len(self.used)
         )
 

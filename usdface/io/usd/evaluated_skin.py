@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Usd, UsdSkel, Vt
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.certificate.joint_motion import JointMotion
+from usdface.certificate.vertex_transforms import VertexTransforms
 from usdface.io.usd.world_transforms import world_transform
 
 __all__ = ["UsdSkin", "normal_matrix"]
@@ -90,9 +90,9 @@ class UsdSkin:
             normals,
         )
 
-    def joint_motion(
+    def vertex_transforms(
         self, codes: FloatArray, si: FloatArray, count: int, used: IntArray
-    ) -> JointMotion | None:
+    ) -> VertexTransforms | None:
         """Return the motion of the points `used` (N,) of `count` at time codes (F,).
 
         `si` (4, 4) takes the stage's space to metres and Y up. None where it is not linear in the
@@ -122,7 +122,7 @@ class UsdSkin:
         indices = np.array(held, np.int64).reshape(count, -1)[used]
         values = np.array(weights, np.float64).reshape(count, -1)[used]
         space_itself = np.full((len(used), 1), transforms.shape[1] - 1)
-        return JointMotion.of(
+        return VertexTransforms.of(
             transforms,
             turns,
             np.concatenate([indices, space_itself], 1),

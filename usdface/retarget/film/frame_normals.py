@@ -12,9 +12,9 @@ from scipy.linalg.lapack import dpbtrs
 from usdface.arrays import FloatArray
 from usdface.retarget.solver.backend import on_all_cores
 from usdface.retarget.solver.bounds import Bounds
+from usdface.retarget.solver.parallel_pieces import pieces
 from usdface.retarget.solver.shared_system import joined_limits, shared_system
 from usdface.retarget.solver.temporal_solve import RELAXATION, Iterate, obeying
-from usdface.retarget.take_pieces import pieces
 
 __all__ = ["solve_by_frame"]
 

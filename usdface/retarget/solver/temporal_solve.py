@@ -4,7 +4,8 @@ The alternating direction method of multipliers (Boyd et al. 2011) with over-rel
 unconstrained step becomes S independent pentadiagonal systems in time, the other step clips
 weights to their bounds and rows of weights to their limits.
 
-Long takes are solved in pieces, side by side on all cores (`usdface.retarget.take_pieces`).
+Long takes are solved in pieces, side by side on all cores
+(`usdface.retarget.solver.parallel_pieces`).
 """
 
 from dataclasses import dataclass
@@ -19,8 +20,8 @@ from usdface.arrays import FloatArray
 from usdface.retarget.solver.backend import kernels, on_all_cores
 from usdface.retarget.solver.bounded_least_squares import solve_bounded
 from usdface.retarget.solver.bounds import Bounds
+from usdface.retarget.solver.parallel_pieces import overlap, pieces
 from usdface.retarget.solver.shared_system import SharedSystem, joined_limits, shared_system
-from usdface.retarget.take_pieces import overlap, pieces
 
 __all__ = [
     "RELAXATION",

@@ -2,9 +2,9 @@
 
 A term is the negative logarithm of a prior times the error variance of the markers: 0 where markers
 do not err. A new one is a class here in `TERMS` and its settings in `usdface.options.SolveOptions`
-(name, default, range, schema row): solve, confidence, USD and binding files take both from there;
-`tests/retarget/solver/test_terms.py` says which row of the schema is missing. docs/solver_terms.md
-has an example.
+(name, default, range, schema row), which it reads from `held.options`: solve, confidence, USD and
+binding files take both from there, and the tests print the missing row of the schema.
+docs/solver_terms.md has an example.
 """
 
 from typing import TYPE_CHECKING, ClassVar
@@ -31,8 +31,7 @@ __all__ = [
     "roughness",
 ]
 
-
-# Upper bound of the misfit in this term, as a share of the face's size, 0.2 mm on the ICT face: a
+# Upper bound of the misfit in `Restraint`, as a share of the face's size, 0.2 mm on the ICT face: a
 # larger one is not imitated by more small weights. Without it weights of performers whose shapes
 # have other directions (python -m benchmarks.solve) shrink by a tenth.
 _MOST_MISFIT = 0.003
@@ -47,14 +46,11 @@ class SolverTerm:
 
     Attributes
     ----------
-    settings : tuple of str
-        The fields of `SolveOptions` that it uses.
     by_shape : bool
         True if it depends on the shapes' names: it is left out of the wider problem for a first
         guess (`usdface.retarget.solver.nonlinear_solve.first_guess`).
     """
 
-    settings: ClassVar[tuple[str, ...]] = ()
     by_shape: ClassVar[bool] = False
 
     def matrix(self, held: "Regularisation", size: int) -> FloatArray | None:
@@ -88,8 +84,6 @@ class Ridge(SolverTerm):
     misfit alone, which does not average out over frames.
     """
 
-    settings = ("spread",)
-
     def _factor(self, held: "Regularisation") -> float:
         variance = held.variance if held.covariance is None else held.lasting_variance
         return variance / held.options.spread**2
@@ -107,8 +101,6 @@ class Sparsity(SolverTerm):
     Linear, since the weights' sum is their L1 norm where they are 0 or more, as by default.
     """
 
-    settings = ("sparsity",)
-
     def pull(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
         strength = held.variance * held.options.sparsity
         return np.full(size, -strength) if strength else None
@@ -122,8 +114,6 @@ class Restraint(SolverTerm):
     little. `restraint` times the face's size is the motion that counts as small.
     """
 
-    settings = ("restraint",)
-
     def pull(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
         misfit = min(held.misfit, _MOST_MISFIT * held.size)
         strength = held.options.restraint * misfit * held.size
@@ -136,7 +126,6 @@ class Symmetry(SolverTerm):
     The pairs are those of the shapes' names (`usdface.face.symmetry`).
     """
 
-    settings = ("symmetry",)
     by_shape = True
 
     def matrix(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
@@ -152,7 +141,6 @@ class Gaze(SolverTerm):
     frown, which draws the skin around the eyes inwards, is taken for eyes that cross.
     """
 
-    settings = ("vergence",)
     by_shape = True
 
     def matrix(self, held: "Regularisation", size: int) -> FloatArray | None:  # noqa: D102
@@ -169,8 +157,6 @@ class Smoothness(SolverTerm):
     since misfit is slow; where the covariance was learned, v * smoothness times the inverse
     covariance over time of `usdface.retarget.solver.covariance`.
     """
-
-    settings = ("smoothness", "agility", "prior", "pace")
 
     def bands(self, held: "Regularisation", times: FloatArray) -> FloatArray | None:  # noqa: D102
         options = held.options

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from usdface.arrays import FloatArray, IntArray
-from usdface.certificate.joint_motion import JointMotion
+from usdface.certificate.vertex_transforms import VertexTransforms
 from usdface.io.gltf.reference_player.deformed_mesh import Sampled
 
 if TYPE_CHECKING:
@@ -29,14 +29,14 @@ class Space:
         Transforms of points to the scene, (4, 4), (N, 4, 4), (F, 1, 4, 4) or (F, N, 4, 4), for
         column vectors; and the same for normals, (3, 3), ...; a skin blends the
         normals of its joints.
-    motion : function from times (F,) and N to JointMotion or None
+    motion : function from times (F,) and N to VertexTransforms or None
         The same by joints, where they move.
     stretch : function from times (F,) to (F or 1, 2)
         The most by which they stretch points, and normals.
     """
 
     at: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
-    motion: Callable[[FloatArray, int], JointMotion | None] = lambda times, count: None
+    motion: Callable[[FloatArray, int], VertexTransforms | None] = lambda times, count: None
     stretch: Callable[[FloatArray], FloatArray] = lambda times: np.ones((1, 2))
 
 
@@ -109,9 +109,9 @@ class PlayerNodes:
             world = self.worlds([node], times)[0]
             return (world[:, None], _normal_matrix(world)[:, None]) if moving else (still, turned)
 
-        def motion(times: FloatArray, count: int) -> JointMotion:
+        def motion(times: FloatArray, count: int) -> VertexTransforms:
             world = self.worlds([node], times)[0]
-            return JointMotion.rigid(world[:, :3], _normal_matrix(world), count)
+            return VertexTransforms.rigid(world[:, :3], _normal_matrix(world), count)
 
         moving = self.moves(node)
         still = self.worlds([node], np.zeros(1))[0, 0]
@@ -132,9 +132,11 @@ class PlayerNodes:
             moves = self.worlds(joints, times) @ inverse[:, None]
             return _blend(weights, moves), _blend(weights, _normal_matrix(moves))
 
-        def motion(times: FloatArray, count: int) -> JointMotion | None:
+        def motion(times: FloatArray, count: int) -> VertexTransforms | None:
             moves = (self.worlds(joints, times) @ inverse[:, None]).swapaxes(0, 1)
-            return JointMotion.of(moves[..., :3, :], _normal_matrix(moves), *_side_by_side(weights))
+            return VertexTransforms.of(
+                moves[..., :3, :], _normal_matrix(moves), *_side_by_side(weights)
+            )
 
         def stretch(times: FloatArray) -> FloatArray:
             return _stretch(self.worlds(joints, times) @ inverse[:, None])

@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 
 from usdface.arrays import FloatArray, IntArray
 
-__all__ = ["JointMotion", "placed"]
+__all__ = ["VertexTransforms", "placed"]
 
 _MOST = 2**24  # weights: 128 MB
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class JointMotion:
+class VertexTransforms:
     """Transforms of N vertices at F moments: weighted sums of those of J joints.
 
     Attributes
@@ -37,7 +37,7 @@ class JointMotion:
     @classmethod
     def of(
         cls, transforms: FloatArray, turns: FloatArray, joints: IntArray, weights: FloatArray
-    ) -> "JointMotion | None":
+    ) -> "VertexTransforms | None":
         """Make a motion by the joints (N, K) that hold each vertex and their weights (N, K).
 
         None where vertices with weights of their own are too many to hold.
@@ -53,7 +53,7 @@ class JointMotion:
         return cls(transforms, turns, apart, groups.ravel().astype(np.int64))
 
     @classmethod
-    def rigid(cls, transforms: FloatArray, turns: FloatArray, count: int) -> "JointMotion":
+    def rigid(cls, transforms: FloatArray, turns: FloatArray, count: int) -> "VertexTransforms":
         """Make the motion of `count` vertices by transforms (F, 3, 4) and (F, 3, 3) alone."""
         nowhere = np.zeros(count, np.int64)
         return cls(transforms[:, None], turns[:, None], np.ones((1, 1)), nowhere)

@@ -1,6 +1,8 @@
-"""Pieces of a long take: solved in parallel with bounded memory, and overlaps that hide the cuts.
+"""Pieces of one solve over time, side by side on all cores, and overlaps that hide the cuts.
 
-Each overlaps its neighbours so far that its ends have no effect after the given iterations of ADMM.
+They are in memory, unlike those of `usdface.shot.retarget_pieces`, which hold a take too long for
+it. Each overlaps its neighbours so far that its ends have no effect after the given iterations of
+ADMM.
 """
 
 from itertools import pairwise

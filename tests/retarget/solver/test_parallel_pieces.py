@@ -2,15 +2,15 @@ import numpy as np
 import pytest
 from bands import dense
 
-from usdface.retarget import take_pieces
+from usdface.retarget.solver import parallel_pieces
 from usdface.retarget.solver.curvature import curvature_bands
-from usdface.retarget.take_pieces import overlap, pieces
+from usdface.retarget.solver.parallel_pieces import overlap, pieces
 
 UNIT = np.eye(4)
 
 
 def test_pieces_cover_the_take_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(take_pieces, "_PIECE", 50)
+    monkeypatch.setattr(parallel_pieces, "_PIECE", 50)
     bands = curvature_bands(np.arange(1200) / 60) * 0.04 / 27.0
     for frames in (1, 50, 51, 1199):
         found = pieces(frames, 9 * UNIT, 0.5 * np.ones(4), UNIT, bands[:, :frames], 100)

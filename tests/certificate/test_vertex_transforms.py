@@ -7,9 +7,9 @@ import pytest
 from dense_offsets import dense_offsets
 from scipy.spatial.transform import Rotation
 
-from usdface.certificate import joint_motion, linear_morph
-from usdface.certificate.joint_motion import JointMotion
+from usdface.certificate import linear_morph, vertex_transforms
 from usdface.certificate.linear_morph import LinearMorph, normal_distances, point_distances
+from usdface.certificate.vertex_transforms import VertexTransforms
 
 RNG = np.random.default_rng(11)
 FRAMES = np.array([0, 2, 3, 4])
@@ -22,19 +22,19 @@ def rotations(frames: int, joints: int) -> np.ndarray:
     )
 
 
-def skinned(count: int, groups: int) -> tuple[JointMotion, np.ndarray, np.ndarray]:
+def skinned(count: int, groups: int) -> tuple[VertexTransforms, np.ndarray, np.ndarray]:
     """Joints that turn, scale and move; weights that need not add up to 1."""
     turns = rotations(6, JOINTS) * RNG.uniform(0.5, 2, size=(6, JOINTS, 1, 1))
     transforms = np.concatenate([turns, RNG.normal(size=(6, JOINTS, 3, 1))], -1)
     joints = RNG.integers(JOINTS, size=(groups, HELD))
     weights = RNG.uniform(size=(groups, HELD))
     chosen = RNG.integers(groups, size=count)
-    motion = JointMotion.of(transforms, turns, joints[chosen], weights[chosen])
+    motion = VertexTransforms.of(transforms, turns, joints[chosen], weights[chosen])
     assert motion is not None
     return motion, joints[chosen], weights[chosen]
 
 
-def morph(count: int, motion: JointMotion | None) -> LinearMorph:
+def morph(count: int, motion: VertexTransforms | None) -> LinearMorph:
     moves, turns = RNG.normal(size=(2, 4, count, 3)).astype(np.float32)
     moves[:, ::3] = turns[:, ::3] = 0  # vertices that no shape moves
     rest, normals = RNG.normal(size=(2, count, 3))
@@ -58,16 +58,18 @@ def test_vertices_with_the_same_joints_are_one_group() -> None:
     motion, joints, weights = skinned(500, 7)
     assert len(motion.weights) == len(np.unique(np.concatenate([joints, weights], 1), axis=0)) <= 7
     turns = rotations(6, 1)[:, 0]
-    moved = JointMotion.rigid(np.concatenate([turns, np.ones((6, 3, 1))], -1), turns, 5)
+    moved = VertexTransforms.rigid(np.concatenate([turns, np.ones((6, 3, 1))], -1), turns, 5)
     np.testing.assert_allclose(
         moved.of_points(FRAMES, np.zeros(1, int))[:, 0, :, :3], turns[FRAMES]
     )
 
 
 def test_too_many_groups_are_not_held(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(joint_motion, "_MOST", 3)
+    monkeypatch.setattr(vertex_transforms, "_MOST", 3)
     transforms = np.zeros((1, 4, 3, 4))
-    one = JointMotion.of(transforms, transforms[..., :3], np.zeros((2, 1), int), np.ones((2, 1)))
+    one = VertexTransforms.of(
+        transforms, transforms[..., :3], np.zeros((2, 1), int), np.ones((2, 1))
+    )
     assert one is None
 
 
