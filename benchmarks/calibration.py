@@ -48,7 +48,7 @@ def rms(values: FloatArray) -> float:
 
 
 def figures() -> dict[str, float]:
-    """Return the RMS error of amplitudes that one performer's range of motion tells."""
+    """Return the RMS error of gains that one performer's range of motion tells."""
     face = ict(SHARED)
     names, curves = face.mesh.shape_names, to_extremes(face.curves[TRAINED])
     setup = RetargetSetup(
@@ -60,10 +60,10 @@ def figures() -> dict[str, float]:
     gains = np.random.default_rng(108).uniform(0.8, 1.25, len(names))
     take = performance(face, bent(face, 8, BEND), gains, curves[::4], 58)
     found, _ = calibrate(take, bound_face(face.mesh, setup), setup, extremes=True)
-    off = found.calibration.amplitudes - gains
+    off = found.calibration.gains - gains
     known = [names.index(shape) for shape in found.known]
     return {
-        "amplitudes": rms(off),
+        "gains": rms(off),
         "of known": rms(off[known]) if known else np.nan,
         "known": float(len(known)),
         "offsets": rms(found.calibration.offsets),
@@ -109,7 +109,7 @@ def main() -> None:
             for name, (weights, extremes) in trained.items():
                 take = performance(face, performer, gains, weights, 50 + seed)
                 found, _ = calibrate(take, bound_face(face.mesh, setup), setup, extremes=extremes)
-                off = found.calibration.amplitudes - gains
+                off = found.calibration.gains - gains
                 known = [names.index(shape) for shape in found.known]
                 of_known = rms(off[known]) if known else np.nan
                 errors = before, error(found.calibration), exact

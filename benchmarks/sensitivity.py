@@ -169,8 +169,8 @@ TABLE: dict[str, list[Constant]] = {
         *rows("usdface.retarget.neutral_weights", "_COST _RELIEF _NEEDED LARGEST", RESTED),
         *rows("usdface.retarget.calibration", "_KNOWN _UNLIKE", CALIBRATED),
         *rows("usdface.retarget.wide_bounds", "_HELD AT_REST", CALIBRATED),
-        *rows("usdface.retarget.amplitude_posterior", "_REACH _LEAST _LEAST_SPREAD", CALIBRATED),
-        *rows("usdface.options", "AMPLITUDE_SPREAD LARGEST_OFFSET OFFSET_SPREAD", CALIBRATED),
+        *rows("usdface.retarget.gain_posterior", "_REACH _LEAST _LEAST_SPREAD", CALIBRATED),
+        *rows("usdface.options", "PERFORMER_GAIN_SPREAD LARGEST_OFFSET OFFSET_SPREAD", CALIBRATED),
         *rows("usdface.options", "EXTREME_REACHED", CALIBRATED),
     ],
     "cleanup": [

@@ -16,8 +16,6 @@ from usdface.arguments import checked
 from usdface.errors import InputError, did_you_mean
 
 __all__ = [
-    "AMPLITUDE_RANGE",
-    "AMPLITUDE_SPREAD",
     "BLEND_TIME",
     "CONTACT_TOLERANCE",
     "EVIDENCE",
@@ -32,6 +30,8 @@ __all__ = [
     "MARKER_NOISE",
     "NEXT_MARKERS",
     "OFFSET_SPREAD",
+    "PERFORMER_GAIN_RANGE",
+    "PERFORMER_GAIN_SPREAD",
     "PIN_REACH",
     "RESPONSE",
     "BindOptions",
@@ -112,11 +112,11 @@ LEARNED_SMOOTHING = 0.15
 # By how much a correction may part closed lips or lids [m]: less is not seen.
 CONTACT_TOLERANCE = 0.0005
 
-# A performer's amplitude: the range of a movement against the character's own. What it may be, and
+# A performer's gain: the range of a movement against the character's own. What it may be, and
 # its standard deviation about 1; how far from rest a performer's neutral may be, and its deviation
 # [1]. Set by hand; python benchmarks/calibration.py measures their effect.
-AMPLITUDE_RANGE = (0.5, 2.0)
-AMPLITUDE_SPREAD = 0.2
+PERFORMER_GAIN_RANGE = (0.5, 2.0)
+PERFORMER_GAIN_SPREAD = 0.2
 LARGEST_OFFSET = 0.2
 OFFSET_SPREAD = 0.05
 # Probability that a movement went to its extreme in a take that is said to go to all of them.

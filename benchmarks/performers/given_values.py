@@ -11,7 +11,7 @@ from benchmarks.performers.worlds import Performance
 from benchmarks.solve.faces import Face
 from usdface.arrays import FloatArray
 from usdface.io.calibration_file import calibration_json, read_calibration_file
-from usdface.options import AMPLITUDE_SPREAD
+from usdface.options import PERFORMER_GAIN_SPREAD
 from usdface.setup.calibration import Calibration
 
 __all__ = ["errors_with_given_values"]
@@ -43,12 +43,12 @@ def errors_with_given_values(
         "neutral given": replace(learned, face=neutral),
         "directions given": replace(learned, face=directions),
         "neutral, places, directions given": replace(learned, face=wholly),
-        "strengths given": replace(learned, amplitudes=sized),
+        "strengths given": replace(learned, gains=sized),
         "all given": Calibration(learned.shapes, sized, np.zeros(len(sized)), wholly),
     }
     errors = {"first take": ours(performance, face, character) - performance.truth}
     for name, calibration in known.items():
-        open_ = np.full(len(sized), AMPLITUDE_SPREAD)
+        open_ = np.full(len(sized), PERFORMER_GAIN_SPREAD)
         file.write_text(calibration_json(calibration, open_, np.ones(len(sized))), "utf-8")
         shot = make_shot(performance, face, character, file)
         errors[name] = processed(shot, performance, face) - performance.truth

@@ -14,7 +14,7 @@ from benchmarks.performers.worlds import OTHER_TAKE, SCORED, strengths_of
 from benchmarks.solve.faces import Face
 from usdface.arrays import FloatArray
 from usdface.options import EXTREME_REACHED
-from usdface.retarget.amplitude_posterior import amplitude_posterior
+from usdface.retarget.gain_posterior import gain_posterior
 
 __all__ = ["errors_by_strength"]
 
@@ -32,16 +32,14 @@ def errors_by_strength(face: Face, number: int) -> dict[str, FloatArray]:
     errors = {"every product exact": products.clip(0, 1) - truth}
     named = {name: np.isin(face.mesh.shape_names, shapes) for name, shapes in _GIVEN.items()}
     for name, part in (("the take's own", SCORED), ("another take's", OTHER_TAKE)):
-        amplitudes = _amplitudes(face, part, strengths, 0.0)
-        errors[f"and {name} peaks"] = (products / amplitudes).clip(0, 1) - truth
-    wide = np.where(
-        named["jaw"], _amplitudes(face, OTHER_TAKE, strengths, EXTREME_REACHED), amplitudes
-    )
+        gains = _gains(face, part, strengths, 0.0)
+        errors[f"and {name} peaks"] = (products / gains).clip(0, 1) - truth
+    wide = np.where(named["jaw"], _gains(face, OTHER_TAKE, strengths, EXTREME_REACHED), gains)
     errors["and its jaw wide open"] = (products / wide).clip(0, 1) - truth
     peaks = np.maximum(_peaks(face, SCORED), _peaks(face, OTHER_TAKE)) * strengths
     errors["both peaks, strengths' distribution"] = (products * _inverse(peaks)).clip(0, 1) - truth
     for name, given in named.items():
-        some = np.where(given, strengths, amplitudes)
+        some = np.where(given, strengths, gains)
         errors[f"another take's peaks, {name} given"] = (products / some).clip(0, 1) - truth
     return errors
 
@@ -50,9 +48,9 @@ def _peaks(face: Face, part: slice) -> FloatArray:
     return np.asarray(np.sort(face.curves[part], axis=0)[-_HELD])
 
 
-def _amplitudes(face: Face, part: slice, strengths: FloatArray, reached: float) -> FloatArray:
+def _gains(face: Face, part: slice, strengths: FloatArray, reached: float) -> FloatArray:
     peaks = _peaks(face, part) * strengths
-    return amplitude_posterior(peaks, np.full(len(peaks), _DEVIATION), reached)[0]
+    return gain_posterior(peaks, np.full(len(peaks), _DEVIATION), reached)[0]
 
 
 def _inverse(peaks: FloatArray) -> FloatArray:

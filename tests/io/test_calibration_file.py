@@ -20,7 +20,7 @@ def test_what_was_written_is_read(tmp_path: Path) -> None:
     path.write_text(text)
     found = read_calibration_file(path)
     assert found.shapes == ("a", "b")
-    assert (found.amplitudes == gains).all() and (found.offsets == offsets).all()
+    assert (found.gains == gains).all() and (found.offsets == offsets).all()
     assert json.loads(text)["shapes"]["a"]["deviation"] == 0.125
     assert is_unedited(json.loads(text))
 

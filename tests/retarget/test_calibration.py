@@ -61,9 +61,9 @@ def solved_error(calibration: Calibration | None, gains: FloatArray, world: Worl
 def test_a_range_of_motion_gives_the_gains_and_a_better_solve_of_another_take() -> None:
     found, _ = calibrate(performance(range_of_motion(), GAINS), FACE, SETUP, extremes=True)
     assert found.calibration.shapes == NAMES
-    assert found.calibration.amplitudes == pytest.approx(GAINS, abs=0.06)
+    assert found.calibration.gains == pytest.approx(GAINS, abs=0.06)
     assert set(found.known) == set(NAMES)
-    assert np.abs(found.calibration.amplitudes - GAINS).max() < 3 * found.deviations.max()
+    assert np.abs(found.calibration.gains - GAINS).max() < 3 * found.deviations.max()
     assert solved_error(found.calibration, GAINS) < 0.4 * solved_error(None, GAINS)
 
 
@@ -78,14 +78,14 @@ def test_where_there_is_nothing_to_calibrate_nothing_gets_worse(extremes: bool) 
     same = np.ones(len(NAMES))
     weights = range_of_motion() if extremes else WORLD.weights
     found, _ = calibrate(performance(weights, same), FACE, SETUP, extremes=extremes)
-    assert found.calibration.amplitudes == pytest.approx(1.0, abs=0.05)
+    assert found.calibration.gains == pytest.approx(1.0, abs=0.05)
     assert solved_error(found.calibration, same) < solved_error(None, same) + 0.003
 
 
 @pytest.mark.slow
 def test_without_extremes_a_small_movement_is_not_taken_for_a_low_gain() -> None:
     found, findings = calibrate(performance(WORLD.weights, 0.8 * np.ones(12)), FACE, SETUP)
-    assert found.calibration.amplitudes == pytest.approx(1.0, abs=0.03)
+    assert found.calibration.gains == pytest.approx(1.0, abs=0.03)
     assert not found.known
     assert "GAIN_UNKNOWN" in {f.code for f in findings}
 
@@ -96,7 +96,7 @@ def test_a_shape_that_never_moves_keeps_gain_1_and_is_named() -> None:
     quiet = NAMES.index("jawOpen")
     weights[:, quiet] = 0
     found, findings = calibrate(performance(weights, GAINS), FACE, SETUP, extremes=True)
-    assert found.calibration.amplitudes[quiet] == pytest.approx(1.0, abs=0.02)
+    assert found.calibration.gains[quiet] == pytest.approx(1.0, abs=0.02)
     assert "jawOpen" not in found.known
     assert "jawOpen" in next(f.message for f in findings if f.code == "GAIN_UNSEEN")
 
@@ -173,7 +173,7 @@ def test_a_calibration_finds_what_the_neutral_weights_leave_of_the_rest() -> Non
     setup = replace(SETUP, neutral_weights={"jawOpen": 0.15})
     found, _ = calibrate(take, FACE, setup, extremes=True)
     assert found.calibration.offsets == pytest.approx(0.0, abs=0.02)
-    assert found.calibration.amplitudes == pytest.approx(one, abs=0.05)
+    assert found.calibration.gains == pytest.approx(one, abs=0.05)
 
 
 def test_a_take_that_cannot_be_calibrated_on_is_refused() -> None:

@@ -236,7 +236,7 @@ def test_a_performers_file_tells_the_size_of_the_shapes(world: World) -> None:
     take, _ = showing(world, {"jawOpen": 0.2})
     found = solved(world, take, calibration=performer)[0].neutral_weights
     assert found["jawOpen"] == pytest.approx(0.2, abs=0.04)
-    wide = replace(performer, amplitudes=np.where(jaw, 1.5, 1.0))
+    wide = replace(performer, gains=np.where(jaw, 1.5, 1.0))
     take, _ = showing(world, {"jawOpen": 0.9})
     solution, findings, _ = solved(world, take, calibration=wide)
     assert solution.neutral_weights["jawOpen"] == LARGEST

@@ -5,15 +5,15 @@ from usdface.errors import InputError
 from usdface.setup.calibration import Calibration
 
 
-def test_other_blend_shapes_have_amplitude_1_and_offset_0() -> None:
+def test_other_blend_shapes_have_gain_1_and_offset_0() -> None:
     calibration = Calibration(("jawOpen", "mouthPucker"), [1.3, 0.8], [0.05, 0.0])
-    amplitudes, offsets = calibration.of(("mouthPucker", "browInnerUp", "jawOpen"))
-    np.testing.assert_array_equal(amplitudes, [0.8, 1.0, 1.3])
+    gains, offsets = calibration.of(("mouthPucker", "browInnerUp", "jawOpen"))
+    np.testing.assert_array_equal(gains, [0.8, 1.0, 1.3])
     np.testing.assert_array_equal(offsets, [0.0, 0.0, 0.05])
 
 
 @pytest.mark.parametrize(
-    ("amplitudes", "offsets", "expected"),
+    ("gains", "offsets", "expected"),
     [
         ([1.3], [0.0, 0.0], "1 gains for 2"),
         ([1.3, 1.0], [0.0], "1 offsets for 2"),
@@ -23,10 +23,10 @@ def test_other_blend_shapes_have_amplitude_1_and_offset_0() -> None:
     ],
 )
 def test_each_blend_shape_has_a_gain_and_an_offset_within_limits(
-    amplitudes: list[float], offsets: list[float], expected: str
+    gains: list[float], offsets: list[float], expected: str
 ) -> None:
     with pytest.raises(InputError, match=expected):
-        Calibration(("a", "b"), np.array(amplitudes), np.array(offsets))
+        Calibration(("a", "b"), np.array(gains), np.array(offsets))
 
 
 def test_a_blend_shape_is_calibrated_once() -> None:

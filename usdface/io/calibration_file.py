@@ -39,7 +39,7 @@ _LARGEST = 16_000_000  # bytes
 _COUNT, _COMMENTS = ("gain", "offset"), ("deviation", "peak")
 _MOST_POINTS = 2**53
 _PLACES = 7  # of metres: far below the noise of any marker
-_DIGITS = 4  # of an amplitude; a hundredth of its usual deviation (AMPLITUDE_SPREAD)
+_DIGITS = 4  # of a gain; a hundredth of its usual deviation (PERFORMER_GAIN_SPREAD)
 
 
 def read_calibration_file(path: Path) -> Calibration:
@@ -146,7 +146,7 @@ def calibration_json(calibration: Calibration, deviations: FloatArray, peaks: Fl
     """
     rows = zip(
         calibration.shapes,
-        calibration.amplitudes,
+        calibration.gains,
         deviations,
         calibration.offsets,
         peaks,

@@ -7,7 +7,7 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
-from usdface.options import AMPLITUDE_RANGE
+from usdface.options import PERFORMER_GAIN_RANGE
 from usdface.retarget.face_fit import FaceFit
 from usdface.retarget.rbf import SpaceMap
 from usdface.setup.calibration import Calibration
@@ -24,7 +24,7 @@ def performed(
 ) -> tuple[BlendShapeEvaluator, FloatArray]:
     """Return the performer's shapes, and the displacement of the markers in their neutral.
 
-    A combination shape has no amplitude of its own.
+    A combination shape has no gain of its own.
 
     Parameters
     ----------
@@ -41,14 +41,14 @@ def performed(
     BlendShapeEvaluator
     (N,) float64 [m]
     """
-    amplitudes, offsets = calibration.of(names)
+    gains, offsets = calibration.of(names)
     free = np.isin(np.arange(len(names)), model.free)
     measured = np.array([name in rested for name in names], dtype=bool)
-    amplitudes, offsets = np.where(free, amplitudes, 1.0), np.where(free & ~measured, offsets, 0.0)
+    gains, offsets = np.where(free, gains, 1.0), np.where(free & ~measured, offsets, 0.0)
     paths = tuple(
-        replace(p, displacements=amplitudes[p.shape] * p.displacements) for p in model.inbetweens
+        replace(p, displacements=gains[p.shape] * p.displacements) for p in model.inbetweens
     )
-    scaled = amplitudes[:, None] * model.offsets
+    scaled = gains[:, None] * model.offsets
     # Offsets are shares of the whole shapes, as they are found: no weights on a path.
     return replace(model, offsets=scaled, inbetweens=paths), offsets @ model.offsets
 
@@ -75,11 +75,11 @@ def as_large(
 
 
 def enlarged(
-    calibration: Calibration | None, names: tuple[str, ...], gains: FloatArray
+    calibration: Calibration | None, names: tuple[str, ...], factors: FloatArray
 ) -> Calibration:
-    """Return a calibration with amplitudes that are larger by `gains` (S,) of shapes `names`."""
-    amplitudes, offsets = np.ones(len(names)), np.zeros(len(names))
+    """Return a calibration whose gains are larger by `factors` (S,), of shapes `names`."""
+    own, offsets = np.ones(len(names)), np.zeros(len(names))
     if calibration is not None:
-        amplitudes, offsets = calibration.of(names)
-    larger = np.clip(gains * amplitudes, *AMPLITUDE_RANGE)
+        own, offsets = calibration.of(names)
+    larger = np.clip(factors * own, *PERFORMER_GAIN_RANGE)
     return Calibration(names, larger, offsets, calibration.face if calibration else None)

@@ -1,12 +1,11 @@
 """Calibration of a performer: the size of movements relative to the character's, from a take.
 
-The whole take is solved with weights that may go beyond 0 and 1, which gives ``u = amplitude *
-weight - offset`` of each shape. How far u goes up bounds the amplitude
-(`usdface.retarget.amplitude_posterior`); how far it goes below 0 is how far the neutral frames were
-from rest. The idea of amplitudes from a range-of-motion take is Ribera et al. 2017, "Facial
-Retargeting with Automatic Range of Motion Alignment", section 4; an amplitude per shape, bounded
-and with a prior, is all that is learned here, so that a shape keeps its meaning. Files, findings
-and summaries call it gain.
+The whole take is solved with weights that may go beyond 0 and 1, which gives ``u = gain * weight -
+offset`` of each shape. How far u goes up bounds the gain (`usdface.retarget.gain_posterior`); how
+far it goes below 0 is how far the neutral frames were from rest. The idea of gains from a
+range-of-motion take is Ribera et al. 2017, "Facial Retargeting with Automatic Range of Motion
+Alignment", section 4; a gain per shape, bounded and with a prior, is all that is learned here, so
+that a shape keeps its meaning.
 """
 
 from dataclasses import dataclass, replace
@@ -19,14 +18,14 @@ from usdface.errors import InputError
 from usdface.face.marker_surface import MarkerSurface
 from usdface.findings import Finding, finding
 from usdface.options import (
-    AMPLITUDE_RANGE,
-    AMPLITUDE_SPREAD,
     EXTREME_REACHED,
     LARGEST_OFFSET,
     OFFSET_SPREAD,
+    PERFORMER_GAIN_RANGE,
+    PERFORMER_GAIN_SPREAD,
 )
-from usdface.retarget.amplitude_posterior import amplitude_posterior
 from usdface.retarget.bound_points import BoundPoints
+from usdface.retarget.gain_posterior import gain_posterior
 from usdface.retarget.performed_face import face_of_solution
 from usdface.retarget.solution import Solution
 from usdface.retarget.solve_take import solve_take
@@ -47,7 +46,7 @@ __all__ = ["TakeCalibration", "calibrate_take"]
 
 # Noise alone goes so many standard deviations below rest there: the normal quantile.
 _BY_NOISE = -float(ndtri(AT_REST))
-# An amplitude is known if the take leaves less than this share of the prior's deviation: a quarter
+# A gain is known if the take leaves less than this share of the prior's deviation: a quarter
 # of its variance.
 _KNOWN = 0.5
 # A movement is active beyond so many deviations of noise: one in 700 by chance.
@@ -65,7 +64,7 @@ class TakeCalibration:
     calibration : Calibration
         Of all shapes with a weight of their own; 1 for those that the take does not determine.
     deviations : (S,) float64
-        Standard deviation of each amplitude; that of the prior, 0.2, where nothing is known.
+        Standard deviation of each gain; that of the prior, 0.2, where nothing is known.
     peaks : (S,) float64
         Peak of each shape, in weights of the character, 1 and more where it goes beyond.
     solution : Solution
@@ -83,14 +82,14 @@ class TakeCalibration:
     def summary(self) -> dict[str, dict[str, float]]:
         """Return the gains that are known and differ most from 1, under the key ``gains``."""
         found = self.calibration
-        sizes = dict(zip(found.shapes, found.amplitudes.tolist(), strict=True))
+        sizes = dict(zip(found.shapes, found.gains.tolist(), strict=True))
         most = sorted(self.known, key=lambda name: (-abs(sizes[name] - 1.0), name))[:_SHOWN]
         return {"gains": {name: round(sizes[name], 2) for name in most}}
 
     @property
     def known(self) -> tuple[str, ...]:
-        """Shapes whose amplitude the take shows."""
-        determined = self.deviations < _KNOWN * AMPLITUDE_SPREAD
+        """Shapes whose gain the take shows."""
+        determined = self.deviations < _KNOWN * PERFORMER_GAIN_SPREAD
         return tuple(n for n, s in zip(self.calibration.shapes, determined, strict=True) if s)
 
 
@@ -101,7 +100,7 @@ def calibrate_take(
     extremes: bool = False,
     surface: MarkerSurface | None = None,
 ) -> tuple[TakeCalibration, list[Finding]]:
-    """Find a performer's face, and their amplitudes and offsets relative to it, from a take.
+    """Find a performer's face, and their gains and offsets relative to it, from a take.
 
     Parameters are those of `usdface.retarget.solve_take.solve_take`.
 
@@ -109,7 +108,7 @@ def calibrate_take(
     ----------
     extremes : bool
         The take goes through the performer's whole range of motion, each movement to its
-        extreme. Without that only amplitudes above 1 are learned.
+        extreme. Without that only gains above 1 are learned.
 
     Raises
     ------
@@ -145,17 +144,13 @@ def calibrate_take(
     if setup.neutral is None:  # measured from the rig's own neutral, which is at rest
         rest = np.zeros_like(rest)
     peaks = high + rest
-    amplitudes, spreads = amplitude_posterior(
-        peaks, deviations, EXTREME_REACHED if extremes else 0.0
-    )
+    gains, spreads = gain_posterior(peaks, deviations, EXTREME_REACHED if extremes else 0.0)
     face, unknown = None, list[Finding]()
     seen = setup.solve.places == "found" and setup.map.form != "paper" and solution.dimension == 3
     if surface is not None and seen:
-        sized = Calibration(names, amplitudes, np.zeros(len(names)))
+        sized = Calibration(names, gains, np.zeros(len(names)))
         face, unknown = _face(take, bound, replace(setup, calibration=sized), sized, surface)
-    calibrated = TakeCalibration(
-        Calibration(names, amplitudes, rest, face), spreads, peaks, solution
-    )
+    calibrated = TakeCalibration(Calibration(names, gains, rest, face), spreads, peaks, solution)
     findings += unknown + _findings(calibrated, deviations, take.source, extremes)
     return calibrated, findings
 
@@ -176,7 +171,7 @@ def _face(
         solution,
         setup.binding.points[used],
         frames,
-        amplitudes=calibration.of(shape_names)[0],
+        gains=calibration.of(shape_names)[0],
     )
     unknown = [shape_names[shape] for shape in model.free if not found.known[shape]]
     if not unknown:
@@ -199,7 +194,7 @@ def _weights_in_wide_bounds(
         # Without names and size, so without the terms of weights in 0 to 1: restraint would drive
         # weights further below 0 that may be there.
         Regularisation(solution.noise, solution.misfit, setup.solve),
-        within=(-LARGEST_OFFSET, AMPLITUDE_RANGE[1]),
+        within=(-LARGEST_OFFSET, PERFORMER_GAIN_RANGE[1]),
     )
 
 

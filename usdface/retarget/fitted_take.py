@@ -35,8 +35,8 @@ from usdface.retarget.refined_fit import best_fit, refine_places
 from usdface.retarget.shrinkage import restored_findings, restoring_factors
 from usdface.retarget.solve_problem import SolveProblem
 from usdface.retarget.solver.solve import FEWEST_FRAMES
-from usdface.retarget.take_amplitudes import with_found_gains
 from usdface.retarget.take_estimates import TakeEstimates
+from usdface.retarget.take_gains import with_found_gains
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake, visible
 
@@ -251,8 +251,8 @@ def _on_character(shown: FloatArray, solver: _TakeSolver, setup: RetargetSetup) 
     names, model = solver.shape_names, solver.prepared.model
     if setup.calibration is not None:
         # Offsets of a performer's file that have a weight in the neutral do not count.
-        amplitudes, offsets = setup.calibration.of(names)
-        own = (amplitudes * shown + offsets).clip(0.0, LARGEST)
+        gains, offsets = setup.calibration.of(names)
+        own = (gains * shown + offsets).clip(0.0, LARGEST)
         shown = np.where(shown > 0.0, own, 0.0)
     found = model.from_linear(shown[None])[0].round(3).tolist()
     free = {names[shape] for shape in model.free}

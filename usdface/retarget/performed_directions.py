@@ -2,7 +2,7 @@
 
 Given weights, deviations from the shapes of the fit are a linear regression on its residuals. Their
 prior: smooth over the face, and in proportion to how far the shape moves the skin around. Shapes
-that the take hardly determines keep the fit's. The amplitude of a shape is not separable from its
+that the take hardly determines keep the fit's. The gain of a shape is not separable from its
 weight and stays as it was. Errors common to all frames (the neutral's error) are left out.
 """
 
@@ -118,11 +118,11 @@ def learn_directions(
     left = np.linalg.inv(gram + np.eye(count) / spread[:, :, None])
     open_ = np.diagonal(left, axis1=1, axis2=2).sum(axis=0) / spread.sum(axis=0)
     return PerformedDirections(
-        _at_expected_amplitude(expected + deviation(unit), expected), np.sqrt(open_)
+        _at_expected_gain(expected + deviation(unit), expected), np.sqrt(open_)
     )
 
 
-def _at_expected_amplitude(displacements: FloatArray, expected: FloatArray) -> FloatArray:
+def _at_expected_gain(displacements: FloatArray, expected: FloatArray) -> FloatArray:
     """Return displacements scaled to the expected ones' length along these."""
     along = (displacements * expected).sum(axis=(1, 2))
     before = (expected**2).sum(axis=(1, 2))

@@ -42,7 +42,7 @@ def face_of_solution(
     vertices: IntArray,
     frames: int,
     *,
-    amplitudes: FloatArray,
+    gains: FloatArray,
 ) -> tuple[PerformerFace, PerformedDirections]:
     """Return the performer's face, learned from a solved take.
 
@@ -54,11 +54,11 @@ def face_of_solution(
         That its markers are bound to.
     frames : int
         Neutral frames; 0 = the neutral is known exactly.
-    amplitudes : (S,) float64
+    gains : (S,) float64
         That the take was solved with: the face has them at 1.
     """
     back = np.linalg.pinv(solution.marker_maps)
-    offsets = solution.model.offsets.reshape(len(amplitudes), -1, 3) / amplitudes[:, None, None]
+    offsets = solution.model.offsets.reshape(len(gains), -1, 3) / gains[:, None, None]
     weights = solution.weights.weights
     left = np.einsum("fmi,mij->fmj", solution.leftover(slice(None)), back)
     left[np.isnan(solution.distances)] = np.nan
@@ -68,7 +68,7 @@ def face_of_solution(
     found = learn_directions(
         np.einsum("smi,mij->smj", offsets, back),
         rest,
-        weights * amplitudes,
+        weights * gains,
         left,
         rigid,
         noise=size * solution.noise,

@@ -78,7 +78,7 @@ def refine_places(
     solve : callable
         Solves frames of the take with a fit.
     sized : callable
-        Returns the shapes at the performer's amplitudes, which the weights refer to.
+        Returns the shapes at the performer's gains, which the weights refer to.
     moving_head : bool
         The head's pose is solved with the weights.
     """

@@ -121,7 +121,7 @@ def restoring_factors(
     """Return the factors on the weights of a take (S,) of brows that the solve shrank.
 
     1 for an image, which has no depth: brows also move forward. Parameters are those of
-    `usdface.retarget.take_amplitudes.with_found_gains`, and the surface of the character, whose
+    `usdface.retarget.take_gains.with_found_gains`, and the surface of the character, whose
     face counts as human without one.
     """
     wanted = setup.solve.shrinkage == "restored" and setup.map.form != "paper"

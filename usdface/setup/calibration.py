@@ -7,7 +7,7 @@ import numpy as np
 from usdface.arguments import checked
 from usdface.arrays import FloatArray, freeze
 from usdface.errors import InputError
-from usdface.options import AMPLITUDE_RANGE, LARGEST_OFFSET
+from usdface.options import LARGEST_OFFSET, PERFORMER_GAIN_RANGE
 from usdface.setup.performer_face import PerformerFace
 
 __all__ = ["Calibration"]
@@ -18,14 +18,15 @@ __all__ = ["Calibration"]
 class Calibration:
     """The relation of a performer's movements to the character's blend shapes.
 
-    A performer's weight w of shape k moves the markers as ``amplitudes[k] * w - offsets[k]`` times
-    the character's shape does; shapes that are not named have amplitude 1 and offset 0.
+    A performer's weight w of shape k moves the markers as ``gains[k] * w - offsets[k]`` times
+    the character's shape does; shapes that are not named have gain 1 and offset 0.
 
     Attributes
     ----------
     shapes : tuple of str, length K
-    amplitudes : (K,) float64
-        How large each movement is against the character's, in `usdface.options.AMPLITUDE_RANGE`.
+    gains : (K,) float64
+        How large each movement is against the character's, in
+        `usdface.options.PERFORMER_GAIN_RANGE`.
     offsets : (K,) float64
         How far the performer's neutral is from rest, 0 to `usdface.options.LARGEST_OFFSET`. A
         take's own `RetargetSetup.neutral_weights` override the offset of a shape.
@@ -40,17 +41,17 @@ class Calibration:
     """
 
     shapes: tuple[str, ...]
-    amplitudes: FloatArray
+    gains: FloatArray
     offsets: FloatArray
     face: PerformerFace | None = None
 
     def __post_init__(self) -> None:
-        freeze(self, "amplitudes", "offsets")
+        freeze(self, "gains", "offsets")
         count = len(self.shapes)
         if len(set(self.shapes)) != count:
             raise InputError("the calibration names a blend shape twice", "NAME_REPEATED")
         for name, values, low, high in (
-            ("gains", self.amplitudes, *AMPLITUDE_RANGE),
+            ("gains", self.gains, *PERFORMER_GAIN_RANGE),
             ("offsets", self.offsets, 0.0, LARGEST_OFFSET),
         ):
             if values.shape != (count,):
@@ -69,11 +70,11 @@ class Calibration:
                 )
 
     def of(self, names: tuple[str, ...]) -> tuple[FloatArray, FloatArray]:
-        """Return amplitudes and offsets in the order of `names`: (len(names),), (len(names),)."""
+        """Return gains and offsets in the order of `names`: (len(names),), (len(names),)."""
         own = {n: k for k, n in enumerate(self.shapes)}
-        amplitudes, offsets = np.ones(len(names)), np.zeros(len(names))
+        gains, offsets = np.ones(len(names)), np.zeros(len(names))
         for place, name in enumerate(names):
             if name in own:
                 k = own[name]
-                amplitudes[place], offsets[place] = self.amplitudes[k], self.offsets[k]
-        return amplitudes, offsets
+                gains[place], offsets[place] = self.gains[k], self.offsets[k]
+        return gains, offsets

@@ -145,7 +145,7 @@ def _read_curves(prim: Usd.Prim) -> dict[str, dict[str, float]]:
 
 
 def _author_calibration(prim: Usd.Prim, calibration: Calibration) -> None:
-    gains, offsets = calibration.amplitudes.tolist(), calibration.offsets.tolist()
+    gains, offsets = calibration.gains.tolist(), calibration.offsets.tolist()
     names = Vt.TokenArray(calibration.shapes)
     author(prim, tokens.CALIBRATION_SHAPES, _NAMES.TokenArray, names)
     author(prim, tokens.CALIBRATION_GAINS, _NAMES.FloatArray, Vt.FloatArray(gains))

@@ -1,43 +1,43 @@
-"""Posterior of the size of a performer's movements, from their peaks in a take.
+"""Posterior of the gains of a performer's movements, from their peaks in a take.
 
-A take alone cannot tell a small smile from a low amplitude: only the product of amplitude and
-weight moves the markers. A peak p of that product says that the weight there was at most 1, so that
-the amplitude is p or more. Where the performer went to the extreme, the weight there was 1, and the
-amplitude is p. Both are likelihoods of it; with its prior they give a posterior on a grid.
+A take alone cannot tell a small smile from a low gain: only the product of gain and weight moves
+the markers. A peak p of that product says that the weight there was at most 1, so that the gain is
+p or more. Where the performer went to the extreme, the weight there was 1, and the gain is p. Both
+are likelihoods of it; with its prior they give a posterior on a grid.
 
-How much amplitudes differ at all is a trait of the performer, which all extremes of a range of
-motion show together: where they lie near 1, those that are seen badly do, too (a hierarchical
-prior: Gelman et al., "Bayesian Data Analysis", 3rd edition, chapter 5).
+How much gains differ at all is a trait of the performer, which all extremes of a range of motion
+show together: where they lie near 1, those that are seen badly do, too (a hierarchical prior:
+Gelman et al., "Bayesian Data Analysis", 3rd edition, chapter 5).
 """
 
 import numpy as np
 from scipy.special import ndtr, softmax
 
 from usdface.arrays import FloatArray
-from usdface.options import AMPLITUDE_RANGE, AMPLITUDE_SPREAD
+from usdface.options import PERFORMER_GAIN_RANGE, PERFORMER_GAIN_SPREAD
 
-__all__ = ["amplitude_posterior"]
+__all__ = ["gain_posterior"]
 
-_GRID = np.linspace(*AMPLITUDE_RANGE, 301)  # steps of 0.005, a fortieth of the usual deviation
+_GRID = np.linspace(*PERFORMER_GAIN_RANGE, 301)  # steps of 0.005, a fortieth of the usual deviation
 # An extreme is repeated to within this share. Set by hand.
 _REACH = 0.05
 # Peaks of weights that are no extremes are anywhere, on a logarithmic scale, from this to 1: two
 # deviations of a weight at 0.3 mm of noise (0.023, docs/measurements.md).
 _LEAST = 0.05
-# Standard deviations of a performer's amplitudes that are compared, each as likely as the others:
+# Standard deviations of a performer's gains that are compared, each as likely as the others:
 # ten, from this share of the usual one on. Set by hand.
 _LEAST_SPREAD = 0.1
 
 
-def amplitude_posterior(
+def gain_posterior(
     peaks: FloatArray, deviations: FloatArray, reached: float
 ) -> tuple[FloatArray, FloatArray]:
-    """Return each amplitude, and its standard deviation by its own peak: (S,), (S,).
+    """Return each gain, and its standard deviation by its own peak: (S,), (S,).
 
     Parameters
     ----------
     peaks : (S,) float64
-        Largest product of amplitude and weight in the take, for each shape.
+        Largest product of gain and weight in the take, for each shape.
     deviations : (S,) float64
         Their standard deviation.
     reached : float
@@ -57,14 +57,14 @@ def amplitude_posterior(
     extreme = np.exp(-0.5 * ((peak - _GRID) / width) ** 2) / (np.sqrt(2.0 * np.pi) * width)
     below = ndtr((_GRID - peak) / error) / (-peak * np.log(_LEAST))
     likelihood = reached * extreme + (1.0 - reached) * below
-    spreads = AMPLITUDE_SPREAD * np.linspace(1.0, _LEAST_SPREAD, 10 if reached else 1)
+    spreads = PERFORMER_GAIN_SPREAD * np.linspace(1.0, _LEAST_SPREAD, 10 if reached else 1)
     priors = np.exp(-0.5 * ((_GRID - 1.0) / spreads[:, None]) ** 2)
     priors /= priors.sum(axis=1, keepdims=True)
     density = likelihood * priors[:, None]  # (D, S, G)
     total = density.sum(axis=2)
     # A peak beyond the whole range: all that is left is its end.
     beyond = (total == 0.0)[..., None]
-    density = np.where(beyond, AMPLITUDE_RANGE[1] <= _GRID, density)
+    density = np.where(beyond, PERFORMER_GAIN_RANGE[1] <= _GRID, density)
     density /= density.sum(axis=2, keepdims=True)
     evidence = np.log(total, out=np.full(total.shape, -np.inf), where=total > 0.0)
     means = density @ _GRID
@@ -75,4 +75,5 @@ def amplitude_posterior(
         return _GRID[own.argmax(axis=1)], deviations
     seen = np.isfinite(evidence[0])
     gains = softmax(evidence[:, seen].sum(axis=1)) @ means
-    return gains.clip(*AMPLITUDE_RANGE), deviations  # their weights add up to 1 but for rounding
+    # Their weights add up to 1 but for rounding.
+    return gains.clip(*PERFORMER_GAIN_RANGE), deviations

@@ -1,8 +1,8 @@
-"""Amplitudes of movements that exceed the character's, estimated from the take itself.
+"""Gains of movements that exceed the character's, estimated from the take itself.
 
 A blend shape ends at weight 1. Where the performer goes further, the peak is cut off, and other
-shapes are pulled in to make up for it. The markers determine the product of the movement's
-amplitude and a weight of at most 1, so that a peak beyond 1 is a lower bound of the amplitude.
+shapes are pulled in to make up for it. The markers determine the product of the movement's gain and
+a weight of at most 1, so that a peak beyond 1 is a lower bound of the gain.
 """
 
 from dataclasses import replace
@@ -12,10 +12,10 @@ import numpy as np
 from usdface.arrays import FloatArray
 from usdface.findings import Finding, finding
 from usdface.numerics.ramps import smooth_step
-from usdface.options import AMPLITUDE_RANGE
-from usdface.retarget.amplitude_posterior import amplitude_posterior
+from usdface.options import PERFORMER_GAIN_RANGE
 from usdface.retarget.calibrated_shapes import as_performed, enlarged
 from usdface.retarget.face_fit import FaceFit
+from usdface.retarget.gain_posterior import gain_posterior
 from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.pose_and_weights import PoseAndWeights
 from usdface.retarget.solver.solve import FEWEST_FRAMES
@@ -23,7 +23,7 @@ from usdface.retarget.wide_bounds import held_peaks, weights_in_wide_bounds
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import MarkerTake
 
-__all__ = ["take_amplitudes", "with_found_gains"]
+__all__ = ["take_gains", "with_found_gains"]
 
 # Standard deviations by which a peak must exceed 1 to count as beyond it: from not at all to
 # wholly. On performers 1 to 4 of python -m benchmarks.performers the skin is off by 0.497 mm where
@@ -36,8 +36,8 @@ _LEAST = 0.01
 _FINEST = 0.005
 
 
-def take_amplitudes(peaks: FloatArray, deviations: FloatArray) -> FloatArray:
-    """Return the amplitude of each movement relative to the character's: (S,), 1 or more.
+def take_gains(peaks: FloatArray, deviations: FloatArray) -> FloatArray:
+    """Return the gain of each movement relative to the character's: (S,), 1 or more.
 
     Parameters
     ----------
@@ -52,10 +52,10 @@ def take_amplitudes(peaks: FloatArray, deviations: FloatArray) -> FloatArray:
         Exactly 1 where the peak may as well be 1.
     """
     deviations = np.maximum(deviations, _FINEST)
-    most, _ = amplitude_posterior(peaks, deviations, 0.0)
+    most, _ = gain_posterior(peaks, deviations, 0.0)
     low, high = _BEYOND
     sure = smooth_step(((peaks - 1.0) / deviations - low) / (high - low))
-    gains = (1.0 + sure * (most - 1.0)).clip(1.0, AMPLITUDE_RANGE[1])
+    gains = (1.0 + sure * (most - 1.0)).clip(1.0, PERFORMER_GAIN_RANGE[1])
     return np.where(gains < 1.0 + _LEAST, 1.0, gains)
 
 
@@ -91,10 +91,10 @@ def with_found_gains(
         MotionModel(fit.points, model, 3, setup.head == "solve"),
         take.times,
         solved.regularisation,
-        within=(0.0, AMPLITUDE_RANGE[1]),
+        within=(0.0, PERFORMER_GAIN_RANGE[1]),
         errors=errors,
     )
-    gains = take_amplitudes(held_peaks(weights, take.times), deviations)
+    gains = take_gains(held_peaks(weights, take.times), deviations)
     beyond = np.flatnonzero(gains > 1.0)
     if not len(beyond):
         return setup, []

@@ -7,8 +7,8 @@ import pytest
 from worlds import NEUTRAL, make_world
 
 from usdface.face.bound_face import bound_face
-from usdface.options import AMPLITUDE_RANGE, SolveOptions
-from usdface.retarget.take_amplitudes import take_amplitudes
+from usdface.options import PERFORMER_GAIN_RANGE, SolveOptions
+from usdface.retarget.take_gains import take_gains
 from usdface.retarget_take.clean_and_solve import clean_and_solve
 from usdface.setup.binding import Binding
 from usdface.setup.calibration import Calibration
@@ -51,18 +51,18 @@ def error(take: MarkerTake, truth: np.ndarray, setup: RetargetSetup) -> tuple[fl
 
 def test_a_peak_that_may_be_1_is_no_gain() -> None:
     peaks, deviations = np.array([0.2, 0.999, 1.02, 1.04]), np.array([0.0, 0.0, 0.02, 0.05])
-    np.testing.assert_array_equal(take_amplitudes(peaks, deviations), 1.0)
+    np.testing.assert_array_equal(take_gains(peaks, deviations), 1.0)
 
 
 def test_a_peak_that_is_surely_beyond_is_the_least_gain() -> None:
     peaks = np.array([1.1, 1.3, 1.6, 9.0])
-    found = take_amplitudes(peaks, np.full(4, 0.01))
+    found = take_gains(peaks, np.full(4, 0.01))
     assert found[:3] == pytest.approx(peaks[:3], abs=0.03)
-    assert found[3] == AMPLITUDE_RANGE[1]
+    assert found[3] == PERFORMER_GAIN_RANGE[1]
 
 
 def test_gains_are_continuous_in_the_peak() -> None:
-    found = take_amplitudes(np.linspace(0.9, 1.4, 501), np.full(501, 0.03))
+    found = take_gains(np.linspace(0.9, 1.4, 501), np.full(501, 0.03))
     # A peak that is 0.001 higher changes the posterior by a step of its grid, 0.005.
     assert (np.diff(found) >= 0).all() and np.diff(found).max() < 0.012
 
