@@ -6,6 +6,7 @@ set before any was proposed, but for the outer cheek of the example, which had b
 front alone and was set back along the side.
 """
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -84,6 +85,26 @@ def test_named_markers_land_where_a_person_puts_them(
     assert setup.neutral == NEUTRAL[Path(file).stem]
     # No marker is nearer to the place of another one.
     assert (apart.argmin(axis=1) == np.arange(len(own))).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("head", ["ict", "makehuman", "example"])
+@pytest.mark.parametrize(("file", "opened"), [("Jaw.c3d", 0.3), ("Eyebrows.trc", 0.15)])
+def test_named_markers_land_on_a_head_whose_mouth_rests_open(
+    shared_data: Path, head: str, file: str, opened: float
+) -> None:
+    take, _ = read_take(shared_data / "animface" / file)
+    assert isinstance(take, MarkerTake)
+    mesh = head_mesh(head, shared_data)
+    jaw = next(s for s in mesh.shapes if s.name in ("jawOpen", "mouth-open"))
+    points = mesh.points.copy()
+    points[jaw.indices] += opened * jaw.offsets
+    rest = replace(jaw, offsets=(1.0 - opened) * jaw.offsets, normal_offsets=None)
+    shapes = tuple(rest if shape is jaw else shape for shape in mesh.shapes)
+    opened_head = replace(mesh, points=points, shapes=shapes)
+    setup = propose(take, opened_head, NOTHING, find_neutral=True).setup
+    assert setup.neutral == NEUTRAL[Path(file).stem]
+    assert np.median(np.diagonal(errors(mesh, head, take, take.names, setup))) <= 0.055
 
 
 @pytest.mark.slow

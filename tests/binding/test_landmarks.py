@@ -55,6 +55,22 @@ def test_landmarks_follow_the_size_of_the_head(example: FaceLandmarks) -> None:
     assert found.unit == pytest.approx(2 * example.unit)
 
 
+@pytest.mark.parametrize("weight", [0.15, 0.3])
+def test_a_mouth_that_rests_open_hides_no_landmark(example: FaceLandmarks, weight: float) -> None:
+    mesh = example.surface.mesh
+    jaw = next(shape for shape in mesh.shapes if shape.name == "jawOpen")
+    points = mesh.points.copy()
+    points[jaw.indices] += weight * jaw.offsets
+    rest = replace(jaw, offsets=(1 - weight) * jaw.offsets, normal_offsets=None)
+    shapes = tuple(rest if shape is jaw else shape for shape in mesh.shapes)
+    found = find_landmarks(face_surface(replace(mesh, points=points, shapes=shapes)))
+    assert found is not None
+    np.testing.assert_array_equal(found.average, example.average)
+    away = np.linalg.norm(found.points - example.points, axis=1)
+    lower = np.isin(example.average[:, 1], [LANDMARKS[k][1] for k in ("mouth corner", "menton")])
+    assert away[~lower].max() < 1e-6 and away.max() < 0.007
+
+
 def test_a_face_without_lips_or_lids_reveals_none() -> None:
     assert find_landmarks(face_surface(make_world().rig.face())) is None
 

@@ -4,7 +4,13 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from usdface.face.expression_poses import EMOTIONS, NAMED, ActionPose, expressions_for, units_of
+from usdface.face.expression_poses import (
+    EMOTION_NAMES,
+    EMOTIONS,
+    ActionPose,
+    expressions_for,
+    units_of,
+)
 from usdface.face.facs_names import (
     ARKIT,
     FACS,
@@ -116,9 +122,9 @@ def test_of_several_shapes_of_an_emotion_one_is_taken_in_any_order(names):
     assert expressions_for(names)[0][0].shapes == ("Joy",)
 
 
-@pytest.mark.parametrize("emotion", NAMED)
+@pytest.mark.parametrize("emotion", EMOTION_NAMES)
 def test_names_of_emotions_in_any_spelling(emotion):
-    for word in NAMED[emotion]:
+    for word in EMOTION_NAMES[emotion]:
         for shape in (word, word.title(), word.upper(), word.replace("fclall", "Fcl_ALL_")):
             (expression,), _ = expressions_for(("jawOpen", shape))
             assert (expression.name, expression.shapes) == (emotion, (shape,))

@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from usdface.face.gaze_curves import gaze_angles, is_gaze_curve, is_gaze_shape
+from usdface.face.gaze_curves import gaze_angles, gaze_curves_of, gaze_shapes_of
 
 NAMES = tuple(f"eyeLook{way}{side}" for side in ("Left", "Right") for way in ("In", "Out", "Up"))
 
@@ -25,10 +25,9 @@ def test_up_is_positive_and_only_eyes_with_curves_are_there() -> None:
 
 
 def test_gaze_is_told_by_its_names() -> None:
-    assert is_gaze_curve("EyeLookInLeft") and is_gaze_curve("eyeLookDown_R")
-    assert not is_gaze_curve("eyeBlinkLeft") and not is_gaze_curve("lookLeft")
-    assert is_gaze_shape("eyeLookInLeft") and is_gaze_shape("lookLeft")
-    assert not is_gaze_shape("eyeWideLeft")
+    names = ("EyeLookInLeft", "eyeLookDown_R", "eyeBlinkLeft", "lookLeft")
+    assert gaze_curves_of(names) == set(names[:2])
+    assert gaze_shapes_of(names) == {*names[:2], "lookLeft"}
 
 
 def test_the_angles_are_those_that_a_phone_records(shared_data: Path) -> None:
@@ -37,7 +36,7 @@ def test_the_angles_are_those_that_a_phone_records(shared_data: Path) -> None:
     header, *rows = csv.reader(path.read_text().splitlines())
     table = np.array([row[2:] for row in rows if len(row) == len(header)], dtype=float)
     column = {name.lower(): values for name, values in zip(header[2:], table.T, strict=True)}
-    names = tuple(name for name in header[2:] if is_gaze_curve(name))
+    names = tuple(name for name in header[2:] if name in gaze_curves_of(header[2:]))
     angles = gaze_angles(names, np.stack([column[name.lower()] for name in names], axis=1))
     for side, ours in angles.items():
         for axis, name in enumerate(("yaw", "pitch")):

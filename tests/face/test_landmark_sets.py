@@ -66,3 +66,12 @@ def test_names_of_landmarks_are_places_as_words_are() -> None:
     assert place is not None
     assert (place.part, place.side, place.description) == ("mouth", -1, "right mouth")
     assert nose_tip_landmark(MEDIAPIPE) == "landmark_1"
+
+
+@pytest.mark.parametrize("form", ["Take01_landmark_{}", "actor landmark{}_v2", "cam-2 lmk.{}"])
+def test_words_around_the_numbers_do_not_count_if_all_have_them(form: str) -> None:
+    plain = landmark_places([f"landmark_{number}" for number in range(68)])
+    names = [form.format(number) for number in range(68)]
+    assert landmark_places(names) == plain
+    assert nose_tip_landmark(names) == names[30]
+    assert landmark_places([f"other_{names[0]}", *names[1:]]) is None

@@ -61,7 +61,7 @@ def test_it_does_not_hang_on_the_order_of_vertices_or_the_size_of_the_face():
 def test_without_the_shape_that_moves_it_a_seam_is_not_known(missing):
     opening = ("jawOpen", "mouthUpperUp", "mouthSmile") if missing == "jawOpen" else (missing,)
     kept = tuple(s for s in FACE.shapes if not s.name.startswith(opening))
-    lips, lids = find_lip_lid_contacts(replace(FACE, shapes=kept))
+    lips, lids, _ = find_lip_lid_contacts(replace(FACE, shapes=kept))
     assert (len(lips) > 0) == (missing != "jawOpen")
     assert (len(lids) > 0) == (missing != "eyeBlink")
 
@@ -80,9 +80,41 @@ def opened_mouth(weight: float) -> Mesh:
 
 @pytest.mark.parametrize("weight", [0.3, 0.6])
 def test_the_seam_of_a_mouth_that_rests_open_is_none_of_lids(weight):
-    lips, lids = find_lip_lid_contacts(opened_mouth(weight))
+    lips, lids, _ = find_lip_lid_contacts(opened_mouth(weight))
     assert not len(lips)
     np.testing.assert_array_equal(lids, SEAMS.lids)
+
+
+@pytest.mark.parametrize("weight", [0.1, 0.15, 0.2, 0.3])
+def test_lips_of_a_mouth_that_rests_open_meet_where_its_opening_plays_backwards(weight):
+    opened = opened_mouth(weight)
+    for shapes in (opened.shapes, opened.shapes[:-1]):  # with a shape that closes it, or none
+        found = find_lip_lid_contacts(replace(opened, shapes=shapes))
+        across = np.sort(opened.points[found.mouth, 0].mean(axis=1))
+        rest = np.sort(FACE.points[SEAMS.mouth, 0].mean(axis=1))
+        assert across[0] == pytest.approx(rest[0]) and across[-1] == pytest.approx(rest[-1])
+        assert set(found.mouth.ravel()) <= set(SEAMS.mouth.ravel())
+        np.testing.assert_array_equal(found.lids, SEAMS.lids)
+    assert not len(SEAMS.open_lips)
+
+
+@pytest.mark.parametrize("weight", [0.1, 0.3, 0.5])
+def test_an_ict_mouth_that_rests_open_is_as_wide_as_a_closed_one(shared_data, weight):
+    """At 0.1 only its corners touch, which would be a mouth at each."""
+    mesh = ict_mesh(shared_data)
+    jaw = next(s for s in mesh.shapes if s.name == "jawOpen")
+    points = mesh.points.copy()
+    points[jaw.indices] += weight * jaw.offsets
+    rest = replace(jaw, offsets=(1 - weight) * jaw.offsets, normal_offsets=None)
+    shapes = tuple(rest if s is jaw else s for s in mesh.shapes)
+    found = find_lip_lid_contacts(replace(mesh, points=points, shapes=shapes))
+    closed = find_lip_lid_contacts(mesh)
+    assert len(found.lips) < 10 < len(found.open_lips)
+    for pairs in (found.mouth, closed.mouth):
+        at = mesh.points[pairs]  # the same vertices on the closed mouth
+        assert np.ptp(at[..., 0]) == pytest.approx(0.046, abs=0.004)
+        assert np.abs(np.diff(at[..., 1], axis=1)).max() < 0.004
+    assert mesh.points[found.lids, 1].min() > mesh.points[closed.lids, 1].min() - 0.002
 
 
 def dense(name: str) -> np.ndarray:
@@ -132,7 +164,7 @@ def test_a_sheet_without_holes_has_no_seams():
     moved = BlendShape("up", np.arange(20), np.tile([0, 0.02, 0], (20, 1)))
     sheet = Mesh("sheet", points, np.full(49, 4), quads.ravel(), shapes=(moved,))
     for mesh in (sheet, replace(sheet, shapes=())):
-        assert [len(pairs) for pairs in find_lip_lid_contacts(mesh)] == [0, 0]
+        assert [len(pairs) for pairs in find_lip_lid_contacts(mesh)] == [0, 0, 0]
 
 
 @pytest.mark.slow

@@ -121,3 +121,18 @@ def test_exchanged_names_are_of_the_other_side() -> None:
         named_places(ANIMFACE), named_places(renamed(take, "exchanged").names), strict=True
     ):
         assert own is not None and other is not None and own.side == -other.side
+
+
+@pytest.mark.parametrize(
+    "form", ["Take01_{}", "actor3-{}", "{}_v2", "M_{}", "C_{}", "L2 {}", "head.{}", "mk_{}_geo"]
+)
+def test_words_that_all_markers_have_are_no_places(form: str) -> None:
+    names = ("LOBRO", "ROBRO", "chin", "nose", "LMouthCorner", "RMouthCorner", "UpLip", "C1")
+    assert named_places([form.format(name) for name in names]) == named_places(names)
+
+
+def test_a_part_that_all_markers_have_is_theirs() -> None:
+    names = ("mouth_L", "mouth_R", "mouth_up", "mouth_low")
+    assert [place.part for place in named_places(names) if place] == ["mouth"] * 4
+    left = named_places(("L_brow", "L_cheek", "L_chin"))
+    assert [place.side for place in left if place] == [1, 1, 1]

@@ -83,9 +83,9 @@ def find_landmarks(
         Of its mesh, if they are known.
     """
     contacts = contacts or find_lip_lid_contacts(surface.mesh)
-    if not len(contacts.lips) or not len(contacts.lids):
+    if not len(contacts.mouth) or not len(contacts.lids):
         return None
-    lips = surface.mesh.points[contacts.lips].mean(axis=1)
+    lips = surface.mesh.points[contacts.mouth].mean(axis=1)
     middle = 0.5 * float(lips[:, 0].min() + lips[:, 0].max())
     found = _eyes_and_mouth(surface, contacts, middle)
     if found is None:
@@ -95,7 +95,7 @@ def find_landmarks(
     if height <= 0.0:
         return None
     found |= _brows(surface, contacts, found, middle, eyes)
-    found |= _on_midline(surface, found, lips, middle, eyes, height)
+    found |= _on_midline(surface, found, contacts, middle, eyes, height)
     average = [np.multiply(LANDMARKS[name], (side, 1)) for name, side in found]
     return FaceLandmarks(
         surface,
@@ -118,7 +118,7 @@ def _eyes_and_mouth(surface: FaceSurface, contacts: LipLidContacts, middle: floa
             return None
         found["eye inner", side] = _corner(surface, lids, -side)
         found["eye outer", side] = _corner(surface, lids, side)
-        found["mouth corner", side] = _corner(surface, contacts.lips, side)
+        found["mouth corner", side] = _corner(surface, contacts.mouth, side)
         found["lid upper", side], found["lid lower", side] = points[widest_pair(points, lids)]
     return found
 
@@ -141,7 +141,7 @@ def _brows(
 def _on_midline(
     surface: FaceSurface,
     found: _Found,
-    lips: FloatArray,
+    contacts: LipLidContacts,
     middle: float,
     eyes: float,
     height: float,
@@ -153,7 +153,7 @@ def _on_midline(
     surface : FaceSurface
     found : mapping
         With the outer corners of the eyes.
-    lips : (N, 3) float64 [m]
+    contacts : LipLidContacts
     middle, eyes : float [m]
         x of the midline, and height of the eyes.
     height : float [m]
@@ -164,16 +164,19 @@ def _on_midline(
     def centred(point: FloatArray) -> FloatArray:
         return point * [0, 1, 1] + [middle, 0, 0]
 
+    rims = surface.mesh.points[contacts.mouth]
+    lips = rims.mean(axis=1)
     width = abs(float(found["eye outer", 1][0] - found["eye outer", -1][0]))
-    on = surface.points[np.abs(surface.points[:, 0] - middle) < _NOSE_WIDTH * width]
+    near = np.abs(surface.points[:, 0] - middle) < _NOSE_WIDTH * width
+    on = surface.points[near & (surface.normals[:, 2] > 0.0)]  # not the insides of open lips
     nose = on[(on[:, 1] < eyes) & (on[:, 1] > eyes - (1.0 - _NOSE_ABOVE) * height)]
     if len(nose):
         tip = nose[nose[:, 2].argmax()]
         midline["nose tip", 0] = centred(tip)
-        base = on[(on[:, 1] < tip[1]) & (on[:, 1] > lips[:, 1].max())]
+        base = on[(on[:, 1] < tip[1]) & (on[:, 1] > rims[:, 0, 1].max())]
         base = base[np.abs(base[:, 0] - middle) < _MIDDLE * width]
         if len(base):
-            midline["nose base", 0] = centred(_deepest(base, tip, lips))
+            midline["nose base", 0] = centred(_deepest(base, tip, rims[:, 0]))
     front = float(lips[:, 2].max()) - _CHIN_BACK * height
     chin = on[(on[:, 1] < lips[:, 1].min()) & (on[:, 2] > front)]
     if len(chin):

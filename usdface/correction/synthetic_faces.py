@@ -17,7 +17,7 @@ from usdface.face.drawn_expressions import DRAWN
 from usdface.face.expression_poses import EMOTIONS, composed_pose
 from usdface.face.expression_variants import expression_variants
 from usdface.face.face_motion import motion_at
-from usdface.face.shape_names import shape_key
+from usdface.face.plain_names import shape_keys
 from usdface.face.symmetry import mirrored_pairs
 from usdface.rule_design.movements import (
     in_columns,
@@ -68,7 +68,7 @@ def synthetic_faces(
     variants = expression_variants(expressions, face.shape_names, drawn)
     names, mirror = face.shape_names, _mirror(face.shape_names)
     alone = _alone(face)
-    factors = _factors(["".join(shape_key(name)) for name in names], len(expressions), _OWN // 2)
+    factors = _factors(["".join(key) for key in shape_keys(names)], len(expressions), _OWN // 2)
     nuisances = [_unit(face, number) for number in (26, 43)]
     motion = _motion_of_units(face, coordinates_of, rigs)
     units = () if motion is None else motion[0]

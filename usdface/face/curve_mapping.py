@@ -8,7 +8,8 @@ import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.errors import InputError, did_you_mean
-from usdface.face.gaze_curves import is_gaze_curve
+from usdface.face.gaze_curves import gaze_curves_of
+from usdface.face.plain_names import plain_names
 from usdface.face.shape_names import DIRECTIONS, shape_key, spelling_key, whole_and_halves
 from usdface.findings import Finding, finding
 from usdface.findings.values import Prose
@@ -68,7 +69,8 @@ def rename_weights(
     findings = unknown_curves(take, curves or {}, take.source)
     idle = np.flatnonzero(~np.any(factors, axis=1)).tolist()
     unused = [take.names[i] for i in idle if take.names[i] not in mapped]
-    unused = [name for name in unused if not is_gaze_curve(name)]  # they may turn joints
+    gaze = gaze_curves_of(take.names)
+    unused = [name for name in unused if name not in gaze]  # it may turn joints
     if unused:
         message = "curves without a blend shape: {channels}"
         findings.append(finding("CHANNEL_IGNORED", take.source, message, unused))
@@ -92,8 +94,8 @@ def driving_curves(take: WeightsTake, names: tuple[str, ...], curves: CurveMap) 
     """
     factors = _factors(take.names, names, _of_take(take.names, names, curves))
     drives = np.any(factors, axis=1).tolist()
-    pairs = zip(take.names, drives, strict=True)
-    return take.reordered(tuple(n for n, driving in pairs if driving or is_gaze_curve(n)))
+    pairs, gaze = zip(take.names, drives, strict=True), gaze_curves_of(take.names)
+    return take.reordered(tuple(name for name, driving in pairs if driving or name in gaze))
 
 
 def undecided(
@@ -173,13 +175,14 @@ def _by_name(
     # As they are spelt first: one movement may be several shapes, each with a curve of its own.
     tables = [(key_of, _by_key(curves, idle, key_of)) for key_of in (spelling_key, shape_key)]
     found: dict[str, list[int]] = {}
-    both_halves = whole_and_halves(shapes)
+    plain = plain_names(shapes)
+    both_halves = whole_and_halves(plain.values())
     for name in shapes:
         columns = [exact[name]] if name in exact else []
         for key_of, by_key in tables:
-            base, side = key_of(name)
+            base, side = key_of(plain[name])
             columns = columns or by_key.get((base, side), [])
-            if shape_key(name)[0] not in both_halves:
+            if shape_key(plain[name])[0] not in both_halves:
                 columns = columns or by_key.get((base, "both" if side else "either"), [])
         if columns:
             found[name] = columns
@@ -190,9 +193,10 @@ def _by_key(
     curves: tuple[str, ...], idle: Sequence[int], key_of: Callable[[str], tuple[str, str]]
 ) -> dict[tuple[str, str], list[int]]:
     """Return the `idle` ones of the curves by their keys, and by "either" side and "both"."""
+    plain = plain_names(curves)
     by_key: dict[tuple[str, str], list[int]] = {}
     for i in idle:
-        base, side = key_of(curves[i])
+        base, side = key_of(plain[curves[i]])
         by_key.setdefault((base, side), []).append(i)
         if base not in DIRECTIONS:
             by_key.setdefault((base, "either" if side else "both"), []).append(i)

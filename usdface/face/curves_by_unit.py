@@ -5,6 +5,7 @@ from functools import cache
 from types import MappingProxyType
 
 from usdface.face.facs_names import FACS, NAMING_CONVENTIONS, ActionUnit
+from usdface.face.plain_names import plain_names, shape_keys
 from usdface.face.shape_names import shape_key, whole_and_halves
 
 __all__ = ["curves_by_unit"]
@@ -17,6 +18,7 @@ _JAW, _CLOSE = ("jawopen", ""), ("mouthclose", "")
 _TURNING = (61, 62)
 
 _Unit = tuple[str, int]  # a naming convention, and the number of one of its action units
+_Key = tuple[str, str]  # a movement and its side, as `shape_key` returns them
 
 
 def curves_by_unit(
@@ -51,52 +53,51 @@ def curves_by_unit(
     >>> curves_by_unit(("browInnerUp", "AU26"), ("eyebrows-left-inner-up", "jawOpen"))
     {'browInnerUp': {'eyebrows-left-inner-up': 1.0}, 'AU26': {'jawOpen': 1.0}}
     """
-    own = {curve: unit for curve in curves if (unit := _most_of(curve))}
+    keys = dict(zip(curves, shape_keys(curves), strict=True))
+    own = {curve: unit for curve, key in keys.items() if (unit := _most_of(key))}
     found: dict[str, dict[str, float]] = {}
-    twice = whole_and_halves(shapes)
-    for shape in shapes:
-        base, side = shape_key(shape)
+    twice = whole_and_halves(plain_names(shapes).values())
+    for shape, (base, side) in zip(shapes, shape_keys(shapes), strict=True):
         weight, movers = 0.0, []
-        for unit, share in _units(shape).items():
-            by = [curve for curve in own if _carries(curve, own[curve], shape, unit)]
+        for unit, share in _known().get((base, side), {}).items():
+            by = [c for c in own if _carries(own[c], unit, {keys[c][1], side} - {""})]
             if base in twice:  # halves move by curves of halves, the whole by one of the whole
-                by = [curve for curve in by if bool(shape_key(curve)[1]) == bool(side)]
+                by = [curve for curve in by if bool(keys[curve][1]) == bool(side)]
             if by and share > weight:
                 weight, movers = share, by
         for curve in movers:
             found.setdefault(curve, {})[shape] = round(weight / len(movers), 6)
-    driven = {shape_key(curve): by for curve, by in (*curve_map.items(), *found.items())}
+    mapped = {keys.get(curve, shape_key(curve)): by for curve, by in curve_map.items()}
+    driven = mapped | {keys[curve]: by for curve, by in found.items()}
     for curve in curves:
-        if shape_key(curve) == _CLOSE and driven.get(_JAW):
+        if keys[curve] == _CLOSE and driven.get(_JAW):
             found[curve] = {shape: -factor for shape, factor in driven[_JAW].items()}
     return {curve: found[curve] for curve in curves if curve in found}
 
 
-def _carries(curve: str, own: _Unit, shape: str, unit: _Unit) -> bool:
-    """Return whether a curve is of a blend shape's unit and side, and not of its convention."""
-    sides = {shape_key(curve)[1], shape_key(shape)[1]} - {""}
+def _carries(own: _Unit, unit: _Unit, sides: set[str]) -> bool:
+    """Return whether a curve is of a blend shape's unit and side, and not of its convention.
+
+    `sides` are those that the two have.
+    """
     # The names of FACS are the same blend shape in many spellings.
     other = own[0] != unit[0] or own[0] == FACS.name
     return other and own[1] == unit[1] and (len(sides) < 2 or own[1] in _TURNING)
 
 
-def _most_of(curve: str) -> _Unit | None:
+def _most_of(curve: _Key) -> _Unit | None:
     """Return the action unit of the fewest blend shapes that a curve is with its whole weight."""
-    whole = [unit for unit, weight in _units(curve).items() if weight == 1.0]
+    whole = [unit for unit, weight in _known().get(curve, {}).items() if weight == 1.0]
     sizes = {
         (c.name, n): len(weights) for c in NAMING_CONVENTIONS for n, weights in c.units.items()
     }
     return min(whole, key=lambda unit: sizes[unit], default=None)
 
 
-def _units(shape: str) -> dict[_Unit, float]:
-    return _known().get(shape_key(shape), {})
-
-
 @cache
-def _known() -> dict[tuple[str, str], dict[_Unit, float]]:
+def _known() -> dict[_Key, dict[_Unit, float]]:
     """Return the action units of all known blend shapes, by `shape_key`, with their weights."""
-    known: dict[tuple[str, str], dict[_Unit, float]] = {}
+    known: dict[_Key, dict[_Unit, float]] = {}
     for convention in NAMING_CONVENTIONS:
         for number in convention.units:
             for name, weight in convention.names(ActionUnit(number)):

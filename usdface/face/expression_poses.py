@@ -18,13 +18,15 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.errors import InputError
+from usdface.face.emotion_names import EMOTION_NAMES
 from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit, NamingConvention
+from usdface.face.plain_names import plain_names, shape_keys
 from usdface.face.shape_names import shape_key, spelling_key
 from usdface.findings import Finding, finding
 from usdface.frozen_mapping import FrozenMapping
 from usdface.setup.expression import Expression
 
-__all__ = ["EMOTIONS", "NAMED", "ActionPose", "composed_pose", "expressions_for", "units_of"]
+__all__ = ["EMOTIONS", "ActionPose", "composed_pose", "expressions_for", "units_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,19 +58,6 @@ EMOTIONS: dict[str, dict[int, float]] = {
     "surprise": {1: 1.0, 2: 1.0, 5: 0.6, 26: 0.7},
 }
 
-# Names of blend shapes without their spelling, of artists, VRM 1.0 ("happy"), VRM 0.x ("sorrow",
-# "fun") and VRoid ("Fcl_ALL_Joy"). Those beyond the six count only where a rig has them.
-NAMED: dict[str, tuple[str, ...]] = {
-    "joy": ("joy", "joyful", "happy", "happiness", "fclalljoy"),
-    "sadness": ("sadness", "sad", "sorrow", "fclallsorrow"),
-    "anger": ("anger", "angry", "fclallangry"),
-    "fear": ("fear", "fearful", "afraid", "scared"),
-    "disgust": ("disgust", "disgusted"),
-    "surprise": ("surprise", "surprised", "fclallsurprised"),
-    "contempt": ("contempt", "contemptuous"),
-    "relaxed": ("relaxed", "fun", "fclallfun"),
-}
-
 
 def expressions_for(
     shape_names: Sequence[str],
@@ -76,9 +65,10 @@ def expressions_for(
 ) -> tuple[tuple[Expression, ...], list[Finding]]:
     """Return the expression poses of a rig.
 
-    Poses that are `given` go first. A shape named after the emotion (`NAMED`; of several the first
-    there) is the pose; otherwise it is composed of action units, in the naming convention of most
-    of the rig's names. Names are read in any spelling, as `usdface.face.shape_names` does.
+    Poses that are `given` go first. A shape named after the emotion (`EMOTION_NAMES`; of several
+    the first there) is the pose; otherwise it is composed of action units, in the naming
+    convention of most of the rig's names. Names are read in any spelling, as
+    `usdface.face.shape_names` does, and without a prefix or suffix of all (`plain_names`).
 
     Parameters
     ----------
@@ -98,11 +88,12 @@ def expressions_for(
     """
     shapes = _known_shapes(tuple(shape_names))
     spelt: dict[tuple[str, str], list[str]] = {}
-    for name in sorted(shape_names):
-        spelt.setdefault(shape_key(name), []).append(name)
+    names = sorted(shape_names)
+    for name, key in zip(names, shape_keys(names), strict=True):
+        spelt.setdefault(key, []).append(name)
     expressions, findings = [], []
-    for emotion in NAMED:
-        named = [name for word in NAMED[emotion] for name in spelt.get((word, ""), ())]
+    for emotion in EMOTION_NAMES:
+        named = [name for word in EMOTION_NAMES[emotion] for name in spelt.get((word, ""), ())]
         if emotion in given or not (named or emotion in EMOTIONS):
             continue
         if named:
@@ -195,12 +186,14 @@ def _spelt(
     Names of other programs count without any of these, and all of them: they are parts of one
     movement, as the upper and the lower lip's.
     """
+    plain = plain_names(shape_names)
     own: dict[tuple[str, str], str] = {}
     for name in sorted(shape_names, key=lambda name: (name not in keys, name)):
-        own.setdefault(spelling_key(name), name)
+        own.setdefault(spelling_key(plain[name]), name)
     parts: dict[tuple[str, str], tuple[str, ...]] = {}
     for name in own.values():
-        parts[shape_key(name)] = (*parts.get(shape_key(name), ()), name)
+        key = shape_key(plain[name])
+        parts[key] = (*parts.get(key, ()), name)
     there = set(shape_names)
     return {
         name: (name,) if name in there else (own[key],) if key in own else parts[key]

@@ -5,7 +5,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from usdface.arrays import FloatArray
-from usdface.face.gaze_curves import Side, is_gaze_shape
+from usdface.face.gaze_curves import Side, gaze_shapes_of
 from usdface.face.shape_names import split_words
 from usdface.rigs import Mesh, Rig
 
@@ -58,10 +58,11 @@ def _moves(mesh: Mesh, joint: int) -> bool:
     if not own.any():
         return False
     size = float(np.linalg.norm(np.ptp(mesh.points[own], axis=0)))
+    turning = gaze_shapes_of(mesh.shape_names)
     for shape in mesh.shapes:
         of_eye = own[shape.indices]
         far = np.linalg.norm(shape.offsets[of_eye], axis=1).max(initial=0.0)
-        if far > _MOVED * size and is_gaze_shape(shape.name):
+        if far > _MOVED * size and shape.name in turning:
             return True
     return False
 

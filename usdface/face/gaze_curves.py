@@ -1,11 +1,13 @@
 """Gaze as blend shape weights, ARKit's eyeLook, and as angles of the eyes."""
 
+from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
 
 from usdface.arrays import FloatArray
 from usdface.face.facs_names import NAMING_CONVENTIONS, ActionUnit
+from usdface.face.plain_names import shape_keys
 from usdface.face.shape_names import shape_key
 
 __all__ = [
@@ -13,9 +15,9 @@ __all__ = [
     "GAZE_UNITS",
     "Side",
     "gaze_angles",
+    "gaze_curves_of",
+    "gaze_shapes_of",
     "gaze_weights",
-    "is_gaze_curve",
-    "is_gaze_shape",
 ]
 
 Side = Literal["left", "right"]
@@ -39,15 +41,16 @@ GAZE_CURVES = tuple(
 )
 
 
-def is_gaze_curve(name: str) -> bool:
-    """Return whether a curve is a gaze that `gaze_angles` reads, in any spelling."""
-    base, side = shape_key(name)
-    return base in _ANGLES and bool(side)
+def gaze_curves_of(names: Sequence[str]) -> frozenset[str]:
+    """Return the curves of a take that are a gaze that `gaze_angles` reads, in any spelling."""
+    pairs = zip(names, shape_keys(names), strict=True)
+    return frozenset(name for name, (base, side) in pairs if base in _ANGLES and side)
 
 
-def is_gaze_shape(name: str) -> bool:
-    """Return whether a blend shape is one of gaze in a known naming convention."""
-    return shape_key(name) in _GAZE_SHAPES
+def gaze_shapes_of(names: Sequence[str]) -> frozenset[str]:
+    """Return the blend shapes of a rig that are a gaze in a known naming convention."""
+    pairs = zip(names, shape_keys(names), strict=True)
+    return frozenset(name for name, key in pairs if key in _GAZE_SHAPES)
 
 
 def gaze_angles(names: tuple[str, ...], weights: FloatArray) -> dict[Side, FloatArray]:
@@ -63,7 +66,7 @@ def gaze_angles(names: tuple[str, ...], weights: FloatArray) -> dict[Side, Float
     dict of "left", "right" to (F, 2) float64
         Yaw is positive to the face's own left, pitch up.
     """
-    columns = {shape_key(name): i for i, name in reversed(list(enumerate(names)))}
+    columns = {key: i for i, key in reversed(list(enumerate(shape_keys(names))))}
     nothing = np.zeros(len(weights))
 
     def angle(direction: str, side: Side) -> FloatArray:

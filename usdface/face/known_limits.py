@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
-from usdface.face.shape_names import shape_key
+from usdface.face.plain_names import shape_keys
 
 __all__ = ["with_known_limits"]
 
@@ -17,7 +17,7 @@ def with_known_limits(
     evaluator: BlendShapeEvaluator, names: tuple[str, ...]
 ) -> BlendShapeEvaluator:
     """Return the evaluator with the known limits of its blend shapes, in any spelling."""
-    column = {shape_key(name): i for i, name in enumerate(names)}
+    column = {key: i for i, key in enumerate(shape_keys(names))}
     pairs = [(column.get((low, "")), column.get((high, ""))) for low, high in _KNOWN_LIMITS]
     known = [pair for pair in pairs if None not in pair]
     limits = np.concatenate([evaluator.limits, np.array(known, np.int64).reshape(-1, 2)])

@@ -139,7 +139,11 @@ _LAST_IBUG, _LAST_MEDIAPIPE = 67, 477
 # corners of the lips 49.
 _FEWEST_IBUG, _FEWEST_MEDIAPIPE = 49, 20
 # "Landmark" is the word of the trackers; other numbers, as of optical markers, mean nothing.
-_NUMBERED = re.compile(r"(?:landmark|lmk|ibug|dlib|mediapipe)[ _.-]?(\d{1,3})", re.IGNORECASE)
+# All have the same words before and behind these, if any: ``Take01_landmark_30``.
+_NUMBERED = re.compile(
+    r"(.*[^a-z])?(?:landmark|lmk|ibug|dlib|mediapipe)[ _.-]?(\d{1,3})(\D.*)?",
+    re.IGNORECASE | re.DOTALL,
+)
 
 
 def nose_tip_landmark(names: Sequence[str]) -> str:
@@ -164,8 +168,9 @@ def landmark_places(names: Sequence[str]) -> tuple[LandmarkPlace | None, ...] | 
     True
     """
     matches = [_NUMBERED.fullmatch(name.rsplit(":", 1)[-1]) for name in names]
-    numbers = [int(match[1]) for match in matches if match]
-    if len(numbers) < len(names) or len(set(numbers)) < len(numbers):
+    numbers = [int(match[2]) for match in matches if match]
+    around = {(match[1], match[3]) for match in matches if match}
+    if len(numbers) < len(names) or len(set(numbers)) < len(numbers) or len(around) > 1:
         return None
     last = max(numbers, default=0)
     if last <= _LAST_IBUG and len(numbers) >= _FEWEST_IBUG:

@@ -2,8 +2,9 @@
 
 Two vertices of one skin that face each other across a gap are a pair. Lips are pairs that are
 close on the neutral face and that some blend shape parts by several times their distance, more
-than skin stretches. Lids are pairs with a gap that some blend shape closes which does not move the
-lips.
+than skin stretches. Those of a mouth that rests open are found where the shape that opens it would
+close it, played backwards. Lids are pairs with a gap that some blend shape closes which does not
+move the lips.
 """
 
 from collections.abc import Iterable
@@ -50,16 +51,31 @@ _MIDDLE = 0.1
 _APART = 0.2
 # Fewer pairs are a fold of the skin.
 _LEAST_LIDS = 4
+# How far the shape that lowers the face most is played backwards for the lips of a mouth that rests
+# open to meet: they do at 1/9 where it shows 0.1 of that shape at rest, at 1 where it shows a half.
+_BACKWARDS = (0.1, 0.15, 0.22, 0.33, 0.5, 0.75, 1.1)
 # A piece of the mesh with fewer vertices, as a share of the largest that moves, is no skin: lashes,
 # tear film and shadow meshes of an eye close with it (ICT: 204 of 14,062 vertices and fewer).
 _SKIN_SHARE = 0.1
 
 
+_NONE: IntArray = frozen(np.zeros((0, 2)), np.int64)
+
+
 class LipLidContacts(NamedTuple):
-    """Pairs of vertices, upper and lower: (P, 2) int64 each."""
+    """Pairs of vertices, upper and lower: (P, 2) int64 each.
+
+    `open_lips` are those of a mouth that rests open, along all of it; they do not touch.
+    """
 
     lips: IntArray
     lids: IntArray
+    open_lips: IntArray = _NONE
+
+    @property
+    def mouth(self) -> IntArray:
+        """Pairs (P, 2) of lips along the mouth, whether it rests open or closed."""
+        return self.open_lips if len(self.open_lips) else self.lips
 
     def lids_of_eye(self, points: FloatArray, side: int, middle: float) -> IntArray:
         """Return the lid pairs (P, 2) of the left (1) or right (-1) eye.
@@ -84,8 +100,7 @@ def find_lip_lid_contacts(mesh: Mesh) -> LipLidContacts:
 
     Without lips if the neutral mouth is open, without lids if no blend shape closes the eyes.
     """
-    lips, lids = _find(mesh)
-    return LipLidContacts(frozen(lips, np.int64), frozen(lids, np.int64))
+    return LipLidContacts(*(frozen(pairs, np.int64) for pairs in _find(mesh)))
 
 
 def widest_pair(points: FloatArray, pairs: IntArray) -> IntArray:
@@ -94,21 +109,27 @@ def widest_pair(points: FloatArray, pairs: IntArray) -> IntArray:
 
 
 def _find(mesh: Mesh) -> LipLidContacts:
-    none = np.zeros((0, 2), dtype=np.int64)
     reach = largest_offsets(mesh)
     moving = np.flatnonzero(reach > 0)
     if len(moving) < 2:
-        return LipLidContacts(none, none)
+        return LipLidContacts(_NONE, _NONE)
     skin = _skin(mesh, moving)
-    lips = _lips(mesh, skin, np.flatnonzero((reach > _STILL * skin.spread) & skin.large))
+    middle = float(np.median(skin.points[moving, 0]))
+    far = np.flatnonzero((reach > _STILL * skin.spread) & skin.large)
+    lips = _lips(mesh, skin, far)
+    closes = _in_middle(skin.points[lips].mean(axis=1), middle, skin).any()
+    open_lips = _NONE if closes else _open_lips(mesh, skin, far, middle)
     closed = cache(lambda k: _closed_by(mesh.shapes[k], skin))
-    mouth = lips if len(lips) else _open_mouth(map(closed, range(len(mesh.shapes))), skin, moving)
+    mouth = np.concatenate([lips, open_lips])
+    if not len(mouth):
+        mouth = _closed_gaps(map(closed, range(len(mesh.shapes))), skin, middle)
     apart = np.flatnonzero(~_moves_any(mesh, mouth, moving, _STILL * skin.spread)).tolist()
     lids = [pairs for k in apart if len(pairs := closed(k)) >= _LEAST_LIDS]
     # If several blend shapes close an eye, the first one decides on the partner of a vertex.
-    all_lids = np.concatenate([none, *lids])
+    all_lids = np.concatenate([_NONE, *lids])
     first = np.unique(all_lids[:, 0], return_index=True)[1]
-    return LipLidContacts(_upper_first(lips, skin), _upper_first(all_lids[np.sort(first)], skin))
+    found = lips, all_lids[np.sort(first)], open_lips
+    return LipLidContacts(*(_upper_first(pairs, skin) for pairs in found))
 
 
 def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
@@ -125,13 +146,39 @@ def _skin(mesh: Mesh, moving: IntArray) -> _Skin:
     return _Skin(mesh.points, normals, piece, large, spread)
 
 
-def _open_mouth(closed: Iterable[IntArray], skin: _Skin, moving: IntArray) -> IntArray:
+def _in_middle(at: FloatArray, middle: float, skin: _Skin) -> BoolArray:
+    """Return which points (N, 3) are near to the middle of the face, which is at x = `middle`."""
+    return np.asarray(np.abs(at[:, 0] - middle) < _MIDDLE * skin.spread)
+
+
+def _open_lips(mesh: Mesh, skin: _Skin, moving: IntArray, middle: float) -> IntArray:
+    """Return the pairs (P, 2) of lips that meet where the shape that opens them plays backwards."""
+
+    def lowering(shape: BlendShape) -> float:
+        down = shape.offsets[skin.large[shape.indices], 1].clip(max=0.0)
+        return float((down**2).sum())
+
+    opening = max(mesh.shapes, key=lowering)
+    near = moving[_in_middle(skin.points[moving], middle, skin)]
+    found = _NONE
+    for weight in _BACKWARDS:
+        at = skin.points.copy()
+        at[opening.indices] -= weight * opening.offsets
+        back = skin._replace(points=at)
+        if len(found) or len(_lips(mesh, back, near)):
+            pairs = _lips(mesh, back, moving)
+            if len(pairs) <= len(found):
+                break
+            found = pairs
+    return found if len(found) >= _LEAST_LIDS else _NONE
+
+
+def _closed_gaps(closed: Iterable[IntArray], skin: _Skin, middle: float) -> IntArray:
     """Return the pairs (P, 2) of gaps across the middle of the face, of those that shapes close."""
-    middle = float(np.median(skin.points[moving, 0]))
-    found = [np.zeros((0, 2), dtype=np.int64)]
+    found = [_NONE]
     for pairs in closed:
         at = skin.points[pairs].mean(axis=1)
-        near = np.abs(at[:, 0] - middle) < _MIDDLE * skin.spread
+        near = _in_middle(at, middle, skin)
         if near.any():  # a shape may close the eyes, too
             gap = _gaps(at, _APART * skin.spread)
             found.append(pairs[np.isin(gap, gap[near])])
@@ -168,7 +215,7 @@ def _neighbours(at: FloatArray, vertices: IntArray, among: IntArray, reach: floa
     """Return the pairs (P, 2) of `vertices` and the nearest of `among`, nearest first."""
     count = min(_NEIGHBOURS, len(among))
     if not count:
-        return np.zeros((0, 2), dtype=np.int64)
+        return _NONE
     distance, near = cKDTree(at[among]).query(at[vertices], k=count, distance_upper_bound=reach)
     distance, near = distance.reshape(-1), near.reshape(-1)
     order = np.argsort(distance, kind="stable")[: int(np.isfinite(distance).sum())]
@@ -213,7 +260,7 @@ def _closed_by(shape: BlendShape, skin: _Skin) -> IntArray:
     size = np.linalg.norm(shape.offsets, axis=1)
     moved = shape.indices[(size > _STILL * skin.spread) & skin.large[shape.indices]]
     if len(moved) < 2:
-        return np.zeros((0, 2), dtype=np.int64)
+        return _NONE
     at = skin.points.copy()
     at[shape.indices] += shape.offsets
     reach = _CLOSE * skin.spread

@@ -8,7 +8,7 @@ from types import MappingProxyType
 import numpy as np
 
 from usdface.face.landmark_sets import landmark_places
-from usdface.face.marker_name_words import SIDES, label_of, other_side, words_of
+from usdface.face.marker_name_words import SIDES, other_side, own_labels, words_of
 from usdface.face.place_vocabulary import PARTS
 
 __all__ = [
@@ -165,7 +165,8 @@ def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
 
     Where other names have a side, one without is of the middle, unless there are several that
     only a number distinguishes. A first letter L or R is a side where the set has the same name
-    with the other. Numbered landmarks of a tracker have its places (`usdface.face.landmark_sets`).
+    with the other. Words without a place that all names begin or end with do not count. Numbered
+    landmarks of a tracker have its places (`usdface.face.landmark_sets`).
 
     >>> left, right = named_places(("actor:LBrow_Outer_2", "Mundwinkel_rechts"))
     >>> left.part, left.side, right.places
@@ -181,8 +182,9 @@ def named_places(names: Sequence[str]) -> tuple[NamedPlace | None, ...]:
             else None
             for place in tracked
         )
-    labels = {label_of(name).lower() for name in names}
-    words = [words_of(name, sided=other_side(name) in labels) for name in names]
+    own = own_labels(names)
+    labels = {label.lower() for label in own}
+    words = [words_of(label, sided=other_side(label) in labels) for label in own]
     alike = Counter(words)
     sides = sum(bool(each & SIDES.keys()) for each in words) >= _FEWEST_SIDED
     return tuple(_place(each, middle=sides and alike[each] == 1) for each in words)

@@ -2,8 +2,9 @@
 
 import re
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
+from itertools import takewhile
 
 import numpy as np
 
@@ -18,9 +19,13 @@ from usdface.face.place_vocabulary import (
     WORDS,
 )
 
-__all__ = ["SIDES", "label_of", "other_side", "words_of"]
+__all__ = ["SIDES", "label_of", "other_side", "own_labels", "words_of"]
 
 SIDES = {"left": 1, "right": -1}
+
+_TOKEN = re.compile(r"[^\W_]+")
+# A letter that means a side or a direction, unless all names have it and tell both sides without.
+_LETTER_ALONE = re.compile(r"[^\W\d_]\d*")
 
 # Longer names are not taken apart: no label of a marker is.
 _LONGEST = 120
@@ -31,6 +36,45 @@ _LETTER, _OVER = 1.5, 2.0
 def label_of(name: str) -> str:
     """Return the name of a marker without that of its subject."""
     return name.rsplit(":", 1)[-1][-_LONGEST:]
+
+
+def own_labels(names: Sequence[str]) -> list[str]:
+    """Return the labels of a set without the words that all begin or end with, as those of a take.
+
+    Words that mean a place count, as all markers may be of the mouth.
+
+    >>> own_labels(("Take01_LBrow", "Take01_chin")), own_labels(("M_LBrow_v2", "M_RBrow_v2"))
+    (['LBrow', 'chin'], ['LBrow', 'RBrow'])
+    >>> own_labels(("mouth_up", "mouth_low"))
+    ['mouth_up', 'mouth_low']
+    """
+    labels = [label_of(name) for name in names]
+    tokens = [_TOKEN.findall(label) for label in labels]
+    most = min(map(len, tokens), default=1) - 1  # a word of its own is left of each
+    before = _shared([own[:most] for own in tokens])
+    behind = _shared([own[::-1][: most - len(before)] for own in tokens])
+    rest = ["_".join(own[len(before) : len(own) - len(behind)]) for own in tokens]
+    both_sides = {side for own in rest for side in words_of(own)} >= SIDES.keys()
+    first, last = (_meaningless(shared, both_sides) for shared in (before, behind))
+    if not first + last:
+        return labels
+    return ["_".join(own[first : len(own) - last]) for own in tokens]
+
+
+def _shared(labels: Sequence[Sequence[str]]) -> list[str]:
+    """Return the first words that are the same in all labels."""
+    together = zip(*labels, strict=False)
+    return [each[0] for each in takewhile(lambda each: len(set(each)) == 1, together)]
+
+
+def _meaningless(words: Sequence[str], both_sides: bool) -> int:
+    """Return how many of the words, from the first on, mean no place."""
+
+    def means_none(word: str) -> bool:
+        place = words_of(word) - {"head"}
+        return not place or (both_sides and _LETTER_ALONE.fullmatch(word) is not None)
+
+    return sum(1 for _ in takewhile(means_none, words))
 
 
 def other_side(name: str) -> str | None:

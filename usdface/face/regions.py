@@ -78,8 +78,9 @@ def shape_regions(mesh: Mesh, contacts: LipLidContacts) -> dict[GainRegion, tupl
     named = named_regions(mesh.shape_names)
     known = {name for names in named.values() for name in names}
     found = {region: list(names) for region, names in named.items()}
-    placed = len(contacts.lips) > 0 and len(contacts.lids) > 0
-    mouth, eyes = (_height(mesh, pairs) for pairs in contacts) if placed else (0.0, 0.0)
+    lips, lids = contacts.mouth, contacts.lids
+    placed = len(lips) > 0 and len(lids) > 0
+    mouth, eyes = (_height(mesh, pairs) for pairs in (lips, lids)) if placed else (0.0, 0.0)
     for shape in mesh.shapes:
         energy = (shape.offsets**2).sum(axis=1)
         if shape.name not in known and placed and energy.sum() > 0:

@@ -9,6 +9,7 @@ from usdface.face.shape_aliases import arkit_key, bare_name, sided
 
 __all__ = [
     "DIRECTIONS",
+    "SIDE_WORDS",
     "rig_keys",
     "shape_key",
     "spelling_key",
@@ -18,7 +19,7 @@ __all__ = [
 
 # Left and right of these are directions, not sides.
 DIRECTIONS = frozenset(("jaw", "mouth", "tongue", "head", "nose"))
-_SIDES = {
+SIDE_WORDS = {
     **dict.fromkeys(("l", "lf", "lft", "left"), "left"),
     **dict.fromkeys(("r", "rt", "rgt", "right"), "right"),
 }
@@ -70,11 +71,11 @@ def rig_keys(names: Sequence[str]) -> list[tuple[str, str]]:
 
 def _key_of(name: str) -> tuple[str, str]:
     words = split_words(name)
-    ends = [i for i in (len(words) - 1, 0) if words and words[i] in _SIDES]
+    ends = [i for i in (len(words) - 1, 0) if words and words[i] in SIDE_WORDS]
     within = [i for i, word in enumerate(words) if word in ("left", "right")]
     if len(words) > 1 and (ends or within):
         at = (ends or within)[0]
-        return sided("".join(words[:at] + words[at + 1 :]), _SIDES[words[at]])
+        return sided("".join(words[:at] + words[at + 1 :]), SIDE_WORDS[words[at]])
     return sided("".join(words), "")
 
 

@@ -5,7 +5,8 @@ import numpy as np
 from usdface.arrays import IntArray
 from usdface.face.expression_poses import units_of
 from usdface.face.gaze_curves import GAZE_UNITS
-from usdface.face.shape_names import DIRECTIONS, rig_keys, shape_key
+from usdface.face.plain_names import plain_names, shape_keys
+from usdface.face.shape_names import DIRECTIONS, rig_keys
 
 __all__ = ["gaze_pairs", "mirrored_pairs", "symmetric_pairs"]
 
@@ -36,9 +37,10 @@ def gaze_pairs(names: tuple[str, ...]) -> IntArray:
     As ``eyeLookOutLeft`` and ``eyeLookInRight``. Shapes that turn both eyes are in none.
     """
     units = units_of(names)
+    of_side = {name: side for name, (_, side) in zip(names, shape_keys(names), strict=True)}
     directions = []
     for unit in GAZE_UNITS:
-        sides = {shape_key(name)[1]: name for name, own in units.items() if unit in own}
+        sides = {of_side[name]: name for name, own in units.items() if unit in own}
         if {"left", "right"} <= sides.keys():
             directions.append((names.index(sides["left"]), names.index(sides["right"])))
     return np.array(directions, dtype=np.int64).reshape(-1, 2)
@@ -46,7 +48,8 @@ def gaze_pairs(names: tuple[str, ...]) -> IntArray:
 
 def _pairs(names: tuple[str, ...]) -> list[tuple[str, tuple[int, int]]]:
     sides: dict[str, dict[str, int]] = {}
-    for i, (base, side) in enumerate(rig_keys(names)):
+    plain = plain_names(names)
+    for i, (base, side) in enumerate(rig_keys([plain[name] for name in names])):
         if side:
             sides.setdefault(base, {}).setdefault(side, i)
     return [(b, (own["left"], own["right"])) for b, own in sides.items() if len(own) == 2]

@@ -244,10 +244,10 @@ def _lips_and_lids(landmarks: FaceLandmarks, contacts: LipLidContacts) -> dict[s
     """Return the vertices of the points on the rims of lips and lids."""
     surface, middle = landmarks.surface, landmarks.middle
     points = surface.mesh.points
-    across = points[contacts.lips].mean(axis=1)[:, 0] - middle
+    across = points[contacts.mouth].mean(axis=1)[:, 0] - middle
     found: dict[str, int] = {}
     for name, share in (("middle {}", 0.0), ("left {}", 0.5), ("right {}", -0.5)):
-        upper, lower = contacts.lips[np.abs(across - share * np.abs(across).max()).argmin()]
+        upper, lower = contacts.mouth[np.abs(across - share * np.abs(across).max()).argmin()]
         found |= {name.format("upper lip"): int(upper), name.format("lower lip"): int(lower)}
     front = surface.vertices[surface.level]
     corner = LANDMARKS["mouth corner"]

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from usdface.face.shape_names import shape_key
+from usdface.face.plain_names import shape_keys
 from usdface.facs.movements import MOVEMENTS
 
 __all__ = ["Claim", "claims_of"]
@@ -86,8 +86,7 @@ def claims_of(names: Sequence[str]) -> Mapping[str, tuple[Claim, ...]]:
     ['AU12L', 'AU30L', 'AU4R', 'AU12R']
     """
     found: dict[str, tuple[Claim, ...]] = {}
-    for name in names:
-        base, side = shape_key(name)
+    for name, (base, side) in zip(names, shape_keys(names), strict=True):
         unit = _UNIT.fullmatch(base)
         if (base, side) in _DIRECTED:
             found[name] = (Claim(*_DIRECTED[base, side]),)

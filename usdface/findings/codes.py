@@ -442,6 +442,11 @@ CODES: dict[str, tuple[Severity, Action, str]] = {
         "nothing",
         "morph targets without names were given those of their accessors, or numbers",
     ),
+    "SHAPE_NAMES_AFFIXED": (
+        "info",
+        "nothing",
+        "blend shapes are known by their names without a prefix or suffix that they share",
+    ),
     "SHAPE_NAMES_COUNTED": (
         "warning",
         "make_shot_again",

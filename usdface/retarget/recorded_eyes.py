@@ -8,8 +8,8 @@ from scipy.spatial.transform import Rotation
 from usdface.arrays import FloatArray
 from usdface.face.curve_mapping import undecided
 from usdface.face.eye_joints import eye_joints, is_turned_by_shapes
-from usdface.face.gaze_curves import Side, gaze_angles, is_gaze_curve
-from usdface.face.shape_names import shape_key
+from usdface.face.gaze_curves import Side, gaze_angles, gaze_curves_of
+from usdface.face.plain_names import shape_keys
 from usdface.face.weights_from_neutral import weights_from_neutral
 from usdface.findings import Finding, finding
 from usdface.geometry.rigid_fit import Pose
@@ -94,7 +94,11 @@ def _shown(
         shown = joints or gaze_shapes(rig.shape_names) or setup.eye_turn == 0.0
         return [finding("GAZE_RECORDED" if shown else "GAZE_UNSHOWN", take.source)]
     idle, _ = undecided(take.names, rig.shape_names, setup.curves)
-    unused = [n for n in idle if is_gaze_curve(n) and shape_key(n)[1] not in joints]
+    gaze, keys = (
+        gaze_curves_of(take.names),
+        dict(zip(take.names, shape_keys(take.names), strict=True)),
+    )
+    unused = [name for name in idle if name in gaze and keys[name][1] not in joints]
     if not unused or setup.eye_turn == 0.0:
         return []
     message = "curves of gaze without a blend shape, or a joint of an eye: {channels}"

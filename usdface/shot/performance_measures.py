@@ -6,8 +6,8 @@ import numpy as np
 
 from usdface.arrays import BoolArray, FloatArray
 from usdface.face.curve_mapping import undecided
-from usdface.face.gaze_curves import is_gaze_curve
-from usdface.face.shape_names import shape_key
+from usdface.face.gaze_curves import gaze_curves_of
+from usdface.face.plain_names import shape_keys
 from usdface.setup.retarget_setup import RetargetSetup
 from usdface.takes import WeightsTake
 from usdface.verdict.judge import Measured
@@ -79,7 +79,8 @@ def idle_curves(take: WeightsTake, rig_shapes: tuple[str, ...], setup: RetargetS
 
 def _of_face(take: WeightsTake) -> BoolArray:
     """Return the curves (S,) that are weights of a face, but for its gaze."""
-    named = [is_gaze_curve(n) or _ROTATION.fullmatch(shape_key(n)[0]) for n in take.names]
+    pairs, gaze = zip(take.names, shape_keys(take.names), strict=True), gaze_curves_of(take.names)
+    named = [name in gaze or _ROTATION.fullmatch(base) for name, (base, _) in pairs]
     peaks = np.abs(take.weights).max(axis=0, initial=0.0)
     moving = peaks[np.ptp(take.weights, axis=0) > 0] if len(take.weights) else peaks
     usual = float(np.quantile(moving, 0.5, method="lower")) if len(moving) else 0.0

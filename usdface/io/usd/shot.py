@@ -9,6 +9,7 @@ from pxr import Sdf, Usd, UsdSkel
 from usdface.arrays import FloatArray, IntArray
 from usdface.errors import InputError
 from usdface.face.own_names import report_counted_names
+from usdface.face.plain_names import report_affixes
 from usdface.findings import Finding, finding
 from usdface.io.usd.errors import usd_errors
 from usdface.io.usd.expressions import read_expressions
@@ -104,7 +105,7 @@ def read_character(path: Path) -> tuple[Rig, list[Finding]]:
             "SHOT_AS_RIG",
         )
     rig, _, findings = front_facing_rig(stage)
-    return rig, findings + report_counted_names(rig)
+    return rig, [*findings, *report_counted_names(rig), *report_affixes(rig)]
 
 
 def read_shot(
