@@ -59,6 +59,12 @@ def test_lips_that_touch_are_brought_together_and_open_ones_are_left() -> None:
     assert [finding.code for finding in closed.findings] == ["LIPS_CLOSED"]
 
 
+def test_lips_of_a_take_of_weights_stay_as_they_are() -> None:
+    curves = replace(speaking().solved, weights=left_open(0.12))
+    performance = SolvedPerformance.of(speaking().shot.face, curves, None)
+    assert close_lips(performance, curves.weights) is None
+
+
 def test_lips_that_stay_open_are_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("usdface.closure.lip_contact._ROUNDS", 0)
     face, solution = speaking().shot.face, speaking().solution

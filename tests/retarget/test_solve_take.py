@@ -116,7 +116,7 @@ def test_an_image_has_no_neutral_on_the_rig() -> None:
 
 def test_an_image_is_retargeted_in_its_own_pixels() -> None:
     solution, _ = run(POSITIONS[..., :2] * 4000 + [320, 240])
-    assert solution.dimension == 2
+    assert solution.dimension == 2 and not solution.posed_in_space
     assert np.sqrt(np.mean((solution.weights.weights - TRUTH) ** 2)) < 0.1
 
 

@@ -52,6 +52,7 @@ def test_weights_of_the_neutral_frames_of_a_film_are_found() -> None:
     world = showing(SHOWN)
     solution, codes, error = solved(world)
     assert codes.count("NEUTRAL_SHOWS") == 1 and solution.filmed is not None
+    assert solution.dimension == 2 and solution.posed_in_space
     for name, weight in SHOWN.items():
         assert solution.neutral_weights[name] == pytest.approx(weight, abs=0.06)
     given = solved(world, solve=SolveOptions(neutral="given"))

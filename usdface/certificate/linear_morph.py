@@ -134,12 +134,16 @@ def normal_distances(
         placed_by = one.motion, other.motion
         moved = parts[0].any() or parts[1].any() or any(m is not None for m in placed_by)
         at_once = frames if moved else frames[:1]
-        for side, used, at, moves in zip(
-            (one, other), (mine, its), (here, there), parts, strict=True
+        for side, normals, used, at, moves in zip(
+            (one, other),
+            (one.normals, other.normals),
+            (mine, its),
+            (here, there),
+            parts,
+            strict=True,
         ):
-            assert side.normals is not None
             weights = side.weights[at_once][:, used].astype(np.float32)
-            rest = side.normals[at].astype(np.float32)
+            rest = normals[at].astype(np.float32)
             shown = _deformed(weights, rest, moves)
             if side.motion is not None:
                 turns = side.motion.of_normals(frames, _one_or_each(side.motion.groups[at]))

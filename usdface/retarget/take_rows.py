@@ -12,7 +12,11 @@ from usdface.arrays import FloatArray
 from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.retarget.motion_model import MotionModel
 from usdface.retarget.solver.bounds import Bounds
-from usdface.retarget.solver.nonlinear_solve import first_guess, solve_nonlinear
+from usdface.retarget.solver.nonlinear_solve import (
+    NonlinearProblem,
+    first_guess,
+    solve_nonlinear,
+)
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import Iterate, solve_weights, with_learned_covariance
 
@@ -107,12 +111,9 @@ class TakeRows:
         if model.linear:
             normal, right = self.equations(observed)
             return solve_weights(normal, right, times, regularisation, start, rough, bounds)
-        observed = observed / self.errors
-        start = start or first_guess(model, rigid, observed, times, regularisation)
+        problem = NonlinearProblem(model, rigid, observed / self.errors, times, regularisation)
         steps = {"steps": _ROUGH} if rough else {}
-        return solve_nonlinear(
-            model, rigid, observed, times, regularisation, start, bounds, **steps
-        )
+        return solve_nonlinear(problem, start or first_guess(problem), bounds, **steps)
 
     def learned(
         self,

@@ -7,7 +7,7 @@ from usdface.blend_shapes.evaluator import BlendShapeEvaluator
 from usdface.blend_shapes.vertex_evaluator import evaluator_of
 from usdface.options import SolveOptions
 from usdface.retarget.solver.bounds import UNIT, Bounds
-from usdface.retarget.solver.nonlinear_solve import first_guess, solve_nonlinear
+from usdface.retarget.solver.nonlinear_solve import NonlinearProblem, first_guess, solve_nonlinear
 from usdface.retarget.solver.regularisation import Regularisation
 from usdface.retarget.solver.solve import solve_weights
 from usdface.retarget.solver.temporal_solve import Iterate
@@ -23,8 +23,8 @@ NO_HEAD = np.zeros((SEEN.shape[1], 0))
 def solved(seen: FloatArray, noise: float = 0.0, bounds: Bounds = UNIT, **options) -> FloatArray:
     times = np.arange(len(seen)) / 30
     held = Regularisation(noise, 0.0, SolveOptions(**options))
-    start = first_guess(MODEL, NO_HEAD, seen, times, held)
-    return solve_nonlinear(MODEL, NO_HEAD, seen, times, held, start, bounds).weights
+    problem = NonlinearProblem(MODEL, NO_HEAD, seen, times, held)
+    return solve_nonlinear(problem, first_guess(problem), bounds).weights
 
 
 def test_bent_paths_and_combinations_are_solved_back() -> None:
@@ -83,5 +83,6 @@ def test_straight_shapes_have_the_linear_answer() -> None:
         plain = solve_weights(normal, right, times, held).weights
         start = Iterate(np.full((20, 6), 0.5))
         model = BlendShapeEvaluator(shapes)
-        found = solve_nonlinear(model, rigid, seen, times, held, start, UNIT)
+        problem = NonlinearProblem(model, rigid, seen, times, held)
+        found = solve_nonlinear(problem, start, UNIT)
         np.testing.assert_allclose(found.weights, plain, atol=2e-4)

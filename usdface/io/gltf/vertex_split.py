@@ -111,15 +111,13 @@ def _unit_tangents(tangents: FloatArray) -> FloatArray:
 
 
 def tangent_deltas(
-    mesh: Mesh, split: Split, normals: FloatArray, turn: tuple[IntArray, FloatArray]
+    tangents: FloatArray, split: Split, normals: FloatArray, turn: tuple[IntArray, FloatArray]
 ) -> tuple[IntArray, FloatArray]:
-    """Return the vertices whose tangents a shape turns, and the changes (N, 3).
+    """Return the vertices whose `tangents` (C, 4) a shape turns, and the changes (N, 3).
 
     A tangent stays in the plane across the normal, which the shape turns from `normals` (V, 3)
     by `turn` (points and their change).
     """
-    tangents = mesh.corners(TANGENTS)
-    assert tangents is not None
     change = np.zeros_like(normals)
     change[turn[0]] = turn[1]
     moved = np.flatnonzero(change[split.source].any(axis=1))

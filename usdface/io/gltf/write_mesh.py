@@ -115,9 +115,10 @@ def write_mesh(
     targets = [{"POSITION": move} for move in moves]
     for target, turn in zip(targets, [] if mesh.flat else turns, strict=False):
         target["NORMAL"] = _target(*turn, split.source, builder)
-    if shared.TANGENT is not None:
+    tangents = mesh.corners(TANGENTS)
+    if tangents is not None:
         for target, turn in zip(targets, turns, strict=True):
-            turned = tangent_deltas(mesh, split, normals, turn)
+            turned = tangent_deltas(tangents, split, normals, turn)
             target["TANGENT"] = builder.offsets(*turned, len(split.source))
     tint = write_vertex_colours(mesh, split, builder) if shows else None
     _share(primitives, shared, targets, tint, [name in shows for name in ("", *materials)])

@@ -17,7 +17,8 @@ problem, in which each inbetween and each combination shape has a weight of its 
 markers distinguish them it is already the solution.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -29,7 +30,7 @@ from usdface.retarget.solver.solve import solve_weights
 from usdface.retarget.solver.temporal_solve import Iterate
 from usdface.retarget.solver.terms import roughness
 
-__all__ = ["first_guess", "solve_nonlinear"]
+__all__ = ["NonlinearProblem", "first_guess", "solve_nonlinear"]
 
 # Set by hand: number of steps, of halvings of a step that does not lower the sum, of past steps.
 _STEPS = 60
@@ -39,19 +40,11 @@ _MEMORY = 6  # steps that are extrapolated from
 _RIDGE = 1e-9
 
 
-def solve_nonlinear(
-    model: BlendShapeEvaluator,
-    rigid: FloatArray,
-    observed: FloatArray,
-    times: FloatArray,
-    regularisation: Regularisation,
-    start: Iterate,
-    bounds: Bounds,
-    steps: int = _STEPS,
-) -> Iterate:
-    """Solve for the free weights of all frames.
+@dataclass(frozen=True, eq=False)
+class NonlinearProblem:
+    """The true sum of squares, with ridge and smoothness: per frame, or of the whole take.
 
-    Parameters
+    Attributes
     ----------
     model : BlendShapeEvaluator
     rigid : (N, K) float64
@@ -61,22 +54,65 @@ def solve_nonlinear(
     times : (F,) float64 [s]
     regularisation : Regularisation
         Without a covariance.
+    """
+
+    model: BlendShapeEvaluator
+    rigid: FloatArray
+    observed: FloatArray
+    times: FloatArray
+    regularisation: Regularisation
+
+    @cached_property
+    def _bands(self) -> FloatArray | None:
+        """Of the smoothness; None where each frame is alone."""
+        bands = self.regularisation.bands(self.times)
+        alone = self.regularisation.options.mode == "frame" or not bands.any()
+        return None if alone else bands
+
+    def _forces(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
+        full = self.model.complete(weights)
+        return full, self.without_head(self.model.displacements(full) - self.observed)
+
+    def without_head(self, displacements: FloatArray) -> FloatArray:
+        """Return displacements (..., N) without small head motions."""
+        return displacements - (displacements @ self.rigid) @ self.rigid.T
+
+    def value(self, weights: FloatArray) -> FloatArray:
+        """Return the sum of each frame (F,); of the whole take, the same for all, if coupled."""
+        _, forces = self._forces(weights)
+        own = 0.5 * (forces**2).sum(axis=1) + self.regularisation.value(weights)
+        if self._bands is None:
+            return np.asarray(own)
+        return np.full(len(weights), own.sum() + 0.5 * roughness(self._bands, weights))
+
+    def gradient(self, weights: FloatArray) -> FloatArray:
+        """Return the gradient of the squares alone: (F, P)."""
+        return self.model.gradient(*self._forces(weights))
+
+
+def solve_nonlinear(
+    problem: NonlinearProblem, start: Iterate, bounds: Bounds, steps: int = _STEPS
+) -> Iterate:
+    """Solve for the free weights of all frames.
+
+    Parameters
+    ----------
+    problem : NonlinearProblem
     start : Iterate
         Where to start; also the answer if no step lowers the sum.
     bounds : Bounds
     steps : int
         Largest number of them.
     """
-    straight = model.offsets[model.free]
-    straight = straight - (straight @ rigid) @ rigid.T
+    model, times, regularisation = problem.model, problem.times, problem.regularisation
+    straight = problem.without_head(model.offsets[model.free])
     normal = straight @ straight.T
-    sums = _Sums(model, rigid, observed, times, regularisation)
-    low, high = bounds.over(len(observed), len(normal))
+    low, high = bounds.over(len(times), len(normal))
     weights = np.clip(start.weights, low, high)
     if len(bounds.rows):  # only the start may violate them
-        right = weights @ normal - sums.gradient(weights)
+        right = weights @ normal - problem.gradient(weights)
         weights = solve_weights(normal, right, times, regularisation, start, bounds=bounds).weights
-    value, gradient = sums.value(weights), sums.gradient(weights)
+    value, gradient = problem.value(weights), problem.gradient(weights)
     past: list[tuple[FloatArray, FloatArray]] = []
     iterate = replace(start, weights=weights)
     for _ in range(steps):
@@ -89,34 +125,29 @@ def solve_nonlinear(
         ahead = np.clip(_extrapolated(past), low, high)
         if len(bounds.rows):
             ahead = iterate.weights
-        found, at = ahead, sums.value(ahead)
+        found, at = ahead, problem.value(ahead)
         worse = at > value
         size = 1.0
         for _ in range(_HALVINGS):
             if not worse.any():
                 break
             tried = np.where(worse[:, None], weights + size * step, found)
-            found, at = tried, sums.value(tried)
+            found, at = tried, problem.value(tried)
             worse, size = at > value, 0.5 * size
         found = np.where(worse[:, None], weights, found)
         if (found == weights).all():
             break
-        weights, value = found, sums.value(found)
-        gradient = sums.gradient(weights)
+        weights, value = found, problem.value(found)
+        gradient = problem.gradient(weights)
     return replace(iterate, weights=weights)
 
 
-def first_guess(
-    model: BlendShapeEvaluator,
-    rigid: FloatArray,
-    observed: FloatArray,
-    times: FloatArray,
-    regularisation: Regularisation,
-) -> Iterate:
-    """Return the free weights (F, P) of the wider linear problem: parameters of `solve_nonlinear`.
+def first_guess(problem: NonlinearProblem) -> Iterate:
+    """Return the free weights (F, P) of the wider linear problem.
 
     In it each inbetween and each combination shape has a weight of its own.
     """
+    model, regularisation = problem.model, problem.regularisation
     inner = [
         (p, k)
         for p in model.inbetweens
@@ -130,14 +161,14 @@ def first_guess(
             *(model.offsets[c.shape : c.shape + 1] for c in model.combinations),
         ]
     )
-    wide = wide - (wide @ rigid) @ rigid.T
+    wide = problem.without_head(wide)
     normal = wide @ wide.T
     # Shapes that the markers do not distinguish get equal weights.
     normal += _RIDGE * normal.trace() / len(normal) * np.eye(len(normal))
     # A term by shape does not apply to the additional shapes.
     alike = tuple(term for term in regularisation.terms if not term.by_shape)
     held = replace(regularisation, names=(), terms=alike)
-    found = solve_weights(normal, observed @ wide.T, times, held, rough=True)
+    found = solve_weights(normal, problem.observed @ wide.T, problem.times, held, rough=True)
     count = len(model.free)
     weights = found.weights[:, :count].copy()
     place = {shape: column for column, shape in enumerate(model.free.tolist())}
@@ -145,41 +176,6 @@ def first_guess(
         if path.shape in place:
             weights[:, place[path.shape]] += path.weights[k] * found.weights[:, column]
     return Iterate(np.clip(weights, 0.0, 1.0))
-
-
-class _Sums:
-    """The true sum of squares, with ridge and smoothness: per frame, or of the whole take."""
-
-    def __init__(
-        self,
-        model: BlendShapeEvaluator,
-        rigid: FloatArray,
-        observed: FloatArray,
-        times: FloatArray,
-        regularisation: Regularisation,
-    ) -> None:
-        self._model, self._rigid, self._observed = model, rigid, observed
-        self._regularisation = regularisation
-        bands = regularisation.bands(times)
-        alone = regularisation.options.mode == "frame" or not bands.any()
-        self._bands = None if alone else bands
-
-    def _forces(self, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-        full = self._model.complete(weights)
-        forces = self._model.displacements(full) - self._observed
-        return full, forces - (forces @ self._rigid) @ self._rigid.T
-
-    def value(self, weights: FloatArray) -> FloatArray:
-        """Return the sum of each frame (F,); of the whole take, the same for all, if coupled."""
-        _, forces = self._forces(weights)
-        own = 0.5 * (forces**2).sum(axis=1) + self._regularisation.value(weights)
-        if self._bands is None:
-            return np.asarray(own)
-        return np.full(len(weights), own.sum() + 0.5 * roughness(self._bands, weights))
-
-    def gradient(self, weights: FloatArray) -> FloatArray:
-        """Return the gradient of the squares alone: (F, P)."""
-        return self._model.gradient(*self._forces(weights))
 
 
 def _extrapolated(past: list[tuple[FloatArray, FloatArray]]) -> FloatArray:
