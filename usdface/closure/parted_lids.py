@@ -4,8 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
+from scipy.ndimage import grey_closing, grey_opening
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.cleanup.blink_motion import LONGEST_BLINK
 from usdface.closure.even_times import EvenTimes, even_times
 from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.closure.lid_contact import (
@@ -75,7 +77,9 @@ def _both_parted(
     even: EvenTimes,
 ) -> FloatArray:
     free = np.ones(weights.shape[1], dtype=bool)
-    shares = {eye: lowering(weights, own, free) for eye, own in apertures.items()}
+    shares = {
+        eye: _without_blinks(lowering(weights, own, free), even) for eye, own in apertures.items()
+    }
     if not one_shape_for_both(apertures):
         shares = _alike(weights, apertures, shares)
         for eye, own in apertures.items():
@@ -126,8 +130,27 @@ def _parted(
     even: EvenTimes,
 ) -> FloatArray:
     """Return weights at which the lids do not cross, with pins from a share of their own."""
-    fade = round(_GIVES_WAY / even.step) if even.step else 0
-    return part_crossed_lids(weights, apertures, free, share if free.all() else None, fade, even)
+    if not free.all():
+        share = _without_blinks(lowering(weights, apertures, free), even)
+    return part_crossed_lids(weights, apertures, free, share, _frames(_GIVES_WAY, even), even)
+
+
+def _without_blinks(share: FloatArray, even: EvenTimes) -> FloatArray:
+    """Return the shares (F,) by which lower lids give way where an eye is shut for longer.
+
+    A slit in a blink is not seen; cheeks that fall by millimetres in each blink of a smile are.
+    """
+    longest = _frames(LONGEST_BLINK, even)
+    if longest < 2 or not share.any():
+        return share
+    shares = grey_closing(even.resampled(share), _frames(_GIVES_WAY, even), mode="nearest")
+    held = even.of_frames(grey_opening(shares, longest, mode="nearest"))
+    return np.asarray(np.minimum(share, held))
+
+
+def _frames(duration: float, even: EvenTimes) -> int:
+    """Return how many even times a duration [s] lasts; 0 in a take of one frame."""
+    return round(duration / even.step) if even.step else 0
 
 
 def _without_crossing(
