@@ -132,3 +132,21 @@ def test_the_lower_lid_gives_way_where_eyes_stay_shut_and_not_in_a_blink() -> No
     pins = np.zeros_like(weights)
     pins[200:210, 1] = 1.0
     np.testing.assert_array_equal(part_eyes(weights, apertures, pins, times)[0], held)
+
+
+def test_a_pin_counts_near_itself_alone() -> None:
+    """A closing shape that is pinned elsewhere still gives way first where another pin holds."""
+    times = np.arange(240) / 60
+    own = replace(
+        LEFT,
+        evaluator=BlendShapeEvaluator(0.001 * np.array([[-8, -8], [-2, -2], [-1, -1]])),
+        movers=np.array([True, True, True]),
+    )
+    weights = np.tile([0.9, 0.5, 0.8], (len(times), 1))
+    near = np.zeros_like(weights)
+    near[180:200, 1] = 1.0
+    alone, _ = part_eyes(weights, {"left": own}, near, times)
+    near[40:60, 0] = 1.0
+    both, _ = part_eyes(weights, {"left": own}, near, times)
+    np.testing.assert_array_equal(both[180:200], alone[180:200])
+    np.testing.assert_array_equal(both[180:200, 2], 0.8)

@@ -18,6 +18,7 @@ from usdface.closure.lid_contact import (
     part_crossed_lids,
 )
 from usdface.findings import Finding, finding
+from usdface.numerics.frame_ranges import frame_ranges
 
 __all__ = ["one_shape_for_both", "part_eyes"]
 
@@ -159,15 +160,21 @@ def _without_crossing(
     near_pins: FloatArray,
     part: _Part,
 ) -> FloatArray:
-    """Return weights at which the lids do not cross; pinned weights stay."""
+    """Return weights at which the lids do not cross; pinned weights stay.
+
+    Pins that reach into each other count together, so that nothing jumps where the reach of one
+    ends; those of other frames do not.
+    """
     near = near_pins[:, apertures.movers].max(axis=1, initial=0.0)
-    free = np.ones(weights.shape[1], dtype=bool)
-    parted = part(weights, apertures, free)
-    pinned = near > 0
-    if pinned.any():
-        held = near_pins[pinned].max(axis=0) > 0
-        kept = part(weights, apertures, ~held)[pinned]
-        parted[pinned] += near[pinned, None] * (kept - parted[pinned])
+    parted = part(weights, apertures, np.ones(weights.shape[1], dtype=bool))
+    parts: dict[bytes, FloatArray] = {}
+    for first, last in frame_ranges(near > 0):
+        own = slice(first, last + 1)
+        held = near_pins[own].max(axis=0) > 0
+        if held.tobytes() not in parts:
+            parts[held.tobytes()] = part(weights, apertures, ~held)
+        kept = parts[held.tobytes()][own]
+        parted[own] += near[own, None] * (kept - parted[own])
     return parted
 
 
