@@ -78,6 +78,21 @@ def test_the_lid_comes_down_steadily(mesh: Mesh, apertures: LidApertures) -> Non
     assert (np.diff(apertures.widest(closed)) < 0).all()
 
 
+def test_a_lid_that_is_half_down_closes_from_there(mesh: Mesh, apertures: LidApertures) -> None:
+    """In the whole time of the closing, not only where its course passes the weight before it."""
+    course = np.concatenate([np.zeros(3), [0.25, 0.5, 0.75, 1, 0.75, 0.5, 0.25], np.zeros(3)])
+    weights = np.zeros((len(course), len(mesh.shapes)))
+    weights[:, apertures.closer] = np.linspace(0.4, 0.3, len(course))
+    weights[:, list(apertures.raisers)] = 0.1
+    closed = close_lids(weights, course, apertures)
+    shut, level = closed[6, apertures.closer], weights[:, apertures.closer]
+    expected = level + course * (shut - level)
+    np.testing.assert_allclose(closed[:, apertures.closer], expected, atol=1e-12)
+    for raiser in apertures.raisers:
+        np.testing.assert_allclose(closed[:, raiser], 0.1 * (1 - course), atol=1e-12)
+    np.testing.assert_allclose(close_lids(closed, course, apertures), closed, atol=2e-5)
+
+
 def test_a_weak_closer_gets_help_from_the_lower_lid() -> None:
     mesh = slit_face()
     blends = tuple(

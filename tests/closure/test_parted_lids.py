@@ -114,3 +114,39 @@ def test_eyes_that_are_shut_alike_lose_as_much_of_their_squint() -> None:
     assert abs(one - other) < 0.02
     one, other = squints(0.8, 0.0, 0.9, 0.0)
     assert other == 0.0 and one == pytest.approx(alone[0][0, 2], abs=1e-4)
+
+
+def test_the_lower_lid_gives_way_where_eyes_stay_shut_and_not_in_a_blink() -> None:
+    """Cheeks that fall in each blink of a smile are seen, a slit for some frames is not."""
+    apertures, times = {"left": LEFT}, np.arange(240) / 60
+    weights = np.tile([0.0, 0.8, 0.0], (len(times), 1))
+    weights[60:72, 0] = 1.0
+    blink, findings = part_eyes(weights, apertures, np.zeros_like(weights), times)
+    np.testing.assert_array_equal(blink[:, 1], 0.8)
+    assert LEFT.least(blink).min() > -0.00017
+    assert [found.code for found in findings] == ["LIDS_PARTED"]
+    weights[60:150, 0] = 1.0
+    held, _ = part_eyes(weights, apertures, np.zeros_like(weights), times)
+    assert held[60:150, 1].max() < 0.6
+    # A pin elsewhere in the take changes nothing of it.
+    pins = np.zeros_like(weights)
+    pins[200:210, 1] = 1.0
+    np.testing.assert_array_equal(part_eyes(weights, apertures, pins, times)[0], held)
+
+
+def test_a_pin_counts_near_itself_alone() -> None:
+    """A closing shape that is pinned elsewhere still gives way first where another pin holds."""
+    times = np.arange(240) / 60
+    own = replace(
+        LEFT,
+        evaluator=BlendShapeEvaluator(0.001 * np.array([[-8, -8], [-2, -2], [-1, -1]])),
+        movers=np.array([True, True, True]),
+    )
+    weights = np.tile([0.9, 0.5, 0.8], (len(times), 1))
+    near = np.zeros_like(weights)
+    near[180:200, 1] = 1.0
+    alone, _ = part_eyes(weights, {"left": own}, near, times)
+    near[40:60, 0] = 1.0
+    both, _ = part_eyes(weights, {"left": own}, near, times)
+    np.testing.assert_array_equal(both[180:200], alone[180:200])
+    np.testing.assert_array_equal(both[180:200, 2], 0.8)

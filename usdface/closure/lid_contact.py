@@ -37,8 +37,9 @@ _UNSEEN = 0.01
 def close_lids(weights: FloatArray, course: FloatArray, apertures: LidApertures) -> FloatArray:
     """Close an eye by its course: 0 leaves it as it is, at 1 the lids meet.
 
-    Weights that close are raised, those that hold the upper lid up are lowered; so a second run
-    changes nothing. The lower lid comes up where the shape that closes the eye leaves it open.
+    Weights that close are raised, those that hold the upper lid up are lowered, from what they are
+    before and after the closing; so a second run changes nothing. The lower lid comes up where the
+    shape that closes the eye leaves it open.
 
     Parameters
     ----------
@@ -64,15 +65,28 @@ def close_lids(weights: FloatArray, course: FloatArray, apertures: LidApertures)
         )
 
     closed[:, apertures.closer] = least([apertures.closer])
-    tight = least(tighteners) if tighteners else np.zeros(len(frames))
-    own[:, raisers] = np.minimum(own[:, raisers], 1.0 - share[:, None])
-    own[:, apertures.closer] = np.maximum(
-        own[:, apertures.closer], share * closed[:, apertures.closer]
+    closed[:, tighteners] = least(tighteners)[:, None] if tighteners else 0.0
+    closers, share = [apertures.closer, *tighteners], share[:, None]
+    before = np.minimum(_as_around(weights[:, closers], course), closed[:, closers])
+    own[:, closers] = np.maximum(own[:, closers], before + share * (closed[:, closers] - before))
+    own[:, raisers] = np.minimum(
+        own[:, raisers], (1.0 - share) * _as_around(weights[:, raisers], course)
     )
-    own[:, tighteners] = np.maximum(own[:, tighteners], (share * tight)[:, None])
     result = weights.copy()
     result[frames] = own
     return result
+
+
+def _as_around(weights: FloatArray, course: FloatArray) -> FloatArray:
+    """Return weights (N, K) of the N frames of closings, interpolated from the frames around them.
+
+    A lid that is half down closes from there, in the whole time of the closing.
+    """
+    around, outside = weights[course > 0], np.flatnonzero(course <= 0)
+    if len(outside):
+        for column, own in enumerate(weights[outside].T):
+            around[:, column] = np.interp(np.flatnonzero(course > 0), outside, own)
+    return around
 
 
 def lowering(weights: FloatArray, apertures: LidApertures, free: BoolArray) -> FloatArray:

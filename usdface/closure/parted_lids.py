@@ -4,8 +4,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
+from scipy.ndimage import grey_closing, grey_opening
 
 from usdface.arrays import BoolArray, FloatArray
+from usdface.cleanup.blink_motion import LONGEST_BLINK
 from usdface.closure.even_times import EvenTimes, even_times
 from usdface.closure.lid_apertures import EYES, Eye, LidApertures
 from usdface.closure.lid_contact import (
@@ -16,6 +18,7 @@ from usdface.closure.lid_contact import (
     part_crossed_lids,
 )
 from usdface.findings import Finding, finding
+from usdface.numerics.frame_ranges import frame_ranges
 
 __all__ = ["one_shape_for_both", "part_eyes"]
 
@@ -77,7 +80,10 @@ def _both_parted(
     even: EvenTimes,
 ) -> FloatArray:
     free = np.ones(weights.shape[1], dtype=bool)
-    shares = {eye: lowering(weights, apertures, free) for eye, apertures in by_eye.items()}
+    shares = {
+        eye: _without_blinks(lowering(weights, apertures, free), even)
+        for eye, apertures in by_eye.items()
+    }
     if not one_shape_for_both(by_eye):
         shares = _alike(weights, by_eye, shares)
         for eye, apertures in by_eye.items():
@@ -130,8 +136,27 @@ def _parted(
     even: EvenTimes,
 ) -> FloatArray:
     """Return weights at which the lids do not cross, with pins from a share of their own."""
-    fade = round(_GIVES_WAY / even.step) if even.step else 0
-    return part_crossed_lids(weights, apertures, free, share if free.all() else None, fade, even)
+    if not free.all():
+        share = _without_blinks(lowering(weights, apertures, free), even)
+    return part_crossed_lids(weights, apertures, free, share, _frames(_GIVES_WAY, even), even)
+
+
+def _without_blinks(share: FloatArray, even: EvenTimes) -> FloatArray:
+    """Return the shares (F,) by which lower lids give way where an eye is shut for longer.
+
+    A slit in a blink is not seen; cheeks that fall by millimetres in each blink of a smile are.
+    """
+    longest = _frames(LONGEST_BLINK, even)
+    if longest < 2 or not share.any():
+        return share
+    shares = grey_closing(even.resampled(share), _frames(_GIVES_WAY, even), mode="nearest")
+    held = even.of_frames(grey_opening(shares, longest, mode="nearest"))
+    return np.asarray(np.minimum(share, held))
+
+
+def _frames(duration: float, even: EvenTimes) -> int:
+    """Return how many even times a duration [s] lasts; 0 in a take of one frame."""
+    return round(duration / even.step) if even.step else 0
 
 
 def _without_crossing(
@@ -140,15 +165,21 @@ def _without_crossing(
     near_pins: FloatArray,
     part: _Part,
 ) -> FloatArray:
-    """Return weights at which the lids do not cross; pinned weights stay."""
+    """Return weights at which the lids do not cross; pinned weights stay.
+
+    Pins that reach into each other count together, so that nothing jumps where the reach of one
+    ends; those of other frames do not.
+    """
     near = near_pins[:, apertures.movers].max(axis=1, initial=0.0)
-    free = np.ones(weights.shape[1], dtype=bool)
-    parted = part(weights, apertures, free)
-    pinned = near > 0
-    if pinned.any():
-        held = near_pins[pinned].max(axis=0) > 0
-        kept = part(weights, apertures, ~held)[pinned]
-        parted[pinned] += near[pinned, None] * (kept - parted[pinned])
+    parted = part(weights, apertures, np.ones(weights.shape[1], dtype=bool))
+    parts: dict[bytes, FloatArray] = {}
+    for first, last in frame_ranges(near > 0):
+        own = slice(first, last + 1)
+        held = near_pins[own].max(axis=0) > 0
+        if held.tobytes() not in parts:
+            parts[held.tobytes()] = part(weights, apertures, ~held)
+        kept = parts[held.tobytes()][own]
+        parted[own] += near[own, None] * (kept - parted[own])
     return parted
 
 
