@@ -5,9 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from slits import slit_face
 from worlds import make_world
 
-from usdface.face.facing import facing, turn_about_up, turn_to_front, yaw_of
+from usdface.face.facing import (
+    facing,
+    has_equal_halves,
+    turn_about_up,
+    turn_to_front,
+    yaw_of,
+)
+from usdface.geometry.bake_transform import bake_transform
 
 
 @pytest.mark.parametrize("degrees", [-170.0, -90.0, -20.0, 0.0, 15.0, 90.0, 135.0])
@@ -127,3 +135,25 @@ def test_blend_shapes_tell_a_turn_that_no_stage_knows(
     looks: float, own: float, expected: float
 ) -> None:
     assert turn_to_front(looks, 0.0, own) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("degrees", [-44.0, -20.0, 20.0, 35.0])
+def test_equal_halves_tell_a_turn_of_the_points_that_markers_do_not(degrees: float) -> None:
+    turned = bake_transform(slit_face(), turn_about_up(degrees))
+    own = facing(turned, np.zeros(0, np.int64)).yaw
+    assert own == pytest.approx(degrees, abs=0.5)
+    assert has_equal_halves(turned, own) and not has_equal_halves(turned, 0.0)
+    for uneven in (0.0, 20.0, -20.0):
+        assert turn_to_front(degrees + uneven, 0.0, own, equal=True) == -own
+    assert turn_to_front(degrees, 0.0, own) == 0.0
+    # A stage that turns it by as much is exact.
+    assert turn_to_front(degrees, degrees + 3.0, own, equal=True) == -degrees - 3.0
+
+
+def test_blend_shapes_of_one_half_tell_no_turn() -> None:
+    face = slit_face()
+    left = tuple(s for s in face.shapes if s.name.endswith("Left"))
+    half = replace(face, shapes=left)
+    own = facing(half, np.zeros(0, np.int64)).yaw
+    assert own is None or not has_equal_halves(half, 20.0)
+    assert not has_equal_halves(replace(face, shapes=()), 0.0)

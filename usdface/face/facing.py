@@ -8,19 +8,23 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.face_points import face_points
 from usdface.geometry.bake_transform import bake_transform
+from usdface.geometry.marker_spread import rms_radius
 from usdface.geometry.signed_volume import signed_volume
 from usdface.geometry.vertex_normals import NormalsNear
 from usdface.rigs import Mesh, Rig
 
 __all__ = [
+    "SLIGHT",
     "UNEVEN",
     "Facing",
     "facing",
+    "has_equal_halves",
     "rig_to_front",
     "turn_about_up",
     "turn_to_front",
@@ -32,7 +36,7 @@ __all__ = [
 UNEVEN = 45.0
 # A stage that turns a character by less [degrees] means it; a model that is off by so little is not
 # told from one whose markers are uneven.
-_SLIGHT = 15.0
+SLIGHT = 15.0
 # A face looks along x or -z, as modelled, if it is within this of it [degrees]. VRM 0.x looks along
 # -z.
 _ALONG = 30.0
@@ -49,6 +53,10 @@ _LEVEL_OF_SHAPES = 0.12
 # A face that looks up or down so many times as far as aside lies, by 63 degrees. Markers of the
 # chin alone have 0.8, others less (ICT, MakeHuman, the example).
 _LYING = 2.0
+# A face has equal halves if half of its points are so near to a mirrored one, in spreads: the
+# example, MakeHuman and ICT 0.003 and less, by 20 degrees aside 0.065 and more.
+_EQUAL = 0.02
+_MIRRORED = 2000  # points that tell
 _NO_MARKERS: IntArray = np.zeros(0, dtype=np.int64)
 
 
@@ -82,6 +90,21 @@ def facing(mesh: Mesh, bound: IntArray) -> Facing:
     return Facing(yaw, float(np.degrees(np.arctan2(y, aside))) if lies else None)
 
 
+def has_equal_halves(mesh: Mesh, yaw: float) -> bool:
+    """Return whether the two halves of a face that looks to `yaw` [degrees] mirror each other.
+
+    Then that is exact; of a face with blend shapes of one half it is off by up to 27 degrees.
+    """
+    points = mesh.points[face_points(mesh, _NO_MARKERS).vertices]
+    if not len(points):
+        return False
+    ahead = (points - np.median(points, axis=0)) @ turn_about_up(-yaw)[:3, :3]
+    ahead -= np.median(ahead, axis=0)
+    some = ahead[:: 1 + len(ahead) // _MIRRORED] * [-1.0, 1.0, 1.0]
+    away = np.median(cKDTree(ahead).query(some)[0])
+    return bool(away <= _EQUAL * rms_radius(ahead))
+
+
 def _mean_normal(mesh: Mesh, bound: IntArray) -> FloatArray:
     """Return the mean normal (3,) of the face's points; 0 where there are none."""
     face = face_points(mesh, bound)
@@ -102,7 +125,8 @@ def rig_to_front(rig: Rig) -> Rig:
     The joints stay.
     """
     looks = facing(rig.face(), _NO_MARKERS).yaw
-    degrees = 0.0 if looks is None else turn_to_front(looks, 0.0, looks)
+    equal = looks is not None and has_equal_halves(rig.face(), looks)
+    degrees = 0.0 if looks is None else turn_to_front(looks, 0.0, looks, equal=equal)
     turn = turn_about_up(degrees)
     return replace(rig, meshes=tuple(bake_transform(mesh, turn) for mesh in rig.meshes))
 
@@ -122,7 +146,9 @@ def yaw_of(to_rig: FloatArray) -> float:
     return _wrapped(2.0 * float(np.degrees(np.arctan2(y, w)))) if np.hypot(y, w) > _TURNED else 0.0
 
 
-def turn_to_front(looks: float, yaw: float, own: float | None = None) -> float:
+def turn_to_front(
+    looks: float, yaw: float, own: float | None = None, *, equal: bool = False
+) -> float:
     """Return by how much to turn a character about y for its face to look along +z [degrees].
 
     Parameters
@@ -134,13 +160,17 @@ def turn_to_front(looks: float, yaw: float, own: float | None = None) -> float:
     own : float [degrees], optional
         `Facing.yaw` without markers: of a face with equal halves exact, also where a program has
         applied the turn to the points.
+    equal : bool
+        The face has equal halves about `own` (`has_equal_halves`).
     """
-    turned = yaw if abs(_wrapped(looks - yaw)) <= max(abs(looks), _SLIGHT) else 0.0
+    turned = yaw if abs(_wrapped(looks - yaw)) <= max(abs(looks), SLIGHT) else 0.0
+    if own is not None and equal and abs(_wrapped(own - looks)) <= UNEVEN:
+        return -turned if abs(_wrapped(own - turned)) <= SLIGHT else -own
     if abs(_wrapped(looks - turned)) <= UNEVEN:
         return -turned
     along = 90.0 * round(looks / 90.0)
     known = own is not None and abs(_wrapped(own - looks)) <= _ALONG
-    if own is not None and known and abs(_wrapped(own - along)) > _SLIGHT:
+    if own is not None and known and abs(_wrapped(own - along)) > SLIGHT:
         return -own
     return -along if abs(looks - along) <= _ALONG else 0.0
 

@@ -8,15 +8,18 @@ import pytest
 from processed import process
 from pxr import Usd, UsdGeom, UsdSkel
 from sheets import sheet
+from slits import slit_face
 from worlds import World, animation_of, make_world
 
 from usdface.face.facing import turn_about_up
+from usdface.geometry.bake_transform import bake_transform
 from usdface.io.usd.front_facing_rig import front_facing_rig
 from usdface.io.usd.rig import rig_of_stage
+from usdface.io.usd.rig_write import write_rig
 from usdface.io.usd.stage import open_stage
 from usdface.options import MarkerOptions
 from usdface.pipeline import fit_fuzzy, make_markers
-from usdface.rigs import Mesh
+from usdface.rigs import Mesh, Rig
 
 
 def modelled(mesh: Mesh, degrees: float) -> Mesh:
@@ -118,3 +121,17 @@ def test_what_a_shot_keeps_by_reference_is_not_called_lost() -> None:
         found.code for found in rig_of_stage(stage)[1]
     }
     assert front_facing_rig(stage)[2] == []
+
+
+@pytest.mark.parametrize("degrees", [-40.0, 20.0, 35.0])
+def test_points_that_are_turned_by_less_than_markers_tell_are_turned_back(
+    degrees: float, tmp_path: Path
+) -> None:
+    face = slit_face()
+    rig = Rig("Face", (bake_transform(face, turn_about_up(degrees)),))
+    write_rig(rig, tmp_path / "rig.usdc")
+    markers = np.arange(0, len(face.points) // 2, 3)  # uneven
+    for bound in (np.zeros(0, dtype=np.int64), markers):
+        found, _, findings = front_facing_rig(open_stage(tmp_path / "rig.usdc"), markers=bound)
+        np.testing.assert_allclose(found.face().points, face.points, atol=2e-4)
+        assert "CHARACTER_TURNED" in [f.code for f in findings]

@@ -7,8 +7,9 @@ from pxr import Usd
 
 from usdface.arrays import FloatArray, IntArray
 from usdface.face.facing import (
-    UNEVEN,
+    SLIGHT,
     facing,
+    has_equal_halves,
     turn_about_up,
     turn_to_front,
     yaw_of,
@@ -76,8 +77,9 @@ def front_facing_rig(
     with usd_errors(stage.GetRootLayer().realPath or "the stage"):
         placed = spaces_of_meshes(stage)[face.path]
     # Not of one that looks ahead, as most do: it takes a while.
-    own = facing(face, _NO_MARKERS).yaw if abs(looks) > UNEVEN else None
-    degrees = turn_to_front(looks, yaw_of(placed), own)
+    own = facing(face, _NO_MARKERS).yaw if abs(looks) > SLIGHT else None
+    equal = own is not None and has_equal_halves(face, own)
+    degrees = turn_to_front(looks, yaw_of(placed), own, equal=equal)
     if abs(degrees) < _AHEAD:
         return rig, np.eye(4), findings
     turn = turn_about_up(degrees)
