@@ -99,3 +99,37 @@ def test_markers_that_a_pose_does_not_show_tell_nothing_of_it(
     hidden = MarkerTake(take.names, take.times, positions, take.rate)
     first, last = bound_neutral(hidden, face)
     assert 300 - REST - 3 <= first <= last <= 300 + REST + 3
+
+
+def acted(world: World, seed: int) -> tuple[MarkerTake, np.ndarray]:
+    """Fourteen poses of two blend shapes, each held for 0.6 s, and a quarter of a second of rest.
+
+    The second value is the weights (F, S).
+    """
+    rng = np.random.default_rng(seed)
+    mesh = world.rig.meshes[0]
+    count = len(mesh.shapes)
+    ramp = (0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 16)))[:, None]
+    parts = [np.zeros((30, count))]
+    for _ in range(14):
+        pose = np.zeros(count)
+        pose[rng.permutation(count)[:2]] = rng.uniform(0.5, 0.9, 2)
+        parts += [ramp * pose, np.tile(pose, (36, 1)), ramp[::-1] * pose, np.zeros((15, count))]
+    weights = np.concatenate(parts)
+    points = np.array(list(world.points.values()))
+    positions = mesh.points[points] + np.einsum("fs,smd->fmd", weights, mesh.offsets_at(points))
+    positions += NOISE * rng.normal(size=positions.shape)
+    times = np.arange(len(weights)) / RATE
+    return MarkerTake(tuple(world.points), times, positions, RATE), weights
+
+
+@pytest.mark.parametrize(("count", "seed"), [(5, 4), (5, 9), (5, 10), (7, 0)])
+def test_poses_that_a_rig_has_no_blend_shapes_for_are_not_its_neutral(
+    world: World, count: int, seed: int
+) -> None:
+    mesh = world.rig.meshes[0]
+    kept = np.sort(np.random.default_rng(100 + seed).permutation(len(mesh.shapes))[:count])
+    few = replace(mesh, shapes=tuple(mesh.shapes[k] for k in kept))
+    take, weights = acted(world, seed)
+    first, last = bound_neutral(take, bound_face(few, world.setup()))
+    assert np.abs(weights[first : last + 1].mean(axis=0)).max() < 0.05
