@@ -94,3 +94,9 @@ def test_a_rig_with_such_names_is_reported_and_keeps_them() -> None:
     assert found.code == "SHAPE_NAMES_AFFIXED"
     assert "X_jawOpen_v2" in found.message and "jaw_open" in found.message
     assert "X_jawOpen_v2" in studio.shape_names
+
+
+def test_tongue_and_teeth_are_no_prefix_of_a_studio():
+    for part in ("tongue", "teeth"):
+        names = (f"{part}_jawOpen", f"{part}_out", f"{part}_up", f"{part}_down")
+        assert dict(plain_names(names)) == {name: name for name in names}

@@ -1,9 +1,10 @@
 """Values that are computed once for a mesh and kept with it."""
 
+import copy
 import gc
 import pickle
 import weakref
-from dataclasses import replace
+from dataclasses import fields, replace
 
 from usdface.content_digest import content_digest
 from usdface.rigs import Mesh
@@ -53,6 +54,14 @@ def test_the_content_of_the_mesh_stays() -> None:
     width(mesh)
     assert (content_digest(mesh), repr(mesh)) == before
     assert content_digest(pickle.loads(pickle.dumps(mesh))) == before[0]
+
+
+def test_a_pickle_or_copy_has_the_fields_alone_and_read_only_arrays() -> None:
+    mesh = triangle("a")
+    width(mesh)
+    for again in (pickle.loads(pickle.dumps(mesh)), copy.deepcopy(mesh), copy.copy(mesh)):
+        assert vars(again).keys() == {field.name for field in fields(Mesh)}
+        assert not again.points.flags.writeable
 
 
 def test_the_function_keeps_its_name() -> None:

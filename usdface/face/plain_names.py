@@ -147,7 +147,7 @@ def _known_keys() -> frozenset[tuple[str, str]]:
 def _meaning_words() -> frozenset[str]:
     """Return words that tell a movement from others: no prefix, though all names have them."""
     own = {word for name in _known_names(FACS.name) for word in split_words(name) if len(word) > 1}
-    own |= {*PARTS, *SIDE_WORDS}
+    own |= {*PARTS, *SIDE_WORDS, "teeth", "tongue"}
     return frozenset(own | {f"{word}s" for word in own} | {word.removesuffix("s") for word in own})
 
 

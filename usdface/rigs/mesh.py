@@ -1,6 +1,8 @@
 """A polygon mesh with blend shapes."""
 
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -138,6 +140,13 @@ class Mesh:
             raise InputError(
                 f"mesh {self.name!r} has blend shape {twice[0]!r} twice", "NAME_REPEATED"
             )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Return the fields, without the values that `once_per_mesh` keeps."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
+
+    def __setstate__(self, state: Mapping[str, Any]) -> None:  # makes arrays read-only (`checked`)
+        vars(self).update(state)
 
     @property
     def materials(self) -> tuple[str, ...]:

@@ -106,6 +106,7 @@ def test_a_camera_of_a_list_without_a_matrix_gives_its_take_to_no_other(tmp_path
         ("a.json", edited(distortion_coefficients={"k1": -0.2}), "distortion of 'camera 2' is no"),
         ("a.json", edited(distortion_coefficients=-0.2), "distortion of 'camera 2' is no list"),
         ("a.json", edited(fisheye=True), "is a fisheye camera"),
+        ("a.yml", edited(fisheye=True), "is a fisheye camera"),
         ("a.xml", "<a/>", "calibrations of kind '.xml' are not read"),
         ("a.toml", "=", "is no TOML"),
         ("a.yml", "just words", "expected cameras with their matrices"),

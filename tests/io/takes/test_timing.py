@@ -63,6 +63,7 @@ def test_the_rounded_rate_of_film_is_the_exact_one():
         times, rate, findings = take_times(FILE, 7000, rate=23.98, **given)
         assert (rate, findings) == (exact, [])
         np.testing.assert_allclose(times, np.arange(7000) / exact)
+    assert take_times(FILE, 7000, rate=float(np.float32(23.98)))[1] == exact  # as C3D has it
     times, rate, _ = take_times(FILE, 7000, rate=30.0, override=23.98)
     assert rate == exact
     np.testing.assert_allclose(times, np.arange(7000) / exact)

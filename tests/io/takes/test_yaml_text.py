@@ -73,3 +73,9 @@ def test_aliases_do_not_grow_into_any_number_of_values(tmp_path):
     lines = ["a0: &a0 [1, 1]"] + [f"a{n}: &a{n} [*a{n - 1}, *a{n - 1}]" for n in range(1, 64)]
     with pytest.raises(InputError, match="line 2: an alias"):
         read_yaml(written(tmp_path, "\n".join(lines)))
+
+
+@pytest.mark.parametrize("escape", ["UFFFFFFFF", "U00110000"])
+def test_an_escape_of_no_character_is_no_yaml(tmp_path, escape):
+    with pytest.raises(InputError, match="is no YAML"):
+        read_yaml(written(tmp_path, f'a: "\\{escape}"\n'))

@@ -154,7 +154,10 @@ def _find(entry: Mapping[str, Any], field: str) -> FloatArray | None:
 
 
 def _camera(path: Path, name: str, entry: Mapping[str, Any]) -> Camera:
-    if entry.get("fisheye") is True or str(entry.get("distortionmodel", "")) in _OTHER_LENSES:
+    if (
+        str(entry.get("fisheye")).lower() == "true"
+        or str(entry.get("distortionmodel", "")) in _OTHER_LENSES
+    ):
         raise InputError(
             f"{path}: {name!r} is a fisheye camera, which is not read; "
             "calibrate it as a pinhole camera with distortion",

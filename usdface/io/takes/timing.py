@@ -19,7 +19,8 @@ _WHOLE_RATE_TOLERANCE = 5e-4  # half of the way from 30 to 29.97 Hz
 # A rate that the file names and that of its times agree within this share, unless the steps of the
 # times are irregular: no more than nine in ten are alike. Set by hand.
 _RATE_TOLERANCE, _REGULAR = 0.1, 0.9
-_ROUNDED = {23.98: 24 / 1.001}  # film at NTSC's rate, as headers write it; 0.6 s in an hour
+# Film at NTSC's rate, and as headers write it, in C3D in single precision; 0.6 s in an hour.
+_FILM, _ROUNDED_FILM, _SINGLE = 24 / 1.001, 23.98, 1e-5
 
 
 def nominal_rate(seconds: FloatArray) -> float:
@@ -107,8 +108,8 @@ def take_times(
             f"{path}: a rate of {override} Hz is requested; expected 0.001 to 1000000",
             "SETTING_WRONG",
         )
-    rate = _ROUNDED.get(rate, rate) if _SLOWEST <= rate <= _FASTEST else 0.0
-    override = None if override is None else _ROUNDED.get(override, override)
+    rate = _unrounded(rate) if _SLOWEST <= rate <= _FASTEST else 0.0
+    override = None if override is None else _unrounded(override)
     if seconds is not None:
         seconds, rate, findings = _of_times(path, seconds, rate, override)
     else:
@@ -132,6 +133,10 @@ def take_times(
     if override and rate:
         return seconds * (rate / override), override, findings
     return seconds, rate, findings
+
+
+def _unrounded(rate: float) -> float:
+    return _FILM if abs(rate - _ROUNDED_FILM) < _SINGLE else rate
 
 
 def _of_times(

@@ -34,7 +34,7 @@ def read_yaml(path: Path) -> Any:
         ) from error
     except yaml.MarkedYAMLError as error:
         raise _not_yaml(path, error) from error
-    except yaml.YAMLError as error:
+    except (OverflowError, ValueError, yaml.YAMLError) as error:  # of escapes, too: \U00110000
         raise InputError(
             f"{path} is no YAML: {str(error).splitlines()[0]}; is it in another format?",
             "SCHEMA_BROKEN",
