@@ -170,7 +170,7 @@ def test_a_sheet_without_holes_has_no_seams():
 @pytest.mark.slow
 def test_the_ict_face_has_lips_and_two_eyes(shared_data):
     mesh = ict_mesh(shared_data)
-    lips, lids = find_lip_lid_contacts(mesh)
+    lips, lids, _ = find_lip_lid_contacts(mesh)
     middle = 1000 * mesh.points[lips].mean(axis=1)
     assert len(lips) >= 40 and np.ptp(middle[:, 0]) > 35 and np.ptp(middle[:, 1]) < 5
     sides = mesh.points[lids, 0].mean(axis=1)
